@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+#include "app/commands.hpp"
+#include "app/result.hpp"
+#include "surface/error.hpp"
+#include "surface/quality.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::app {
+namespace {
+
+Json vector_json(const Vec3& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
+
+/// Numbers JSON has no word for become null.
+Json finite(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json attribute_json(const Attribute& attribute, const char* where) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    std::size_t odd = 0;
+    for (const double v : attribute.values) {
+        if (!std::isfinite(v)) {
+            ++odd;
+            continue;
+        }
+        low = std::min(low, v);
+        high = std::max(high, v);
+    }
+    return {{"name", attribute.name}, {"on", where},         {"components", attribute.components},
+            {"min", finite(low)},     {"max", finite(high)}, {"not_finite", odd}};
+}
+
+Json mesh_json(const TriangleMesh& mesh) {
+    const surface::Topology topology = surface::analyse_topology(mesh);
+    const surface::Quality quality = surface::measure_quality(mesh);
+    const Box3 box = bounding_box(mesh);
+    Json json;
+    json["vertices"] = mesh.vertices.size();
+    json["triangles"] = mesh.triangles.size();
+    json["box"] = {{"min", vector_json(box.min)}, {"max", vector_json(box.max)}};
+    json["area"] = total_area(mesh);
+    if (topology.closed()) json["volume"] = enclosed_volume(mesh);
+    json["topology"] = {{"components", topology.components},
+                        {"euler", topology.euler()},
+                        {"closed", topology.closed()},
+                        {"boundary_edges", topology.boundary_edges},
+                        {"boundary_loops", topology.boundary_loops.size()},
+                        {"boundary_on_rectangle", surface::boundary_on_rectangle(mesh, topology)},
+                        {"manifold", topology.manifold()},
+                        {"nonmanifold_edges", topology.nonmanifold_edges},
+                        {"nonmanifold_vertices", topology.nonmanifold_vertices},
+                        {"inconsistent_edges", topology.inconsistent_edges},
+                        {"duplicate_triangles", topology.duplicate_triangles},
+                        {"isolated_vertices", topology.isolated_vertices}};
+    json["quality"] = {{"min_angle_deg", quality.min_angle_deg},
+                       {"max_angle_deg", quality.max_angle_deg},
+                       {"mean_ratio_min", quality.mean_ratio_min},
+                       {"mean_ratio_mean", quality.mean_ratio_mean},
+                       {"slivers", quality.slivers},
+                       {"degenerate", quality.degenerate}};
+    json["attributes"] = Json::array();
+    for (const Attribute& a : mesh.vertex_attributes)
+        json["attributes"].push_back(attribute_json(a, "vertices"));
+    for (const Attribute& a : mesh.triangle_attributes)
+        json["attributes"].push_back(attribute_json(a, "triangles"));
+    return json;
+}
+
+void print_mesh(const Result& result, const Json& json) {
+    const Json &topology = json["topology"], &quality = json["quality"], &box = json["box"];
+    const std::string unit = metadata_text(result.metadata, "length_unit", "");
+    fmt::print("{}\n", result.source.string());
+    fmt::print("  size        {} vertices, {} triangles, area {:.6g}{}\n",
+               json["vertices"].get<std::size_t>(), json["triangles"].get<std::size_t>(),
+               json["area"].get<double>(), unit.empty() ? "" : " " + unit + "^2");
+    for (int k = 0; k < 3; ++k)
+        fmt::print("  {}           {:.6g} to {:.6g}{}\n", "xyz"[k],
+                   box["min"][static_cast<std::size_t>(k)].get<double>(),
+                   box["max"][static_cast<std::size_t>(k)].get<double>(), unit.empty() ? "" : " " + unit);
+    for (const auto& [name, number] : result.metadata.numbers) fmt::print("  {:<11} {:.6g}\n", name, number);
+    if (topology["closed"].get<bool>())
+        fmt::print("  boundary    none: closed, volume {:.6g}\n", json["volume"].get<double>());
+    else
+        fmt::print("  boundary    {} edges in {} loops, {}\n", topology["boundary_edges"].get<std::size_t>(),
+                   topology["boundary_loops"].get<std::size_t>(),
+                   topology["boundary_on_rectangle"].get<bool>() ? "on a rectangle" : "not on a rectangle");
+    fmt::print("  connected   {} component{}, Euler number {}\n", topology["components"].get<std::size_t>(),
+               topology["components"].get<std::size_t>() == 1 ? "" : "s", topology["euler"].get<long>());
+    std::string faults;
+    for (const char* key : {"nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
+                            "duplicate_triangles", "isolated_vertices"})
+        if (const auto count = topology[key].get<std::size_t>(); count > 0) {
+            std::string words = key;
+            std::replace(words.begin(), words.end(), '_', ' ');
+            faults += fmt::format("{}{} {}", faults.empty() ? "" : ", ", count, words);
+        }
+    fmt::print("  faults      {}\n", faults.empty() ? "none: manifold, consistently oriented" : faults);
+    fmt::print(
+        "  quality     angles {:.3g} to {:.4g} degrees, mean ratio {:.3g} (least {:.3g}), {} slivers, {} "
+        "degenerate\n",
+        quality["min_angle_deg"].get<double>(), quality["max_angle_deg"].get<double>(),
+        quality["mean_ratio_mean"].get<double>(), quality["mean_ratio_min"].get<double>(),
+        quality["slivers"].get<std::size_t>(), quality["degenerate"].get<std::size_t>());
+    for (const Json& a : json["attributes"]) {
+        const auto odd = a["not_finite"].get<std::size_t>();
+        const auto text = [](const Json& v) {
+            return v.is_null() ? "nothing finite" : fmt::format("{:.6g}", v.get<double>());
+        };
+        fmt::print("  attribute   {} on {}{}: {} to {}{}\n", a["name"].get<std::string>(),
+                   a["on"].get<std::string>(),
+                   a["components"] == 1 ? "" : fmt::format(" x {}", a["components"].get<int>()),
+                   text(a["min"]), text(a["max"]), odd == 0 ? "" : fmt::format(" ({} not finite)", odd));
+    }
+}
+
+/// Any part of summary.json as indented lines: what a run reports may grow without this having to know.
+void print_json(const std::string& name, const Json& json, int indent) {
+    const std::string pad(static_cast<std::size_t>(indent), ' ');
+    if (json.is_object()) {
+        fmt::print("{}{}\n", pad, name);
+        for (const auto& [key, value] : json.items()) print_json(key, value, indent + 2);
+    } else if (json.is_number_float()) {
+        fmt::print("{}{:<{}} {:.6g}\n", pad, name, 24 - indent, json.get<double>());
+    } else {
+        fmt::print("{}{:<{}} {}\n", pad, name, 24 - indent,
+                   json.is_string() ? json.get<std::string>() : json.dump());
+    }
+}
+
+void print_timing(const Json& timing) {
+    const auto seconds = [](const Json& v) { return v.is_number() ? v.get<double>() : 0.0; };
+    const double total = timing.contains("total") ? seconds(timing["total"]) : 0.0;
+    fmt::print("timing (seconds, share)\n");
+    for (const auto& [phase, value] : timing.items())
+        fmt::print("  {:<14} {:>10.3f} {:>6.1f} %\n", phase, seconds(value),
+                   total > 0.0 ? 100.0 * seconds(value) / total : 0.0);
+}
+
+void print_summary(const Json& summary) {
+    if (!summary.is_object()) return;
+    for (const char* key : {"version", "recipe", "seed", "threads"})
+        if (summary.contains(key)) print_json(key, summary[key], 0);
+    if (summary.contains("steps") && summary["steps"].is_array()) {
+        fmt::print("steps\n");
+        for (const Json& step : summary["steps"]) fmt::print("  {}\n", step.dump());
+    }
+    if (summary.contains("mesh")) print_json("mesh", summary["mesh"], 0);
+    if (summary.contains("metrology")) print_json("metrology", summary["metrology"], 0);
+    if (summary.contains("timing") && summary["timing"].is_object()) print_timing(summary["timing"]);
+}
+
+void inspect(const std::string& input, const std::string& json_file) {
+    const Result result = read_result(input);
+    Json json;
+    json["file"] = result.source.string();
+    json["surface"] = mesh_json(result.surface);
+    for (const auto& [name, text] : result.metadata.texts) json["metadata"][name] = text;
+    for (const auto& [name, number] : result.metadata.numbers) json["metadata"][name] = finite(number);
+    if (result.folder) json["interfaces"] = result.interfaces.size();
+    if (result.summary) json["summary"] = *result.summary;
+    // Standard output belongs to the JSON alone if it goes there.
+    if (json_file != "-") {
+        if (result.summary) print_summary(*result.summary);
+        if (result.folder && !result.summary)
+            fmt::print("{}: no summary.json: the run has not ended\n", input);
+        print_mesh(result, json["surface"]);
+        std::fflush(stdout);
+    }
+    if (!json_file.empty()) write_json(json_file, json);
+}
+
+}  // namespace
+
+void add_inspect_command(CLI::App& program) {
+    CLI::App* command = program.add_subcommand(
+        "inspect", "Tell what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
+    auto input = std::make_shared<std::string>(), json = std::make_shared<std::string>();
+    command->add_option("input", *input, "Mesh file (VTP, PLY) or folder that `run` wrote")
+        ->required()
+        ->type_name("MESH|DIR");
+    command->add_option("--json", *json, "Write the same as JSON; - for standard output")->type_name("FILE");
+    command->callback([input, json] { inspect(*input, *json); });
+}
+
+}  // namespace sidewall::app

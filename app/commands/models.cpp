@@ -1,0 +1,53 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "app/commands.hpp"
+#include "app/recipe_sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+void print_section(const SectionDoc& section) {
+    fmt::print("{}\n  {}\n", section.header, section.doc);
+    for (const KeyDoc& key : section.keys) {
+        fmt::print("  {:<18} {}{}{}", key.name, key.type, key.unit.empty() ? "" : ", ", key.unit);
+        if (!key.fallback.empty())
+            fmt::print("{}{}", key.fallback == "required" ? ", " : ", default ", key.fallback);
+        if (!key.doc.empty()) fmt::print("\n  {:<18} {}", "", key.doc);
+        fmt::print("\n");
+    }
+    fmt::print("\n");
+}
+
+void print_documentation(const std::string& name) {
+    const std::vector<SectionDoc> sections = recipe_documentation();
+    std::vector<std::string> names;
+    bool found = false;
+    for (const SectionDoc& section : sections) {
+        names.push_back(section.name);
+        // "layer" asks for every shape.
+        if (!name.empty() && section.name != name && !section.name.starts_with(name + " ")) continue;
+        print_section(section);
+        found = true;
+    }
+    if (!found) {
+        throw RecipeError(
+            fmt::format("models {}: no model or recipe section of that name: did you mean {}? "
+                        "`sidewall models` lists all",
+                        name, nearest(name, names)));
+    }
+}
+
+}  // namespace
+
+void add_models_command(CLI::App& program) {
+    CLI::App* command =
+        program.add_subcommand("models", "List every model and recipe key with type, unit and default");
+    const auto name = std::make_shared<std::string>();
+    command->add_option("NAME", *name, "Only this model or section, e.g. single_particle or flux");
+    command->callback([name] { print_documentation(*name); });
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,176 @@
+#include "simplify/simplify.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "app/commands.hpp"
+#include "app/output.hpp"
+#include "surface/curvature.hpp"
+#include "surface/distance.hpp"
+#include "surface/error.hpp"
+#include "surface/mesh_io.hpp"
+#include "surface/quality.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct Arguments {
+    std::string input, output, method = "region", json;
+    std::vector<double> weights;
+    double feature_parameter = 0.5;
+    simplify::Options options;
+};
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+simplify::Options resolve(const Arguments& arguments) {
+    simplify::Options options = arguments.options;
+    options.method = simplify::method_from_string(arguments.method);
+    if (!arguments.weights.empty())
+        options.weights = {arguments.weights[0], arguments.weights[1], arguments.weights[2]};
+    return options;
+}
+
+Json one_way(const surface::Distance& distance) {
+    return {{"max", distance.max}, {"mean", distance.mean}};
+}
+
+Json counts(const TriangleMesh& mesh) {
+    return {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
+}
+
+Json report(const Arguments& arguments, const TriangleMesh& mesh, const simplify::Result& result,
+            double grid_spacing) {
+    const surface::TwoSidedDistance distance = surface::two_sided_distance(mesh, result.mesh);
+    const surface::Quality quality = surface::measure_quality(result.mesh);
+    Json json;
+    json["method"] = arguments.method;
+    json["input"] = counts(mesh);
+    json["output"] = counts(result.mesh);
+    json["grid_spacing"] = grid_spacing;
+    json["seconds"] = {{"features", result.seconds.features},
+                       {"collapse", result.seconds.collapse},
+                       {"total", result.seconds.total}};
+    json["hausdorff"] = {{"original_to_simplified", one_way(distance.forward)},
+                         {"simplified_to_original", one_way(distance.backward)}};
+    json["quality"] = {{"min_angle_deg", quality.min_angle_deg}, {"mean_ratio_min", quality.mean_ratio_min}};
+    json["rings"] = Json::array();
+    for (const simplify::Ring& ring : result.rings)
+        json["rings"].push_back({{"length", ring.length}, {"removed", ring.removed}});
+    json["dropped_attributes"] = result.dropped_attributes;
+    return json;
+}
+
+void print_summary(const Json& json, const Arguments& arguments) {
+    const auto n = json["input"]["vertices"].get<double>(), left = json["output"]["vertices"].get<double>();
+    const auto number = [&](const char* group, const char* key) { return json[group][key].get<double>(); };
+    fmt::print("{}: {:.0f} vertices, {:.0f} triangles\n", arguments.input, n, number("input", "triangles"));
+    fmt::print("{}: {:.0f} vertices, {:.0f} triangles ({}, {:.1f} % of the vertices removed)\n",
+               arguments.output, left, number("output", "triangles"), arguments.method,
+               100.0 * (1.0 - left / n));
+    fmt::print("grid spacing     {:.4g}{}\n", json["grid_spacing"].get<double>(),
+               arguments.options.grid_spacing ? "" : "  (estimated: mean edge length)");
+    for (const char* way : {"original_to_simplified", "simplified_to_original"})
+        fmt::print("distance         max {:.3g}, mean {:.3g}  ({})\n",
+                   json["hausdorff"][way]["max"].get<double>(), json["hausdorff"][way]["mean"].get<double>(),
+                   way);
+    fmt::print("quality          smallest angle {:.2f} degrees, smallest mean ratio {:.3f}\n",
+               number("quality", "min_angle_deg"), number("quality", "mean_ratio_min"));
+    fmt::print("seconds          features {:.3f}, collapse {:.3f}, total {:.3f}\n",
+               number("seconds", "features"), number("seconds", "collapse"), number("seconds", "total"));
+    if (!json["dropped_attributes"].empty())
+        fmt::print("dropped          {}\n", json["dropped_attributes"].dump());
+    fmt::print("Lengths are in the mesh's own unit.\n");
+}
+
+void run(const Arguments& arguments) {
+    const simplify::Options asked = resolve(arguments);
+    surface::MeshMetadata metadata;
+    const TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
+
+    const double start = now();
+    simplify::Options options = asked;
+    const double spacing = simplify::base_length(mesh, {}, asked.grid_spacing);
+    std::vector<std::uint8_t> features;
+    if (options.method == simplify::Method::region)
+        features = surface::feature_flags(mesh, spacing, arguments.feature_parameter);
+    const double features_found = now();
+    simplify::Result result = simplify::simplify(mesh, features, options);
+    result.seconds.features = features_found - start;
+    result.seconds.total = now() - start;
+
+    const Json json = report(arguments, mesh, result, spacing);
+    surface::write_mesh(arguments.output, result.mesh, metadata);
+    if (!arguments.json.empty()) write_json(arguments.json, json);
+    if (arguments.json != "-") print_summary(json, arguments);
+}
+
+}  // namespace
+
+void add_simplify_command(CLI::App& program) {
+    CLI::App* command =
+        program.add_subcommand("simplify",
+                               "Coarsens a surface mesh, its features less than its flat parts.\n"
+                               "Lengths are in the mesh's own unit.");
+    const auto a = std::make_shared<Arguments>();
+    command->add_option("mesh", a->input, "Input mesh: .vtp, .ply")->required()->type_name("MESH");
+    command->add_option("-o,--output", a->output, "Output mesh, same formats")->required()->type_name("MESH");
+    command
+        ->add_option(
+            "--method", a->method,
+            "none, lindstrom-turk, region, cgal-lindstrom-turk or region-bounded (not available yet) "
+            "(default: region)")
+        ->type_name("NAME");
+    command
+        ->add_option(
+            "--l0", a->options.l0,
+            "Edges shorter than this collapse everywhere, features included; 0 leaves features alone "
+            "(length; default: --grid-spacing if given, else the mean edge length between features)")
+        ->type_name("LENGTH");
+    command
+        ->add_option("--step", a->options.step,
+                     "Growth of that length per ring away from features (length; default: as --l0's default)")
+        ->type_name("LENGTH");
+    command
+        ->add_option(
+            "--l-max", a->options.l_max,
+            "No longer edge collapses (length; default: region 3, lindstrom-turk 2 times --l0's default; "
+            "lindstrom-turk with a target: none)")
+        ->type_name("LENGTH");
+    command
+        ->add_option(
+            "--weights", a->weights,
+            "Lindstrom-Turk weights of volume, boundary and shape (default: 0.5,0.5,0; 0.4,0.3,0.3 gives "
+            "rounder triangles at a larger distance)")
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name("V,B,S");
+    command
+        ->add_option(
+            "--max-error", a->options.max_error,
+            "Hard bound on the distance to the input (length); needs region-bounded, not available yet")
+        ->type_name("LENGTH");
+    command
+        ->add_option(
+            "--target-vertices", a->options.target_vertices,
+            "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)")
+        ->type_name("N");
+    command
+        ->add_option(
+            "--feature-parameter", a->feature_parameter,
+            "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing (default: 0.5)")
+        ->type_name("C");
+    command
+        ->add_option("--grid-spacing", a->options.grid_spacing,
+                     "dx of the level set the mesh was extracted from (length; default: mean edge length)")
+        ->type_name("LENGTH");
+    command->add_option("--json", a->json, "Report as JSON to a file, or - for standard output")
+        ->type_name("FILE");
+    command->callback([a] { run(*a); });
+}
+
+}  // namespace sidewall::app

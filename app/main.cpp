@@ -1,0 +1,44 @@
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <memory>
+#include <new>
+
+#include "app/commands.hpp"
+#include "app/output.hpp"
+#include "surface/error.hpp"
+
+int main(int argc, char** argv) {
+    using namespace sidewall;
+    CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
+    program.name("sidewall");
+    program.set_version_flag("--version", SIDEWALL_VERSION);
+    program.require_subcommand(1);
+    app::add_run_command(program);
+    app::add_check_command(program);
+    app::add_models_command(program);
+    app::add_compare_command(program);
+    app::add_simplify_command(program);
+    app::add_flux_command(program);
+    app::add_inspect_command(program);
+    app::add_render_command(program);
+    for (CLI::App* command : program.get_subcommands({})) app::add_threads_option(*command);
+
+    try {
+        app::install_interrupt_handler();
+        program.parse(argc, argv);
+        return 0;
+    } catch (const CLI::ParseError& error) {
+        // CLI11 prints help and version through the same door; only those end well.
+        return program.exit(error) == 0 ? 0 : 2;
+    } catch (const Error& error) {
+        fmt::print(stderr, "sidewall: {}\n", error.what());
+        return error.exit_code();
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "sidewall: out of memory: use a larger grid_spacing or a smaller extent\n");
+        return 4;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "sidewall: internal error: {}\n", error.what());
+        return 4;
+    }
+}

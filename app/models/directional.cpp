@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <cmath>
+
+#include "app/models/model.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// V = directional max(0, n.d) [visible] + isotropic, d towards the source: a beam plus a chemical part.
+Model make(const Values& values, const Materials& materials) {
+    const std::vector<double> beam = by_material_id(values.get<ByMaterial>("directional"), materials);
+    const std::vector<double> chemical = by_material_id(values.get<ByMaterial>("isotropic"), materials);
+    const auto& d = values.get<std::vector<double>>("direction");
+    const double length = std::hypot(d[0], d[1], d[2]);
+    if (!(d[2] > 0.0))
+        throw KeyError("direction",
+                       "points from the surface towards the source: its third number must be positive");
+    const Vec3 towards = Vec3(d[0], d[1], d[2]) / length;
+
+    Model model;
+    double bound = 0.0;
+    bool grows = false;
+    for (std::size_t m = 0; m < materials.size(); ++m) {
+        // n.d takes every value of [0, 1], so the extremes are the sum and the isotropic part alone.
+        bound = std::max({bound, std::abs(chemical[m]), std::abs(beam[m] + chemical[m])});
+        grows = grows || chemical[m] > 0.0 || beam[m] + chemical[m] > 0.0;
+    }
+    model.deposit = film(values, materials, grows);
+    model.max_speed = bound;
+    model.depends_on_normal = true;
+    if (values.get<bool>("visibility")) model.visibility = towards;
+    model.speed = [beam, chemical, towards](const SurfacePoint& point) {
+        const auto m = static_cast<std::size_t>(point.material);
+        const double facing = point.visible ? std::max(0.0, point.normal.dot(towards)) : 0.0;
+        return beam[m] * facing + chemical[m];
+    };
+    return model;
+}
+
+}  // namespace
+
+ModelEntry directional() {
+    return {
+        "directional",
+        "a parallel beam and an isotropic part: V = directional * max(0, n.d) where visible + isotropic",
+        {{"directional", ByMaterial{}, "length/time",
+          "speed of a surface that faces the source; 0 for materials a table leaves out", required()},
+         {"isotropic", ByMaterial{}, "length/time", "speed everywhere; 0 for materials a table leaves out"},
+         {"direction",
+          std::vector<double>{0.0, 0.0, 1.0},
+          "",
+          "d, from the surface towards the source",
+          {.size = 3}},
+         {"visibility", true, "", "whether what lies between a point and the source shadows it"},
+         deposit_key()},
+        make};
+}
+
+}  // namespace sidewall::app

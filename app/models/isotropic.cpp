@@ -1,0 +1,33 @@
+#include <algorithm>
+#include <cmath>
+
+#include "app/models/model.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// V = rate(material): wet etching of amorphous films, conformal deposition.
+Model make(const Values& values, const Materials& materials) {
+    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
+    const auto [low, high] = std::minmax_element(rate.begin(), rate.end());
+    Model model;
+    model.deposit = film(values, materials, *high > 0.0);
+    model.max_speed = std::max(std::abs(*low), std::abs(*high));
+    model.speed = [rate](const SurfacePoint& point) {
+        return rate[static_cast<std::size_t>(point.material)];
+    };
+    return model;
+}
+
+}  // namespace
+
+ModelEntry isotropic() {
+    return {"isotropic",
+            "the same speed in every direction: V = rate",
+            {{"rate", ByMaterial{}, "length/time",
+              "positive grows, negative etches; 0 for materials a table leaves out", required()},
+             deposit_key()},
+            make};
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,53 @@
+#include "app/models/model.hpp"
+
+#include <algorithm>
+
+namespace sidewall::app {
+
+ModelEntry isotropic();
+ModelEntry directional();
+ModelEntry single_particle();
+ModelEntry multi_particle();
+
+const std::vector<ModelEntry>& models() {
+    static const std::vector<ModelEntry> table = {isotropic(), directional(), single_particle(),
+                                                  multi_particle()};
+    return table;
+}
+
+const ModelEntry* find_model(std::string_view name) {
+    const auto found = std::find_if(models().begin(), models().end(),
+                                    [&](const ModelEntry& model) { return model.name == name; });
+    return found == models().end() ? nullptr : &*found;
+}
+
+std::vector<std::string> model_names() {
+    std::vector<std::string> names;
+    for (const ModelEntry& model : models()) names.push_back(model.name);
+    return names;
+}
+
+Model make_model(const Step& step, const Materials& materials) {
+    const ModelEntry* model = find_model(step.model);
+    if (model == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
+    return model->make(step.values, materials);
+}
+
+Key deposit_key() {
+    return {"deposit",
+            std::string(),
+            "",
+            "material of the film that grows; needed where a rate is positive",
+            {.material = true}};
+}
+
+std::optional<int> film(const Values& values, const Materials& materials, bool grows) {
+    const auto& name = values.get<std::string>("deposit");
+    if (grows && name.empty())
+        throw KeyError("deposit", "missing: a positive rate grows a film; name it, e.g. deposit = \"SiO2\"");
+    if (!grows && !name.empty())
+        throw KeyError("deposit", "names a film, but no rate is positive; make one positive or drop deposit");
+    return name.empty() ? std::nullopt : material_id(materials, name);
+}
+
+}  // namespace sidewall::app

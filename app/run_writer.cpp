@@ -1,0 +1,246 @@
+#include "app/run_writer.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "app/commands.hpp"
+#include "app/metrology.hpp"
+#include "app/result.hpp"
+#include "levelset/extract.hpp"
+#include "surface/cut.hpp"
+#include "surface/error.hpp"
+#include "surface/mesh_io.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Everything a run writes, so that a new one leaves nothing of an old one behind.
+bool is_ours(const std::string& name) {
+    for (const char* prefix : {"surface_", "traced_", "interface_", "profile_"})
+        if (name.starts_with(prefix) && (name.ends_with(".vtp") || name.ends_with(".csv"))) return true;
+    return name == "summary.json" || name == "timeline.csv" || name == "surface.pvd" || name == "checkpoint.vdb";
+}
+
+std::string timeline_header(const Recipe& recipe, const TriangleMesh& surface) {
+    const auto& length = recipe.domain.length_unit;
+    const auto& time = recipe.domain.time_unit;
+    std::string header = fmt::format(
+        "step,name,time [{0}],dt [{0}],max_speed [{1}/{0}],raw_vertices,raw_triangles,simplified_vertices,"
+        "simplified_triangles,segments,leaked,relative_error",
+        time, length);
+    for (const Measure& m : measure(recipe, surface)) header += fmt::format(",{} [{}]", m.name, length);
+    return header + "\n";
+}
+
+// A CSV field: quoted if its text asks for it.
+std::string field(const std::string& text) {
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + "\"";
+}
+
+surface::MeshMetadata metadata(const Recipe& recipe, double time) {
+    std::string names, colours;
+    for (const Material& m : recipe.materials) {
+        names += (names.empty() ? "" : ",") + m.name;
+        colours += (colours.empty() ? "" : ",") + m.colour;
+    }
+    return {{{"length_unit", recipe.domain.length_unit},
+             {"time_unit", recipe.domain.time_unit},
+             {"materials", names},
+             {"material_colours", colours}},
+            {{"time", time}}};
+}
+
+Attribute material_attribute(std::vector<double> values) {
+    return {"material", 1, Scalar::int32, std::move(values)};
+}
+
+// Fluxes, rate and material of the traced mesh's triangles, as counted there.
+TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
+    TriangleMesh mesh = surface.traced();
+    mesh.vertex_attributes.clear();
+    mesh.triangle_attributes.clear();
+    mesh.triangle_attributes.push_back(material_attribute({surface.materials.begin(), surface.materials.end()}));
+    for (std::size_t k = 0; k < model.species.size(); ++k) {
+        mesh.triangle_attributes.push_back(
+            {"flux_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.flux});
+        mesh.triangle_attributes.push_back(
+            {"flux_error_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.error});
+    }
+    return mesh;
+}
+
+// The extracted surface with what each triangle's centroid receives and does.
+TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack, const SurfaceFlux& surface) {
+    TriangleMesh mesh = surface.raw;
+    const std::size_t n = mesh.triangles.size(), species = model.species.size();
+    std::vector<double> material(n), rate(n);
+    std::vector<std::vector<double>> flux(species, std::vector<double>(n));
+    const std::vector<Vec3> traced_normals = surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
+    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
+        const Vec3 centroid = triangle_centroid(mesh, t);
+        SurfacePoint point{levelset::exposed_material(stack, centroid), {}, area_vector(mesh, t).normalized(), true};
+        std::vector<double> here(species);
+        if (surface.scene) {
+            surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
+            if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
+            for (std::size_t k = 0; k < species; ++k) {
+                here[k] = flux::interpolate(surface.wedges, surface.fluxes[k].wedge.flux, hit.triangle, hit.u, hit.v);
+                flux[k][t] = here[k];
+            }
+            if (model.visibility)
+                point.visible = visible(surface, hit.point, traced_normals[hit.triangle], *model.visibility,
+                                        stack.domain.spacing);
+        }
+        point.flux = here;
+        material[t] = point.material;
+        rate[t] = model.speed(point);
+    });
+    mesh.triangle_attributes.push_back(material_attribute(std::move(material)));
+    for (std::size_t k = 0; k < species; ++k)
+        mesh.triangle_attributes.push_back({"flux_" + model.species[k].name, 1, Scalar::float64, std::move(flux[k])});
+    mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
+    return mesh;
+}
+
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+}  // namespace
+
+RunWriter::RunWriter(const RunOptions& options, const Recipe& recipe, const RunState& state)
+    : options_(options), recipe_(recipe) {
+    std::error_code failure;
+    fs::create_directories(options.output, failure);
+    if (failure)
+        throw IoError(fmt::format("{}: cannot make the folder: {}; choose another with -o", options.output.string(),
+                                  failure.message()));
+    const fs::path timeline = options.output / "timeline.csv";
+    if (!options.resume) {
+        for (const auto& entry : fs::directory_iterator(options.output))
+            if (is_ours(entry.path().filename().string())) fs::remove(entry.path(), failure);
+    } else if (std::ifstream in(timeline); in) {
+        std::string kept, line;
+        for (std::size_t row = 0; row <= state.rows && std::getline(in, line); ++row) kept += line + "\n";
+        write_file(timeline, kept);
+    }
+    write_file(options.output / "recipe.toml", effective_recipe(recipe));
+}
+
+bool RunWriter::due(const RunState& state) const {
+    if (recipe_.output.every) return state.time >= static_cast<double>(state.saved) * *recipe_.output.every;
+    return state.time == state.step_start;
+}
+
+void RunWriter::save(RunState& state, const Model& model, const SurfaceFlux& surface) {
+    {
+        const PhaseClock clock(state.timing.output);
+        const auto meta = metadata(recipe_, state.time);
+        int part = 0;
+        const auto write = [&](const std::string& name, const TriangleMesh& mesh) {
+            surface::write_mesh(options_.output / name, mesh, meta);
+            state.files.push_back(Json{{"time", state.time}, {"part", part++}, {"file", name}});
+        };
+        const std::string number = fmt::format("{:04}", state.saved);
+        write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface));
+        for (std::size_t k = 0; k + 1 < state.stack.layers.size(); ++k) {
+            const levelset::Layer& layer = state.stack.layers[k];
+            if (layer.phi->activeVoxelCount() == 0) continue;  // etched away
+            TriangleMesh mesh = levelset::extract_surface(*layer.phi, state.stack.domain);
+            mesh.triangle_attributes.push_back(
+                material_attribute(std::vector<double>(mesh.triangles.size(), layer.material)));
+            write(fmt::format("interface_{}_{}.vtp", number, k), mesh);
+        }
+        if (surface.simplified) write("traced_" + number + ".vtp", traced_mesh(model, surface));
+        const auto planes = profile_planes(recipe_);
+        for (std::size_t k = 0; k < planes.size(); ++k) {
+            const std::string name =
+                k == 0 ? fmt::format("profile_{}.csv", number) : fmt::format("profile_{}_{}.csv", number, k);
+            surface::write_profile_csv(options_.output / name, surface::cut_by_plane(surface.raw, planes[k]), planes[k]);
+        }
+        ++state.saved;
+        write_pvd(state);
+    }
+    checkpoint(state);
+}
+
+void RunWriter::write_pvd(const RunState& state) const {
+    std::string text =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+        "  <Collection>\n";
+    for (const Json& entry : state.files)
+        text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", entry["time"].get<double>(),
+                            entry["part"].get<int>(), entry["file"].get<std::string>());
+    write_file(options_.output / "surface.pvd", text + "  </Collection>\n</VTKFile>\n");
+}
+
+void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& surface, double dt, double speed) {
+    const PhaseClock clock(state.timing.output);
+    const fs::path path = options_.output / "timeline.csv";
+    const auto& traced = surface.traced();
+    std::uint64_t segments = 0, leaked = 0;
+    double error = 0.0;
+    for (const auto& flux : surface.fluxes) {
+        segments += flux.segments;
+        leaked += flux.leaked;
+        error = std::max(error, flux.relative_error);
+    }
+    std::string row = fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{:.6g}", state.step + 1, field(step.name),
+                                  state.time, dt, speed, surface.raw.vertices.size(), surface.raw.triangles.size(),
+                                  traced.vertices.size(), traced.triangles.size(), segments, leaked, error);
+    for (const Measure& m : measure(recipe_, surface.raw)) row += fmt::format(",{:.9g}", m.value);
+    std::ofstream out(path, std::ios::app | std::ios::binary);
+    if (state.rows == 0) out << timeline_header(recipe_, surface.raw);
+    out << row << "\n";
+    out.flush();
+    if (!out) throw IoError(fmt::format("{}: cannot write; check space and permissions", path.string()));
+    ++state.rows;
+}
+
+void RunWriter::checkpoint(const RunState& state) const {
+    save_state(options_.output, recipe_, state);
+}
+
+Json RunWriter::finish(const RunState& state, const std::vector<Step>& steps, const SurfaceFlux& surface) {
+    Json summary{{"version", SIDEWALL_VERSION},
+                 {"recipe", recipe_.file},
+                 {"seed", recipe_.flux.seed},
+                 {"threads", thread_count()},
+                 {"length_unit", recipe_.domain.length_unit},
+                 {"time_unit", recipe_.domain.time_unit},
+                 {"grid_spacing", state.stack.domain.spacing},
+                 {"time", state.time},
+                 {"time_steps", state.time_step},
+                 {"steps", Json::array()},
+                 {"timing", to_json(state.timing)}};
+    for (std::size_t k = 0; k < steps.size(); ++k)
+        summary["steps"].push_back(Json{{"name", steps[k].name},
+                                        {"model", steps[k].model},
+                                        {"duration", steps[k].duration},
+                                        {"time_steps", state.time_steps[k]}});
+    const auto sizes = [](const TriangleMesh& mesh) {
+        return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
+    };
+    summary["mesh"] = Json{{"raw", sizes(surface.raw)}, {"simplified", sizes(surface.traced())}};
+    summary["flux"] = Json::array();
+    for (const auto& flux : surface.fluxes)
+        summary["flux"].push_back(Json{{"rays", flux.emitted},
+                                       {"segments", flux.segments},
+                                       {"leaked", flux.leaked},
+                                       {"relative_error", number(flux.relative_error)}});
+    summary["metrology"] = Json::object();
+    for (const Measure& m : measure(recipe_, surface.raw)) summary["metrology"][m.name] = number(m.value);
+    write_json((options_.output / "summary.json").string(), summary);
+    return summary;
+}
+
+}  // namespace sidewall::app

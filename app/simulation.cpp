@@ -1,0 +1,88 @@
+#include "app/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "app/memory.hpp"
+#include "app/metrology.hpp"
+#include "app/run_state.hpp"
+#include "app/run_writer.hpp"
+#include "app/surface_flux.hpp"
+#include "levelset/extract.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Process time at which the time step must end: the end of the recipe's step or the next surface to save.
+double next_stop(const RunState& state, const Recipe& recipe, double step_start, double duration) {
+    const double end = step_start + duration;
+    return recipe.output.every ? std::min(end, static_cast<double>(state.saved) * *recipe.output.every) : end;
+}
+
+// Equal time steps up to the next stop, each moving the front at most cfl dx.
+double time_step(double left, double speed, double spacing, double cfl) {
+    if (speed <= 0.0) return left;
+    // A hair's breadth over a whole number of steps must not cost one more.
+    const double steps = std::ceil(left * speed / (cfl * spacing) * (1.0 - 1e-9));
+    return left / std::max(1.0, steps);
+}
+
+}  // namespace
+
+RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
+    const std::vector<Step> steps = expanded_steps(recipe);
+    const levelset::Domain domain = domain_of(recipe);
+    require_memory(recipe, domain);
+    RunState state = options.resume ? resume_state(options.output, recipe) : initial_state(recipe);
+    RunWriter writer(options, recipe, state);
+    const tbb::tick_count start = tbb::tick_count::now();
+    const double earlier = state.timing.total;
+    const auto count_total = [&] { state.timing.total = earlier + (tbb::tick_count::now() - start).seconds(); };
+
+    double total = 0.0;
+    for (const Step& step : steps) total += step.duration;
+    ProgressBar progress(options.title, total, recipe.domain.time_unit, !options.quiet);
+    Model model;
+    std::vector<flux::Species> species;
+    for (; state.step < steps.size(); state.enter(state.step + 1)) {
+        const Step& step = steps[state.step];
+        model = make_model(step, recipe.materials);
+        if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
+        while (!state.reached(state.step_start + step.duration)) {
+            const SurfaceFlux surface =
+                trace_surface(recipe, model, state.stack, state.time_step, state.timing,
+                              [&](double part) { progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part)); });
+            const levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
+            if (writer.due(state)) writer.save(state, model, surface);
+
+            const double stop = next_stop(state, recipe, state.step_start, step.duration);
+            const double speed = levelset::max_speed(state.stack, motion);
+            const double dt = time_step(stop - state.time, speed, domain.spacing, recipe.advection.cfl);
+            writer.record(state, step, surface, dt, speed);
+            const auto seconds = levelset::advect(state.stack, motion, dt, recipe.advection);
+            state.timing.advect += seconds.advect;
+            state.timing.redistance += seconds.redistance;
+            state.advance(dt, stop);
+            progress.update(state.time, fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));
+            count_total();
+            if (interrupted() && !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration))) {
+                writer.checkpoint(state);
+                throw Interrupted(fmt::format("stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume",
+                                              state.time, total, recipe.domain.time_unit, recipe.file,
+                                              options.output.string()));
+            }
+        }
+    }
+    // The final surface, with the fluxes the last model would go on with.
+    const SurfaceFlux surface = trace_surface(recipe, model, state.stack, state.time_step, state.timing);
+    writer.save(state, model, surface);
+    count_total();
+    RunResult result{surface.raw, state.timing, {}};
+    result.summary = writer.finish(state, steps, surface);
+    return result;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,59 @@
+#pragma once
+#include <cstdint>
+
+#include "flux/lateral.hpp"
+#include "surface/ray_scene.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::flux {
+
+/// What all particles of a trace share: the surface, the box they fly in, and its rounding. Lengths in world
+/// units.
+struct Stage {
+    const TriangleMesh& mesh;
+    const surface::RayScene& scene;
+    LateralBox box;
+    double top = 0.0;     ///< height of the source plane; a particle above it has escaped
+    double bottom = 0.0;  ///< below the surface; a particle that gets there slipped through
+    double skin = 0.0;    ///< distance that single precision resolves safely anywhere on the surface
+};
+
+/// \throws GeometryError as require_traceable.
+Stage make_stage(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box);
+
+/// A particle at the start of a flight. Direction of unit length, pointing off \p from.
+struct Particle {
+    Vec3 position, direction;
+    std::uint32_t from =
+        surface::kNoTriangle;  ///< the triangle it leaves, which is flat and cannot be hit at once
+};
+
+enum class End { hit, escaped, leaked };
+
+/// How a flight ended; where, if it hit.
+struct Landing {
+    End end = End::leaked;
+    std::uint32_t triangle = surface::kNoTriangle;
+    double u = 0.0, v = 0.0;     ///< barycentric weights of the second and third vertex
+    std::uint32_t segments = 0;  ///< ray-scene intersections it took
+    bool rescued = false;        ///< it met the surface from behind by rounding, and arrived where it did
+};
+
+/// Follows a particle through side planes until it hits the surface or leaves. O(log n) a segment.
+/// Thread-safe.
+///
+/// Side planes bound the ray, which then goes on mirrored or wrapped. All rounding happens within a skin:
+/// flights start a skin above the surface, and rays reach a little over the sides, where there is no surface.
+/// A particle that nevertheless meets the back of a triangle, or the bottom, arrives there if that is at the
+/// triangle's rim, else at the surface nearest to where it started or last crossed a side, if one is within
+/// the rounding. If neither, it has leaked, which means that the mesh has a hole.
+Landing fly(const Stage& stage, Particle particle);
+
+/// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
+Vec3 outward_normal(const Stage& stage, std::uint32_t triangle);
+
+/// Where a particle that landed starts its next flight: the hit point, a skin off the surface along \p
+/// normal.
+Vec3 point_above(const Stage& stage, const Landing& landing, const Vec3& normal);
+
+}  // namespace sidewall::flux

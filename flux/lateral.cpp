@@ -1,0 +1,121 @@
+#include "flux/lateral.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "surface/error.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// Rounding of coordinates that went through a single-precision file, relative to the largest coordinate.
+constexpr double kFileRounding = 1e-6;
+
+std::string text(const Vec3& p) {
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
+}
+
+// Edges that are not used once in each direction: the surface's boundary, and wherever it is torn.
+std::vector<std::array<std::uint32_t, 2>> unpaired_edges(const TriangleMesh& mesh) {
+    const surface::EdgeTable table = surface::edge_table(mesh);
+    std::vector<std::array<std::uint32_t, 2>> unpaired;
+    for (std::size_t e = 0; e < table.edges.size(); ++e) {
+        const auto corners = table.corners[e];
+        const auto start = [&](std::uint32_t corner) { return mesh.triangles[corner / 3][corner % 3]; };
+        if (corners.size() != 2 || start(corners[0]) == start(corners[1])) unpaired.push_back(table.edges[e]);
+    }
+    return unpaired;
+}
+
+Vec3 total_area_vector(const TriangleMesh& mesh) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += 0.5 * area_vector(mesh, t);
+    return sum;
+}
+
+void require_boundary_on_sides(const TriangleMesh& mesh,
+                               const std::vector<std::array<std::uint32_t, 2>>& boundary,
+                               const LateralBox& box, double tolerance) {
+    if (boundary.empty())
+        throw GeometryError(
+            "the mesh is closed: reflective or periodic sides need a surface that is open at the sides of a "
+            "rectangle in x and y; use --boundary open");
+    for (const auto& [first, second] : boundary) {
+        const Vec3 &a = mesh.vertices[first], &b = mesh.vertices[second];
+        bool on_side = false;
+        for (int axis = 0; axis < 2; ++axis)
+            for (const double plane : {box.min[axis], box.max[axis]})
+                on_side |= std::abs(a[axis] - plane) <= tolerance && std::abs(b[axis] - plane) <= tolerance;
+        if (!on_side)
+            throw GeometryError(
+                fmt::format("the surface has a hole, an inconsistently oriented triangle or an end at the "
+                            "edge {} to {}, which is "
+                            "not on a side of its bounding rectangle x {:.6g} to {:.6g}, y {:.6g} to {:.6g}: "
+                            "repair or cut the "
+                            "mesh, or use --boundary open",
+                            text(a), text(b), box.min[0], box.max[0], box.min[1], box.max[1]));
+    }
+}
+
+}  // namespace
+
+void require_traceable(const TriangleMesh& mesh) {
+    if (mesh.triangles.empty()) throw GeometryError("the mesh has no triangle: nothing can be traced");
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+        if (!mesh.vertices[i].allFinite())
+            throw GeometryError(fmt::format("vertex {} is not finite: repair the mesh", i));
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t])
+            if (v >= mesh.vertices.size())
+                throw GeometryError(fmt::format("triangle {} names vertex {}, but there are only {} vertices",
+                                                t, v, mesh.vertices.size()));
+    const Box3 bounds = bounding_box(mesh);
+    const double size = bounds.size().maxCoeff();
+    const double reach = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+    if (!(size > 1e-9 && size < 1e9))
+        throw GeometryError(fmt::format(
+            "the mesh measures {:.3g} length units: choose a unit in which it measures 1e-9 to 1e9", size));
+    if (reach > 1e3 * size)
+        throw GeometryError(
+            fmt::format("the mesh measures {:.3g} but lies {:.3g} away from the origin, which single "
+                        "precision does not resolve: "
+                        "move it to the origin",
+                        size, reach));
+}
+
+LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundary) {
+    require_traceable(mesh);
+    const Box3 bounds = bounding_box(mesh);
+    const double tolerance = kFileRounding * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+    const LateralBox box{{bounds.min.x(), bounds.min.y()}, {bounds.max.x(), bounds.max.y()}, boundary};
+    for (int axis = 0; axis < 2; ++axis)
+        if (!(box.max[axis] - box.min[axis] > 1e3 * tolerance))
+            throw GeometryError(fmt::format(
+                "the mesh has no extent along {}: it cannot receive particles from above", "xy"[axis]));
+
+    const auto ends = unpaired_edges(mesh);
+    const bool open = boundary[0] == Boundary::open && boundary[1] == Boundary::open;
+    if (!open) require_boundary_on_sides(mesh, ends, box, tolerance);
+
+    // By Stokes, the area seen from above depends on the boundary only: the rectangle's, if the surface
+    // covers it once.
+    const double seen = ends.empty() ? enclosed_volume(mesh) : total_area_vector(mesh).z();
+    const double slack = 1e-5 * box.area();
+    if (seen < (open ? 0.0 : -slack))
+        throw GeometryError(
+            "the surface is inside out: its normals point into the material; reverse the vertex order of its "
+            "triangles");
+    if (!open && std::abs(seen - box.area()) > slack)
+        throw GeometryError(
+            fmt::format("the surface covers {:.6g} of its bounding rectangle's area {:.6g} seen from above: "
+                        "its boundary must go "
+                        "once around the rectangle; use --boundary open",
+                        seen, box.area()));
+    return box;
+}
+
+}  // namespace sidewall::flux

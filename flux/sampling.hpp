@@ -1,0 +1,86 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+
+#include "surface/vec3.hpp"
+
+namespace sidewall::flux {
+
+/// Two unit vectors that complete the unit vector \p n to a right-handed basis. Duff et al., JCGT 6 (2017).
+inline std::pair<Vec3, Vec3> basis_around(const Vec3& n) {
+    const double sign = std::copysign(1.0, n.z());
+    const double a = -1.0 / (sign + n.z());
+    const double b = n.x() * n.y() * a;
+    return {Vec3(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()),
+            Vec3(b, sign + n.y() * n.y() * a, -n.y())};
+}
+
+/// The direction at polar angle (cosine, sine) from \p axis and azimuth 2 pi \p u.
+inline Vec3 direction_around(const Vec3& axis, double cosine, double sine, double u) {
+    const auto [s, t] = basis_around(axis);
+    const double phi = 2.0 * std::numbers::pi * u;
+    return sine * std::cos(phi) * s + sine * std::sin(phi) * t + cosine * axis;
+}
+
+/// A direction within the hemisphere of the unit vector \p axis, density per solid angle
+/// (exponent + 1) / (2 pi) cos^exponent. \p u1, \p u2 uniform in (0, 1); exponent >= 0.
+inline Vec3 sample_cosine_power(const Vec3& axis, double exponent, double u1, double u2) {
+    // cos = u1^(1/(n+1)); 1 - cos^2 cancels for a collimated beam, expm1 does not.
+    const double log_cosine = std::log(u1) / (exponent + 1.0);
+    return direction_around(axis, std::exp(log_cosine), std::sqrt(-std::expm1(2.0 * log_cosine)), u2);
+}
+
+/// Density of sample_cosine_power, per steradian, at an angle whose cosine to the axis is \p cosine.
+inline double cosine_power_density(double cosine, double exponent) {
+    return cosine > 0.0 ? (exponent + 1.0) / (2.0 * std::numbers::pi) * std::pow(cosine, exponent) : 0.0;
+}
+
+/// A direction of diffuse re-emission (Lambert): density cos / pi about the unit vector \p normal.
+inline Vec3 sample_lambertian(const Vec3& normal, double u1, double u2) {
+    return direction_around(normal, std::sqrt(u1), std::sqrt(1.0 - u1), u2);
+}
+
+/// Density of sample_lambertian, per steradian.
+inline double lambertian_density(double cosine) {
+    return std::max(0.0, cosine) * std::numbers::inv_pi;
+}
+
+/// The even bits of \p word, packed into its lower half.
+inline std::uint32_t even_bits(std::uint32_t word) {
+    word &= 0x55555555u;
+    word = (word | word >> 1) & 0x33333333u;
+    word = (word | word >> 2) & 0x0f0f0f0fu;
+    word = (word | word >> 4) & 0x00ff00ffu;
+    return (word | word >> 8) & 0x0000ffffu;
+}
+
+/// The corner (x, y), each of 16 bits, of the cell at \p index on a Hilbert curve through the 2^16 x 2^16
+/// square. Warren, Hacker's Delight, section 16-2: all levels at once, by a parallel prefix of each level's
+/// complement and swap.
+inline std::pair<std::uint32_t, std::uint32_t> hilbert_cell(std::uint32_t index) {
+    constexpr std::uint32_t kEven = 0x55555555u;
+    const std::uint32_t odd = (index >> 1) & kEven;
+    std::uint32_t turn = ((index & kEven) + odd) ^ kEven;
+    for (int shift = 2; shift < 32; shift *= 2) turn ^= turn >> shift;
+    const std::uint32_t swap = turn & kEven, complement = (turn >> 1) & kEven;
+    const std::uint32_t flip = (index & swap) ^ complement;
+    const std::uint32_t cell = index ^ odd ^ flip ^ (flip << 1);
+    return {even_bits(cell >> 1), even_bits(cell)};
+}
+
+/// A point of the unit square for sample \p i of \p count: sample i is uniform over the i-th of \p count
+/// equal pieces of a Hilbert curve. So all samples together cover the square evenly, and consecutive ones lie
+/// close to each other, which keeps the ray tracer's cache warm. \p u uniform in (0, 1), \p jitter 32 random
+/// bits.
+inline std::pair<double, double> sample_square(std::uint64_t i, std::uint64_t count, double u,
+                                               std::uint32_t jitter) {
+    const double along = (static_cast<double>(i) + u) / static_cast<double>(count) * 0x1p32;
+    const auto [x, y] = hilbert_cell(static_cast<std::uint32_t>(std::min(along, 0x1p32 - 1.0)));
+    return {(x + ((jitter >> 16) + 0.5) * 0x1p-16) * 0x1p-16,
+            (y + ((jitter & 0xffffu) + 0.5) * 0x1p-16) * 0x1p-16};
+}
+
+}  // namespace sidewall::flux

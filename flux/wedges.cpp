@@ -1,0 +1,86 @@
+#include "flux/wedges.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "flux/lateral.hpp"
+#include "surface/error.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// The fans of one vertex: fan[i] is the index of the first corner that corner i hangs together with.
+template <typename Smooth>
+void group_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corners, const Smooth& smooth,
+                std::vector<std::uint32_t>& fan) {
+    const auto root = [&](std::uint32_t i) {
+        while (fan[i] != i) i = fan[i] = fan[fan[i]];
+        return i;
+    };
+    fan.resize(corners.size());
+    std::iota(fan.begin(), fan.end(), 0u);
+    // Two corners touch where the edge that one leaves the vertex by is the edge the other comes back by.
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> incoming(corners.size());
+    for (std::uint32_t i = 0; i < corners.size(); ++i)
+        incoming[i] = {mesh.triangles[corners[i] / 3][(corners[i] % 3 + 2) % 3], i};
+    std::sort(incoming.begin(), incoming.end());
+    for (std::uint32_t i = 0; i < corners.size(); ++i) {
+        const std::uint32_t triangle = corners[i] / 3;
+        const std::uint32_t outgoing = mesh.triangles[triangle][(corners[i] % 3 + 1) % 3];
+        auto touching = std::lower_bound(incoming.begin(), incoming.end(), std::pair(outgoing, 0u));
+        for (; touching != incoming.end() && touching->first == outgoing; ++touching) {
+            const std::uint32_t j = touching->second;
+            if (!smooth(triangle, corners[j] / 3)) continue;
+            const std::uint32_t a = root(i), b = root(j);
+            fan[std::max(a, b)] = std::min(a, b);
+        }
+    }
+    for (std::uint32_t i = 0; i < corners.size(); ++i) fan[i] = root(i);
+}
+
+}  // namespace
+
+Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> materials, double crease) {
+    require_traceable(mesh);
+    if (!materials.empty() && materials.size() != mesh.triangles.size())
+        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
+                                        materials.size(), mesh.triangles.size()));
+    const std::vector<Vec3> normals = triangle_normals(mesh);
+    const double cosine = std::cos(crease);
+    const auto smooth = [&](std::uint32_t s, std::uint32_t t) {
+        if (!materials.empty() && materials[s] != materials[t]) return false;
+        // A triangle without area has no normal: it belongs to whatever it touches.
+        return normals[s].dot(normals[t]) > cosine || normals[s].isZero(0.0) || normals[t].isZero(0.0);
+    };
+
+    const surface::Rows corners_at = surface::vertex_corners(mesh);
+    Wedges wedges;
+    wedges.corner.resize(3 * mesh.triangles.size());
+    wedges.first.assign(mesh.vertices.size() + 1, 0);
+    // First the number within the vertex, then, once all vertices are counted, the number in the mesh.
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
+        const auto corners = corners_at[v];
+        thread_local std::vector<std::uint32_t> fan;
+        group_fans(mesh, corners, smooth, fan);
+        std::uint32_t count = 0;
+        for (std::uint32_t i = 0; i < corners.size(); ++i)
+            wedges.corner[corners[i]] = fan[i] == i ? count++ : wedges.corner[corners[fan[i]]];
+        wedges.first[v + 1] = count;
+    });
+    std::partial_sum(wedges.first.begin(), wedges.first.end(), wedges.first.begin());
+    wedges.area.assign(wedges.first.back(), 0.0);
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
+        for (const std::uint32_t c : corners_at[v]) {
+            wedges.corner[c] += wedges.first[v];
+            wedges.area[wedges.corner[c]] += triangle_area(mesh, c / 3) / 3.0;
+        }
+    });
+    return wedges;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::flux {
+
+/// Vertices split where the surface creases or the material changes. A wedge is a smooth fan of triangle
+/// corners around one vertex; a quantity stored by wedge is linear over every triangle, continuous over
+/// smooth parts of the surface, and jumps across creases and material edges. Wedges are numbered vertex by
+/// vertex.
+struct Wedges {
+    std::vector<std::uint32_t> corner;  ///< wedge of corner k of triangle t, at 3 t + k
+    std::vector<std::uint32_t>
+        first;                 ///< wedges of vertex v: first[v] up to first[v + 1] (vertices + 1 entries)
+    std::vector<double> area;  ///< a third of the fan's triangles, length unit squared
+    std::size_t count() const { return area.size(); }
+};
+
+/// Groups the corners of \p mesh into wedges.
+///
+/// Corners of two triangles that share an edge belong together if the triangles' normals differ by less than
+/// \p crease (radian) and their materials are equal.
+/// \param materials  one id a triangle, or empty if there is one material.
+/// \throws GeometryError if \p materials has another length than the triangles.
+/// \note O(n log n) in the largest number of triangles around a vertex; parallel; deterministic.
+Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> materials = {},
+                   double crease = 40.0 * std::numbers::pi / 180.0);
+
+/// Value of a quantity stored by wedge at a triangle's point with barycentric weights \p u and \p v of its
+/// second and third corner.
+inline double interpolate(const Wedges& wedges, std::span<const double> values, std::uint32_t triangle,
+                          double u, double v) {
+    const std::uint32_t* corner = &wedges.corner[3 * std::size_t{triangle}];
+    return (1.0 - u - v) * values[corner[0]] + u * values[corner[1]] + v * values[corner[2]];
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,258 @@
+#include "levelset/advection.hpp"
+
+#include <fmt/format.h>
+#include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+#include <tbb/tick_count.h>
+
+#include <cmath>
+
+#include "levelset/block.hpp"
+#include "levelset/redistance.hpp"
+#include "levelset/upwind.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
+using IndexLeaves = openvdb::tree::LeafManager<const openvdb::Int32Tree>;
+
+// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
+std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
+    const std::size_t below = stack.layers.size() - 1;
+    const auto touching = static_cast<float>(kExposed * stack.domain.spacing);
+    for (std::size_t k = 0; k < below; ++k)
+        if (motion.thickness[sample * below + k] <= touching) return k;
+    return below;
+}
+
+// Mean speed over the step: an etch that reaches the next layer goes on with that layer's speed.
+double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
+                  double duration) {
+    std::size_t layer = exposed(stack, motion, sample);
+    const std::size_t below = stack.layers.size() - 1;
+    double speed = motion.speed(sample, layer, normal);
+    double moved = 0.0, left = duration;
+    while (layer > 0 && speed < 0.0) {
+        const double depth = static_cast<double>(motion.thickness[sample * below + layer - 1]);
+        if (-speed * left <= depth - moved) break;
+        left -= std::max(0.0, depth - moved) / -speed;
+        moved = std::max(moved, depth);
+        --layer;
+        speed = std::min(0.0, motion.speed(sample, layer, normal));
+    }
+    return moved > 0.0 ? -(moved - speed * left) / duration : speed;
+}
+
+// Local Lax-Friedrichs: H at the mean gradient less dissipation by the largest dH/dp between the one-sided ones.
+template <class SpeedOf>
+double lax_friedrichs(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
+    const auto hamiltonian = [&](const Vec3& p) {
+        const double length = p.norm();
+        return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
+    };
+    const Vec3 middle = 0.5 * (minus + plus);
+    Vec3 dissipation = Vec3::Zero();
+    for (const Vec3* p : {&minus, &middle, &plus}) {
+        const double step = 1e-3 * std::max(p->norm(), 1e-6);
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3 low = *p, high = *p;
+            low[axis] -= step;
+            high[axis] += step;
+            dissipation[axis] =
+                std::max(dissipation[axis], std::abs(hamiltonian(high) - hamiltonian(low)) / (2.0 * step));
+        }
+    }
+    return hamiltonian(middle) - 0.5 * dissipation.dot(plus - minus);
+}
+
+// What a stage needs besides phi; values per sample where V does not depend on the normal.
+struct StageInput {
+    const MaterialStack& stack;
+    const Motion& motion;
+    const AdvectionOptions& options;
+    double duration;
+    std::vector<float> speed;
+};
+
+template <int R>
+void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sample, const StageInput& in, Row& h) {
+    const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
+    const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
+    Row growing{}, etching{};
+    std::array<OneSided, 3> d;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const int stride = Block<R>::kStride[a];
+        if constexpr (R == 3)
+            one_sided_5(v, stride, inv_dx, dx, d[a]);
+        else if constexpr (R == 2)
+            one_sided_3(v, stride, inv_dx, dx, d[a]);
+        else
+            one_sided_1(v, stride, d[a]);
+        add_upwind_square(d[a], R > 1, growing, etching);
+    }
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        h[n] = 0.0f;
+        if (sample[n] < 0) continue;
+        const auto index = static_cast<std::size_t>(sample[n]);
+        float speed = 0.0f;
+        if (in.motion.depends_on_normal) {
+            const Vec3 minus(d[0].minus[n] * inv_dx, d[1].minus[n] * inv_dx, d[2].minus[n] * inv_dx);
+            const Vec3 plus(d[0].plus[n] * inv_dx, d[1].plus[n] * inv_dx, d[2].plus[n] * inv_dx);
+            const auto speed_of = [&](const Vec3& normal) {
+                return speed_over(in.stack, in.motion, index, normal, in.duration);
+            };
+            if (in.options.scheme == Scheme::lax_friedrichs) {
+                h[n] = static_cast<float>(lax_friedrichs(minus, plus, speed_of));
+                continue;
+            }
+            const Vec3 gradient = minus + plus;
+            const double length = gradient.norm();
+            speed = length > 0.0 ? static_cast<float>(speed_of(Vec3(gradient / length))) : 0.0f;
+        } else {
+            speed = in.speed[index];
+        }
+        h[n] = speed * inv_dx * std::sqrt(speed > 0.0f ? growing[n] : etching[n]);
+    }
+}
+
+// out = keep * phi0 + (1 - keep) * (phi - dt H(phi)): one stage of a strong-stability-preserving Runge-Kutta scheme (Shu
+// and Osher, J. Comput. Phys. 77 (1988) 439). Buffer 1 holds phi0 if keep > 0, buffer 2 receives.
+template <int R>
+void stage(LeafManager& leaves, const IndexLeaves& samples, const Grid& grid, const StageInput& in, float keep) {
+    const float background = grid.background();
+    const float limit = std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
+    const auto dt = static_cast<float>(in.duration);
+    const std::size_t receive = leaves.auxBuffersPerLeaf();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 4), [&](const auto& range) {
+        const auto accessor = grid.getConstUnsafeAccessor();
+        Block<R> block;
+        Row h;
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const Leaf& leaf = leaves.leaf(n);
+            load_block(accessor, in.stack.domain, leaf, background, block);
+            const float* phi = leaf.buffer().data();
+            const float* phi0 = keep > 0.0f ? leaves.getBuffer(n, 1).data() : nullptr;
+            float* out = leaves.getBuffer(n, receive).data();
+            std::copy_n(phi, Leaf::SIZE, out);
+            const std::int32_t* sample = samples.leaf(n).buffer().data();
+            for (int row = 0; row < 64; ++row) {
+                const auto first = static_cast<std::size_t>(8 * row);
+                const auto active = leaf.getValueMask().template getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+                if (active == 0) continue;
+                hamiltonian_row(block, row >> 3, row & 7, sample + first, in, h);
+                for (std::size_t z = 0; z < kLanes; ++z) {
+                    if (!(active >> z & 1)) continue;
+                    const float moved = phi[first + z] - dt * h[z];
+                    const float mixed = phi0 ? keep * phi0[first + z] + (1.0f - keep) * moved : moved;
+                    out[first + z] = std::clamp(mixed, -limit, limit);
+                }
+            }
+        }
+    });
+    leaves.swapLeafBuffer(receive);
+}
+
+template <int R>
+void integrate(Grid& grid, const StageInput& in) {
+    LeafManager leaves(grid.tree());
+    const IndexLeaves samples(*in.motion.extension.sample_of);
+    const TimeIntegration scheme = in.options.time_integration;
+    // Buffer 1: phi at the step's start (Runge-Kutta only); the last one: the stage's result.
+    leaves.rebuildAuxBuffers(scheme == TimeIntegration::euler ? 1 : 2);
+    stage<R>(leaves, samples, grid, in, 0.0f);
+    if (scheme == TimeIntegration::rk2) stage<R>(leaves, samples, grid, in, 0.5f);
+    if (scheme == TimeIntegration::rk3) {
+        stage<R>(leaves, samples, grid, in, 0.75f);
+        stage<R>(leaves, samples, grid, in, 1.0f / 3.0f);
+    }
+    leaves.removeAuxBuffers();
+}
+
+}  // namespace
+
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed, bool depends_on_normal) {
+    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}};
+    const std::size_t below = stack.layers.size() - 1;
+    if (below == 0) return motion;
+    const auto& samples = motion.extension.samples;
+    motion.thickness.resize(samples.size() * below);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
+        const auto top = stack.top().getConstUnsafeAccessor();
+        for (std::size_t k = 0; k < below; ++k) {
+            const Grid& grid = *stack.layers[k].phi;
+            const auto layer = grid.getConstUnsafeAccessor();
+            for (std::size_t n = range.begin(); n != range.end(); ++n) {
+                // A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's voxels.
+                const openvdb::Coord c = samples[n].node;
+                float value = grid.background();
+                if (layer.isValueOn(c)) value = layer.getValue(c);
+                motion.thickness[n * below + k] = value - top.getValue(c);
+            }
+        }
+    });
+    return motion;
+}
+
+double max_speed(const MaterialStack& stack, const Motion& motion) {
+    const std::size_t below = stack.layers.size() - 1;
+    const auto& samples = motion.extension.samples;
+    // Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
+    std::vector<Vec3> normals{Vec3::UnitZ()};
+    if (motion.depends_on_normal) {
+        normals.clear();
+        for (int n = 0; n < 27; ++n)
+            if (n != 13) normals.push_back(Vec3(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1).normalized());
+    }
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, samples.size(), 1024), 0.0,
+        [&](const auto& range, double most) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n) {
+                const std::size_t surface = exposed(stack, motion, n);
+                for (std::size_t k = 0; k <= surface; ++k) {
+                    const bool reachable =
+                        k == surface || static_cast<double>(motion.thickness[n * below + k]) < stack.domain.spacing;
+                    if (!reachable) continue;
+                    for (const Vec3& normal : normals) {
+                        const double v = motion.speed(n, k, normal);
+                        if (!std::isfinite(v)) {
+                            const auto& c = samples[n].node;
+                            throw NumericsError(fmt::format(
+                                "the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates and fluxes",
+                                stack.domain.coordinate(0, c.x()), stack.domain.coordinate(1, c.y()),
+                                stack.domain.coordinate(2, c.z()), v));
+                        }
+                        most = std::max(most, std::abs(v));
+                    }
+                }
+            }
+            return most;
+        },
+        [](double a, double b) { return std::max(a, b); });
+}
+
+AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration, const AdvectionOptions& options) {
+    const tbb::tick_count start = tbb::tick_count::now();
+    StageInput in{stack, motion, options, duration, {}};
+    if (!motion.depends_on_normal) {
+        in.speed.resize(motion.extension.samples.size());
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, in.speed.size(), 1024), [&](const auto& range) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n)
+                in.speed[n] = static_cast<float>(speed_over(stack, motion, n, Vec3::UnitZ(), duration));
+        });
+    }
+    switch (options.scheme) {
+        case Scheme::weno5: integrate<3>(stack.top(), in); break;
+        case Scheme::weno3: integrate<2>(stack.top(), in); break;
+        case Scheme::engquist_osher:
+        case Scheme::lax_friedrichs: integrate<1>(stack.top(), in); break;
+    }
+    const tbb::tick_count moved = tbb::tick_count::now();
+    redistance(stack.top(), stack.domain);
+    cut_layers(stack);
+    return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,19 @@
+#pragma once
+#include <cstdint>
+
+namespace sidewall::levelset {
+
+/// Spatial discretisation of d(phi)/dt + V |grad phi| = 0.
+enum class Scheme : std::uint8_t { engquist_osher, weno3, weno5, lax_friedrichs };
+
+enum class TimeIntegration : std::uint8_t { euler, rk2, rk3 };
+
+/// How the front is moved.
+struct AdvectionOptions {
+    Scheme scheme = Scheme::engquist_osher;
+    TimeIntegration time_integration = TimeIntegration::euler;
+    double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a step, in (0, 1]
+    bool operator==(const AdvectionOptions&) const = default;
+};
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,71 @@
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include "levelset/grid.hpp"
+
+namespace sidewall::levelset {
+
+/// One leaf's values with R layers of neighbours on every side, ghosts included, in a flat array: stencils become
+/// constant strides. z is contiguous.
+template <int R>
+struct Block {
+    static constexpr int kSide = 8 + 2 * R;
+    static constexpr int kStride[3] = {kSide * kSide, kSide, 1};
+    std::array<float, static_cast<std::size_t>(kSide * kSide * kSide)> value;
+
+    /// Position of leaf-local node (x, y, z), each in [-R, 8+R).
+    static constexpr int at(int x, int y, int z) { return ((x + R) * kSide + y + R) * kSide + z + R; }
+};
+
+/// Fills \p block from \p leaf and its neighbours. A missing neighbour leaf is outside the band: its nodes get the
+/// background with the sign of the nearest node of a leaf that exists.
+template <int R>
+void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const Leaf& leaf, float background,
+                Block<R>& block) {
+    static_assert(R <= 4);
+    const openvdb::Coord origin = leaf.origin();
+    // The 27 leaves around, looked up once; a ghost's source may lie farther and is looked up on its own.
+    std::array<const Leaf*, 27> around;
+    for (int x = -1, n = 0; x <= 1; ++x)
+        for (int y = -1; y <= 1; ++y)
+            for (int z = -1; z <= 1; ++z, ++n)
+                around[static_cast<std::size_t>(n)] = grid.probeConstLeaf(origin.offsetBy(8 * x, 8 * y, 8 * z));
+    for (int x = -R; x < 8 + R; ++x) {
+        const int i = domain.source_node(0, origin.x() + x);
+        const int leaf_x = (i >> 3) - (origin.x() >> 3);
+        for (int y = -R; y < 8 + R; ++y) {
+            const int j = domain.source_node(1, origin.y() + y);
+            const int leaf_y = (j >> 3) - (origin.y() >> 3);
+            const bool near = std::abs(leaf_x) <= 1 && std::abs(leaf_y) <= 1;
+            // Three leaves meet the column's 8 + 2R nodes; their runs are contiguous.
+            const auto run = [&](int leaf_z) -> const float* {
+                const Leaf* source =
+                    near ? around[static_cast<std::size_t>((leaf_x + 1) * 9 + (leaf_y + 1) * 3 + leaf_z + 1)]
+                         : grid.probeConstLeaf(openvdb::Coord(i, j, origin.z() + 8 * leaf_z));
+                return source ? source->buffer().data() + ((i & 7) << 6 | (j & 7) << 3) : nullptr;
+            };
+            float* column = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
+            const float* middle = run(0);
+            const float* below = run(-1);
+            const float* above = run(1);
+            if (middle) {
+                std::memcpy(column, middle, 8 * sizeof(float));
+            } else {
+                // Sign of the nearest node of the centre leaf: the missing leaf lies wholly on its side of the front.
+                const int cx = std::clamp(x, 0, 7), cy = std::clamp(y, 0, 7);
+                const float* nearest = leaf.buffer().data() + (cx << 6 | cy << 3);
+                for (int z = 0; z < 8; ++z) column[z] = std::copysign(background, nearest[z]);
+            }
+            for (int z = 1; z <= R; ++z) {
+                column[-z] = below ? below[8 - z] : std::copysign(background, column[0]);
+                column[7 + z] = above ? above[z - 1] : std::copysign(background, column[7]);
+            }
+        }
+    }
+}
+
+}  // namespace sidewall::levelset

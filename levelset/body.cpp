@@ -1,0 +1,177 @@
+#include "levelset/body.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
+#include "surface/error.hpp"
+#include "surface/mesh_io.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+// Stands for "through everything": beyond any wafer, small enough for exact arithmetic beside a cell.
+constexpr double kFar = 1e5;
+
+// Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric about its axis.
+double profile_distance(const std::vector<Vec2>& profile, double s, double z, bool gas) {
+    double squared = std::numeric_limits<double>::infinity();
+    const Vec2 p(s, z);
+    for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
+        const Vec2 a = profile[k], ab = profile[k + 1] - a;
+        const double t = std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+        squared = std::min(squared, (p - a - t * ab).squaredNorm());
+    }
+    return gas ? std::sqrt(squared) : -std::sqrt(squared);
+}
+
+// Nearest repetition of the offset from a shape's centre.
+double wrapped(double offset, const Domain& domain, int axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (domain.side[a] != Side::periodic) return offset;
+    const double length = domain.max[a] - domain.min[a];
+    return offset - length * std::round(offset / length);
+}
+
+// A recess of half-width `half` at the top whose walls lean inwards by `slope` (length per length).
+Body recess(const Shape& shape, double half, bool round, const Domain& domain) {
+    const double slope = std::tan(shape.taper_deg * std::numbers::pi / 180.0);
+    double depth = std::min(shape.depth, kFar);
+    if (slope > 0.0) depth = std::min(depth, half / slope);  // the walls meet: a V
+    const double bottom = shape.top - depth, half_bottom = std::max(0.0, half - slope * depth);
+    const std::vector<Vec2> profile{{kFar, shape.top}, {half, shape.top}, {half_bottom, bottom}, {-kFar, bottom}};
+    return {[=, top = shape.top, position = shape.position](const Vec3& p) {
+                const double x = wrapped(p.x() - position[0], domain, 0);
+                const double s = round ? std::hypot(x, wrapped(p.y() - position[1], domain, 1)) : std::abs(x);
+                const double z = p.z();
+                const bool gas = z > top || (z > bottom && s < half - slope * (top - z));
+                return profile_distance(profile, s, z, gas);
+            },
+            std::isfinite(shape.depth) ? bottom : shape.top, shape.top};
+}
+
+Body fin(const Shape& shape, const Domain& domain) {
+    const double half = 0.5 * shape.width, slope = std::tan(shape.taper_deg * std::numbers::pi / 180.0);
+    const double height = slope > 0.0 ? std::min(shape.height, half / slope) : shape.height;
+    const double ridge = shape.top + height, half_ridge = std::max(0.0, half - slope * height);
+    const std::vector<Vec2> profile{{-kFar, ridge}, {half_ridge, ridge}, {half, shape.top}, {kFar, shape.top}};
+    return {[=, top = shape.top, position = shape.position](const Vec3& p) {
+                const double s = std::abs(wrapped(p.x() - position[0], domain, 0)), z = p.z();
+                const bool gas = z > ridge || (z > top && s > half - slope * (z - top));
+                return profile_distance(profile, s, z, gas);
+            },
+            shape.top, ridge};
+}
+
+// Half-spaces: exact on the surface and inside, a lower bound of the distance off its edges.
+Body box(const Shape& shape, const Domain& domain) {
+    const double angle = shape.taper_deg * std::numbers::pi / 180.0, top = shape.top + shape.height;
+    return {[=, foot = shape.top, size = shape.size, position = shape.position](const Vec3& p) {
+                double d = p.z() - top;
+                for (int axis = 0; axis < 2; ++axis) {
+                    const auto a = static_cast<std::size_t>(axis);
+                    const double offset = std::abs(wrapped(p[axis] - position[a], domain, axis)) - 0.5 * size[a];
+                    d = std::max(d, std::cos(angle) * offset + std::sin(angle) * (p.z() - foot));
+                }
+                return std::min(d, p.z() - foot);
+            },
+            shape.top, top};
+}
+
+// Normals of corners and edges, weighted by the angle under which each triangle is seen from them.
+struct PseudoNormals {
+    std::vector<Vec3> vertex;
+    std::vector<std::array<Vec3, 3>> edge;  // per triangle, edge k from corner k to k + 1
+};
+
+PseudoNormals pseudo_normals(const TriangleMesh& mesh) {
+    PseudoNormals n;
+    n.vertex.assign(mesh.vertices.size(), Vec3::Zero());
+    n.edge.resize(mesh.triangles.size());
+    struct Half {
+        std::uint32_t a, b, triangle, k;
+    };
+    std::vector<Half> halves;
+    const auto normals = triangle_normals(mesh);
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const auto& tri = mesh.triangles[t];
+            const std::uint32_t a = tri[k], b = tri[(k + 1) % 3], c = tri[(k + 2) % 3];
+            const Vec3 u = (mesh.vertices[b] - mesh.vertices[a]).normalized(), v = (mesh.vertices[c] - mesh.vertices[a]).normalized();
+            n.vertex[a] += std::acos(std::clamp(u.dot(v), -1.0, 1.0)) * normals[t];
+            halves.push_back({std::min(a, b), std::max(a, b), t, k});
+        }
+    std::sort(halves.begin(), halves.end(), [](const Half& p, const Half& q) {
+        return std::tie(p.a, p.b, p.triangle, p.k) < std::tie(q.a, q.b, q.triangle, q.k);
+    });
+    for (std::size_t i = 0, j = 0; i < halves.size(); i = j) {
+        Vec3 sum = Vec3::Zero();
+        for (j = i; j < halves.size() && halves[j].a == halves[i].a && halves[j].b == halves[i].b; ++j)
+            sum += normals[halves[j].triangle];
+        for (std::size_t k = i; k < j; ++k) n.edge[halves[k].triangle][halves[k].k] = sum;
+    }
+    return n;
+}
+
+Body mesh_body(const Shape& shape) {
+    const auto mesh = std::make_shared<const TriangleMesh>(surface::read_mesh(shape.file));
+    const auto scene = std::make_shared<const surface::RayScene>(*mesh);
+    const auto normals = std::make_shared<const PseudoNormals>(pseudo_normals(*mesh));
+    const auto face = std::make_shared<const std::vector<Vec3>>(triangle_normals(*mesh));
+    const Box3 bounds = bounding_box(*mesh);
+    const double size = bounds.size().norm();
+    return {[=](const Vec3& p) {
+                const double reach = size + (p - 0.5 * (bounds.min + bounds.max)).norm();
+                const surface::SurfaceHit hit = scene->closest_point(p, reach);
+                const auto& triangle = mesh->triangles[hit.triangle];
+                const double weight[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
+                constexpr double kOn = 1e-9;
+                Vec3 normal = (*face)[hit.triangle];
+                for (std::size_t k = 0; k < 3; ++k)
+                    if (weight[(k + 2) % 3] < kOn) normal = normals->edge[hit.triangle][k];
+                for (std::size_t k = 0; k < 3; ++k)
+                    if (weight[k] > 1.0 - kOn) normal = normals->vertex[triangle[k]];
+                return (p - hit.point).dot(normal) < 0.0 ? -hit.distance : hit.distance;
+            },
+            bounds.min.z(), bounds.max.z()};
+}
+
+void require(bool good, const Shape& shape, const char* what) {
+    if (!good)
+        throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
+}
+
+}  // namespace
+
+Body make_body(const Shape& shape, const Domain& domain) {
+    require(std::abs(shape.taper_deg) < 90.0, shape, "taper_deg must lie between -90 and 90");
+    switch (shape.kind) {
+        case ShapeKind::plane:
+            return {[top = shape.top](const Vec3& p) { return p.z() - top; }, shape.top, shape.top};
+        case ShapeKind::trench:
+            require(shape.width > 0.0 && shape.depth > 0.0, shape, "a trench needs a positive width and depth");
+            return recess(shape, 0.5 * shape.width, false, domain);
+        case ShapeKind::hole:
+            require(shape.radius > 0.0 && shape.depth > 0.0, shape, "a hole needs a positive radius and depth");
+            return recess(shape, shape.radius, true, domain);
+        case ShapeKind::fin:
+            require(shape.width > 0.0 && shape.height > 0.0, shape, "a fin needs a positive width and height");
+            return fin(shape, domain);
+        case ShapeKind::box:
+            require(shape.size[0] > 0.0 && shape.size[1] > 0.0 && shape.height > 0.0, shape,
+                    "a box needs a positive size and height");
+            return box(shape, domain);
+        case ShapeKind::mesh:
+            return mesh_body(shape);
+    }
+    throw GeometryError("unknown shape");
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,36 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "levelset/grid.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::levelset {
+
+/// The surface point that a node next to the front belongs to.
+struct SurfaceSample {
+    std::uint32_t triangle = 0;  ///< of the mesh that carries fluxes
+    float u = 0.0f, v = 0.0f;    ///< barycentric weights of the triangle's second and third vertex
+    openvdb::Coord node;         ///< the grid node that looked
+};
+
+/// Which surface sample every band node takes its speed from: the normal extension of the surface's values
+/// (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
+struct Extension {
+    std::vector<SurfaceSample> samples;  ///< one a node within a cell of the front, in grid order
+    openvdb::Int32Tree::Ptr sample_of;   ///< topology of the grid: index into samples, or -1 far from any
+};
+
+/// Finds the closest surface point of every node within a cell of the front: along the gradient, or, where that misses
+/// (edges and corners), by a closest-point search. Nodes farther out share the sample of the node next to their own foot
+/// point.
+///
+/// \param scene  the mesh that carries the fluxes, within half a cell of the front.
+/// \note Parallel, deterministic.
+Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene);
+
+/// The same topology without a mesh: samples carry their node only. For speeds that depend on no flux.
+Extension extend_without_mesh(const Grid& grid, const Domain& domain);
+
+}  // namespace sidewall::levelset

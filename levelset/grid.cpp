@@ -1,0 +1,129 @@
+#include "levelset/grid.hpp"
+
+#include <fmt/format.h>
+#include <openvdb/tools/Prune.h>
+#include <openvdb/tree/LeafManager.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <limits>
+
+#include "surface/error.hpp"
+
+namespace sidewall::levelset {
+
+void initialize() {
+    static const bool once = [] {
+        openvdb::initialize();
+        return true;
+    }();
+    (void)once;
+}
+
+Grid::Ptr make_grid(const Domain& domain) {
+    initialize();
+    Grid::Ptr grid = Grid::create(static_cast<float>(kHalfWidth * domain.spacing));
+    openvdb::math::Transform::Ptr transform = openvdb::math::Transform::createLinearTransform(domain.spacing);
+    transform->postTranslate(openvdb::Vec3d(domain.min[0], domain.min[1], 0.0));
+    grid->setTransform(transform);
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    return grid;
+}
+
+Grid::Ptr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
+                      double z_max) {
+    Grid::Ptr grid = make_grid(domain);
+    const double dx = domain.spacing, band = kHalfWidth * dx;
+    const float background = grid->background();
+    const int k_min = static_cast<int>(std::floor(z_min / dx)), k_max = static_cast<int>(std::ceil(z_max / dx));
+    const int leaves[3] = {(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1, (k_max >> 3) - (k_min >> 3) + 1};
+    // A leaf can only meet the band if the distance at its centre is below band + half its diagonal.
+    const double reach = band + 0.5 * std::sqrt(3.0) * 8.0 * dx;
+    const auto world = [&](const openvdb::Coord& c) {
+        return Vec3(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()), domain.coordinate(2, c.z()));
+    };
+    tbb::enumerable_thread_specific<std::vector<std::unique_ptr<Leaf>>> made;
+    const int count = leaves[0] * leaves[1] * leaves[2];
+    tbb::parallel_for(0, count, [&](int n) {
+        const openvdb::Coord origin(8 * (n / leaves[2] / leaves[1]), 8 * (n / leaves[2] % leaves[1]),
+                                    8 * (n % leaves[2] + (k_min >> 3)));
+        const Vec3 centre = world(origin) + Vec3::Constant(4.0 * dx);
+        if (std::abs(distance(centre)) > reach) return;
+        auto leaf = std::make_unique<Leaf>(origin, background, false);
+        bool any = false;
+        for (openvdb::Index offset = 0; offset < Leaf::SIZE; ++offset) {
+            const openvdb::Coord c = leaf->offsetToGlobalCoord(offset);
+            const auto d = static_cast<float>(distance(world(c)));
+            const bool active = domain.owns(c.x(), c.y()) && std::abs(d) < background;
+            any |= active;
+            leaf->setValueOnly(offset, active ? d : std::copysign(background, d));
+            if (active) leaf->setValueOn(offset);
+        }
+        if (any) made.local().push_back(std::move(leaf));
+    });
+    for (auto& list : made)
+        for (auto& leaf : list) grid->tree().addLeaf(leaf.release());
+    return grid;
+}
+
+bool inside(const Grid& grid, const openvdb::Coord& ijk) {
+    const auto accessor = grid.getConstUnsafeAccessor();
+    if (const Leaf* leaf = accessor.probeConstLeaf(ijk)) return leaf->getValue(ijk) < 0.0f;
+    openvdb::CoordBBox box;
+    if (!grid.tree().evalLeafBoundingBox(box)) return false;
+    openvdb::Coord c(ijk.x(), ijk.y(), std::max(((ijk.z() >> 3) + 1) << 3, box.min().z()));
+    for (; c.z() <= box.max().z(); c.z() += 8)
+        if (const Leaf* leaf = accessor.probeConstLeaf(c)) return leaf->getValue(c) < 0.0f;
+    return false;
+}
+
+double distance_at(const Grid& grid, const Domain& domain, const Vec3& point) {
+    const Vec3 index = domain.to_index(point);
+    const auto accessor = grid.getConstUnsafeAccessor();
+    const double background = static_cast<double>(grid.background());
+    int base[3];
+    double t[3];
+    for (int a = 0; a < 3; ++a) {
+        base[a] = static_cast<int>(std::floor(index[a]));
+        t[a] = index[a] - base[a];
+    }
+    double sum = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const int d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+        double weight = 1.0;
+        for (int a = 0; a < 3; ++a) weight *= d[a] ? t[a] : 1.0 - t[a];
+        if (weight == 0.0) continue;
+        const openvdb::Coord c(domain.source_node(0, base[0] + d[0]), domain.source_node(1, base[1] + d[1]),
+                               base[2] + d[2]);
+        const Leaf* leaf = accessor.probeConstLeaf(c);
+        sum += weight * (leaf ? static_cast<double>(leaf->getValue(c)) : inside(grid, c) ? -background : background);
+    }
+    return sum;
+}
+
+std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain) {
+    openvdb::CoordBBox box;
+    if (!grid.tree().evalActiveVoxelBoundingBox(box))
+        throw NumericsError("the surface has vanished: no material boundary is left in the domain; shorten the step");
+    return {box.min().z() * domain.spacing, box.max().z() * domain.spacing};
+}
+
+void trim_band(Grid& grid, const Domain& domain) {
+    const float background = grid.background();
+    openvdb::tree::LeafManager<Grid::TreeType> leaves(grid.tree());
+    leaves.foreach([&](Leaf& leaf, std::size_t) {
+        float* value = leaf.buffer().data();
+        const openvdb::Coord origin = leaf.origin();
+        for (auto it = leaf.beginValueOn(); it; ++it) {
+            const openvdb::Index n = it.pos();
+            const bool own = domain.owns(origin.x() + static_cast<int>(n >> 6), origin.y() + static_cast<int>(n >> 3 & 7));
+            if (own && std::abs(value[n]) < background) continue;
+            value[n] = std::copysign(background, value[n]);
+            leaf.setValueOff(n);
+        }
+    });
+    openvdb::tools::pruneInactive(grid.tree());
+}
+
+}  // namespace sidewall::levelset

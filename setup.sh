@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Sets Sidewall up on Debian 12 and runs it: ./setup.sh run [ARGS] | test | deps. See README.md.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")"
+
+PACKAGES=(
+    g++ cmake ninja-build
+    libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libtbb-dev libeigen3-dev
+    librandom123-dev libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev
+    libpng-dev zlib1g-dev libexpat1-dev catch2
+)
+
+usage() {
+    cat <<'TEXT'
+usage: ./setup.sh run [ARGS]   install what is missing, build, and run `sidewall run ARGS`
+                               (no ARGS: configs/trench_deposition.toml)
+       ./setup.sh test         the same, then all tests
+       ./setup.sh deps         only install the Debian packages
+TEXT
+}
+
+install_packages() {
+    local missing=() package
+    for package in "${PACKAGES[@]}"; do
+        [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+    done
+    [ ${#missing[@]} -eq 0 ] && return
+    local as_root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo >/dev/null || { echo "setup.sh: run as root, or install sudo: packages are missing: ${missing[*]}" >&2; exit 1; }
+        as_root=(sudo)
+    fi
+    echo "setup.sh: installing Debian packages: ${missing[*]}" >&2
+    "${as_root[@]}" apt-get update -qq
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+}
+
+build() {
+    cmake --preset release "$@" >build.log 2>&1 || { cat build.log >&2; exit 1; }
+    rm build.log
+    cmake --build --preset release
+}
+
+command=${1:-}
+[ $# -gt 0 ] && shift
+case "$command" in
+    deps) install_packages ;;
+    run)
+        install_packages
+        build -DSIDEWALL_TESTS=OFF >&2
+        [ $# -gt 0 ] || set -- configs/trench_deposition.toml
+        exec build/release/sidewall run "$@"
+        ;;
+    test)
+        install_packages
+        build -DSIDEWALL_TESTS=ON ${SIDEWALL_CMAKE_ARGS:-}
+        ctest --preset release
+        ;;
+    *)
+        usage >&2
+        exit 2
+        ;;
+esac

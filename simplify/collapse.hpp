@@ -1,0 +1,67 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "simplify/options.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::simplify {
+
+/// What one pass of edge collapses may do.
+struct CollapsePass {
+    double max_length = 0.0;          ///< only edges shorter than this collapse
+    std::size_t target_vertices = 0;  ///< the pass ends when no more than this many are left
+    bool spare_region = false;        ///< edges with an end in the region stay as they are
+};
+
+/// A mesh being coarsened by edge collapses, cheapest Lindstrom-Turk cost first (Lindstrom and Turk, Fast and
+/// memory efficient polygonal simplification, 1998). The mesh is taken apart once, passes share it, take_mesh
+/// puts it together.
+///
+/// What a pass keeps:
+/// - Boundary: its vertices move along it only; those in an x or y extreme of the mesh keep that coordinate
+/// to
+///   the last bit, corners stay, and an edge that ends on the boundary collapses onto its boundary vertex.
+/// - Vertices where triangles of different `material` meet: edges that touch them stay.
+/// - Orientation: no triangle turns by 90 degrees or more in a collapse.
+/// - Shape: the worst triangle around an edge gets no worse once it is a sliver, and none becomes degenerate.
+/// - Manifoldness and Euler number (link condition).
+/// A placement outside of the edge's neighbourhood, where constraints are near-singular, becomes the
+/// midpoint.
+class CollapseEngine {
+  public:
+    /// Keeps a reference to \p mesh. \throws GeometryError if it is not an orientable manifold or `material`
+    /// is not one number a triangle.
+    CollapseEngine(const TriangleMesh& mesh, const Weights& weights);
+    ~CollapseEngine();
+
+    /// Features, one flag an input vertex; a merged vertex is one if either was. The region starts out as the
+    /// features.
+    void set_features(std::span<const std::uint8_t> features);
+
+    void reset_region();
+    /// Adds all neighbours to the region. \returns how many.
+    std::size_t grow_region();
+
+    /// \returns how many vertices it removed. O(n log n); sequential, deterministic.
+    std::size_t run(const CollapsePass& pass);
+
+    /// Vertices left, those no triangle uses not counted.
+    std::size_t vertex_count() const;
+    /// Shortest and longest edge of the transition region: with no end in the region. Infinity and 0 if there
+    /// is none.
+    double shortest_transition_edge() const;
+    double longest_transition_edge() const;
+
+    /// The mesh as it is now: vertices and triangles in the input's order, unmoved vertices bit for bit,
+    /// per-triangle `material` carried along, other attributes and unused vertices left out.
+    TriangleMesh take_mesh() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace sidewall::simplify

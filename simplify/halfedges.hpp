@@ -1,0 +1,28 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::simplify {
+
+inline constexpr std::uint32_t kNoHalfedge = 0xffffffffu;
+
+/// Which triangles share an edge. Halfedge 3 t + k runs from corner k of triangle t to its next corner.
+struct Halfedges {
+    std::vector<std::uint32_t>
+        opposite;  ///< per halfedge: the same edge in the other triangle, or kNoHalfedge
+};
+
+/// \throws GeometryError if a vertex is not finite, an index is out of range or a triangle uses a vertex
+/// twice.
+void check_arrays(const TriangleMesh& mesh);
+
+/// Connects the triangles of an orientable 2-manifold with or without boundary. O(n).
+/// \throws GeometryError, naming the place and a remedy, as check_arrays does, and if an edge has more than
+/// two
+///         triangles, two neighbours are oriented against each other, or triangles at a vertex hang together
+///         by that vertex alone.
+Halfedges connect(const TriangleMesh& mesh);
+
+}  // namespace sidewall::simplify

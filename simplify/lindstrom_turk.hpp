@@ -1,0 +1,16 @@
+#pragma once
+#include "simplify/options.hpp"
+#include "simplify/result.hpp"
+
+namespace sidewall::simplify {
+
+/// Coarsens \p mesh everywhere by the same rule: cheapest edge first (Lindstrom and Turk 1998), until the
+/// target or the edge length is reached, or nothing more can go.
+///
+/// \param mesh  orientable manifold, open or closed; its boundary, material borders, orientation and Euler
+///              number are kept as CollapseEngine says.
+/// \throws GeometryError on another mesh, RecipeError on options out of range.
+/// \note O(n log n); deterministic for a given mesh, whatever the number of threads.
+Result simplify_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options);
+
+}  // namespace sidewall::simplify

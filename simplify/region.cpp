@@ -1,0 +1,89 @@
+#include "simplify/region.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "simplify/collapse.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::simplify {
+namespace {
+
+struct Schedule {
+    double l0, step, l_max;
+    std::size_t target;
+};
+
+/// A step too short for the mesh would mean a pass for every single vertex.
+void check_step(const TriangleMesh& mesh, double step) {
+    constexpr double kShortest = 1e-3;
+    const double mean = base_length(mesh, {}, {});
+    if (step < kShortest * mean)
+        throw RecipeError(
+            fmt::format("simplify.step = {}: less than {} of the mean edge length {:.4g}, which would take "
+                        "thousands of passes; use a tenth of it or more",
+                        step, kShortest, mean));
+}
+
+/// The next length of the schedule at which an edge of length \p shortest may collapse: spares empty passes.
+double length_beyond(double shortest, const Schedule& s) {
+    const double length = s.l0 + s.step * (std::floor((shortest - s.l0) / s.step) + 1.0);
+    return std::max(length, std::nextafter(shortest, std::numeric_limits<double>::infinity()));
+}
+
+/// One run of the schedule. \returns how many vertices it removed.
+std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<Ring>& rings) {
+    std::size_t total = 0;
+    const auto run = [&](double length, bool spare_region) {
+        const std::size_t removed = engine.run({length, s.target, spare_region});
+        rings.push_back({length, removed});
+        total += removed;
+        return removed;
+    };
+    engine.reset_region();
+    if (s.l0 > 0.0) run(std::min(s.l0, s.l_max), false);
+    double length = s.l0 + s.step;
+    while (engine.vertex_count() > s.target) {
+        const double limit = std::min(length, s.l_max);
+        const double shortest = engine.shortest_transition_edge();
+        const bool can_collapse = shortest < limit;
+        const std::size_t removed = can_collapse ? run(limit, true) : 0;
+        if (limit >= s.l_max || (can_collapse && removed == 0) || std::isinf(shortest)) break;
+        const bool stuck = engine.grow_region() == 0 && !can_collapse;
+        length = stuck ? length_beyond(shortest, s) : length + s.step;
+    }
+    return total;
+}
+
+}  // namespace
+
+Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
+                        const RegionOptions& options) {
+    check(options);
+    CollapseEngine engine(mesh, options.weights);
+    check_step(mesh, options.step);
+    engine.set_features(features);
+    Result result;
+    Schedule schedule{options.l0, options.step, options.l_max, options.target_vertices.value_or(0)};
+    if (!options.target_vertices) {
+        run_schedule(engine, schedule, result.rings);
+    } else {
+        schedule.l_max = std::numeric_limits<double>::infinity();
+        constexpr double kLonger = 1.25;
+        for (;;) {
+            const std::size_t removed = run_schedule(engine, schedule, result.rings);
+            if (engine.vertex_count() <= schedule.target) break;
+            engine.reset_region();
+            if (removed == 0 && schedule.l0 + schedule.step > engine.longest_transition_edge()) break;
+            schedule.l0 *= kLonger;
+            schedule.step *= kLonger;
+        }
+    }
+    result.mesh = engine.take_mesh();
+    return result;
+}
+
+}  // namespace sidewall::simplify

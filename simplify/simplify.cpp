@@ -1,0 +1,50 @@
+#include "simplify/simplify.hpp"
+
+#include <chrono>
+
+#include "simplify/lindstrom_turk.hpp"
+#include "simplify/region.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::simplify {
+namespace {
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Result collapse(const TriangleMesh& mesh, std::span<const std::uint8_t> features, const Options& options) {
+    const bool region = options.method == Method::region;
+    const double base =
+        base_length(mesh, region ? features : std::span<const std::uint8_t>{}, options.grid_spacing);
+    if (region) return simplify_regions(mesh, features, resolve_region(options, base));
+    return simplify_lindstrom_turk(mesh, resolve_lindstrom_turk(options, base));
+}
+
+}  // namespace
+
+Result simplify(const TriangleMesh& mesh, std::span<const std::uint8_t> features, const Options& options) {
+    if (options.method == Method::region_bounded)
+        throw RecipeError(
+            "simplify.method = \"region-bounded\": not available in this version; use \"region\"");
+    if (options.max_error)
+        throw RecipeError(
+            "simplify.max_error: only method \"region-bounded\" can keep a hard bound, and it is not "
+            "available in this version; leave max_error out and read the reported distances");
+    const double start = now();
+    Result result;
+    if (options.method == Method::none || mesh.triangles.empty()) {
+        result.mesh = mesh;
+    } else {
+        result = collapse(mesh, features, options);
+        result.seconds.collapse = now() - start;
+        for (const auto* attributes : {&mesh.vertex_attributes, &mesh.triangle_attributes})
+            for (const Attribute& a : *attributes)
+                if (attributes == &mesh.vertex_attributes || a.name != "material")
+                    result.dropped_attributes.push_back(a.name);
+    }
+    result.seconds.total = now() - start;
+    return result;
+}
+
+}  // namespace sidewall::simplify

@@ -1,0 +1,18 @@
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "simplify/options.hpp"
+#include "simplify/result.hpp"
+
+namespace sidewall::simplify {
+
+/// Coarsens \p mesh by the method and lengths of \p options; "auto" comes from the grid spacing or the mesh.
+///
+/// \param features  one flag a vertex; only the region methods read them, the others take an empty span.
+/// \returns the mesh, the vertices each pass removed and the seconds taken (not those for finding features).
+/// \throws RecipeError for region-bounded and max_error, which are not available yet, and for values out of
+///         range; GeometryError as simplify_regions does.
+Result simplify(const TriangleMesh& mesh, std::span<const std::uint8_t> features, const Options& options);
+
+}  // namespace sidewall::simplify

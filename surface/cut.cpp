@@ -1,0 +1,129 @@
+#include "surface/cut.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "surface/chain.hpp"
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+constexpr const char* kAxisNames[] = {"x", "y", "z"};
+
+/// The axis of an axis-aligned plane, or -1.
+int plane_axis(const Plane& plane) {
+    for (int k = 0; k < 3; ++k)
+        if (plane.normal[k] != 0.0 && plane.normal[(k + 1) % 3] == 0.0 && plane.normal[(k + 2) % 3] == 0.0)
+            return k;
+    return -1;
+}
+
+}  // namespace
+
+Plane parse_plane(const std::string& text) {
+    Plane plane;
+    const int axis = text.size() > 2 && text[1] == '=' ? text[0] - 'x' : -1;
+    const char* end = text.data() + text.size();
+    const auto [last, failure] = axis < 0 || axis > 2
+                                     ? std::from_chars_result{text.data(), std::errc::invalid_argument}
+                                     : std::from_chars(text.data() + 2, end, plane.offset);
+    if (failure != std::errc{} || last != end || !std::isfinite(plane.offset))
+        throw RecipeError(
+            fmt::format("cut plane '{}': must be x, y or z, '=' and a number, such as y=0", text));
+    plane.normal = Vec3::Unit(axis);
+    return plane;
+}
+
+std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane) {
+    if (!plane.normal.allFinite() || plane.normal.isZero(0.0) || !std::isfinite(plane.offset))
+        throw GeometryError("cannot cut by a plane whose normal is zero or not finite");
+    const int axis = plane_axis(plane);
+    std::vector<double> height(mesh.vertices.size());
+    for (std::size_t i = 0; i < height.size(); ++i)
+        height[i] = axis < 0
+                        ? plane.normal.dot(mesh.vertices[i]) - plane.offset
+                        : (mesh.vertices[i][axis] - plane.offset / plane.normal[axis]) * plane.normal[axis];
+
+    // In every triangle that straddles the plane, the cut runs from the edge going down to the edge going up.
+    std::vector<Link> links;
+    std::vector<std::uint32_t> owner;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        Link link;
+        int crossings = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+            const bool a_up = height[a] >= 0.0, b_up = height[b] >= 0.0;
+            if (a_up == b_up) continue;
+            (a_up ? link.from : link.to) = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+            ++crossings;
+        }
+        if (crossings != 2) continue;
+        links.push_back(link);
+        owner.push_back(t);
+    }
+
+    // From the edge's lower vertex to its higher one, so that both of its triangles find the same bits.
+    const auto crossing = [&](std::uint64_t edge) {
+        const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
+        const double t = height[a] / (height[a] - height[b]);
+        Vec3 p = height[b] == 0.0 ? mesh.vertices[b]
+                                  : Vec3(mesh.vertices[a] + t * (mesh.vertices[b] - mesh.vertices[a]));
+        if (axis >= 0) p[axis] = plane.offset / plane.normal[axis];
+        return p;
+    };
+    std::vector<Polyline> result;
+    for (const Chain& chain : join_links(links)) {
+        Polyline line;
+        line.closed = chain.closed;
+        line.points.push_back(crossing(links[chain.links.front()].from));
+        for (const std::uint32_t link : chain.links) {
+            const Vec3 p = crossing(links[link].to);
+            // A fan around a vertex on the plane crosses it many times in one point.
+            if (p == line.points.back()) continue;
+            line.points.push_back(p);
+            line.triangles.push_back(owner[link]);
+        }
+        if (line.closed && line.points.size() > 1 && line.points.front() == line.points.back())
+            line.points.pop_back();
+        if (line.points.size() > 1) result.push_back(std::move(line));
+    }
+    return result;
+}
+
+std::array<Vec3, 2> plane_axes(const Plane& plane) {
+    const int axis = plane_axis(plane);
+    if (axis == 0) return {Vec3::UnitY(), Vec3::UnitZ()};
+    if (axis == 1) return {Vec3::UnitX(), Vec3::UnitZ()};
+    if (axis == 2) return {Vec3::UnitX(), Vec3::UnitY()};
+    const Vec3 normal = plane.normal.normalized();
+    const Vec3 a = Vec3(-normal.y(), normal.x(), 0.0).normalized();
+    return {a, normal.cross(a)};
+}
+
+std::string profile_csv(const std::vector<Polyline>& polylines, const Plane& plane) {
+    const int axis = plane_axis(plane);
+    const auto [a, b] = plane_axes(plane);
+    std::string text = axis < 0 ? "a,b,polyline\n"
+                                : fmt::format("{},{},polyline\n", kAxisNames[axis == 0 ? 1 : 0],
+                                              kAxisNames[axis == 2 ? 1 : 2]);
+    for (std::size_t i = 0; i < polylines.size(); ++i) {
+        const Polyline& line = polylines[i];
+        const std::size_t rows = line.points.size() + (line.closed ? 1 : 0);
+        for (std::size_t k = 0; k < rows; ++k) {
+            const Vec3& p = line.points[k % line.points.size()];
+            fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{}\n", a.dot(p), b.dot(p), i);
+        }
+    }
+    return text;
+}
+
+void write_profile_csv(const std::filesystem::path& path, const std::vector<Polyline>& polylines,
+                       const Plane& plane) {
+    write_whole_file(path, profile_csv(polylines, plane));
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,119 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+#include "surface/error.hpp"
+#include "surface/triangle_mesh.hpp"
+
+// What the mesh file readers and writers share; not for others.
+namespace sidewall::surface {
+
+static_assert(std::endian::native == std::endian::little,
+              "mesh files are written from memory, little endian first");
+
+/// The scalar types of VTP and PLY.
+enum class FileScalar { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+
+constexpr std::size_t byte_size(FileScalar type) {
+    constexpr std::size_t kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    return kSizes[static_cast<std::size_t>(type)];
+}
+
+template <class T>
+T load(const char* bytes, bool big_endian) {
+    char copy[sizeof(T)];
+    std::memcpy(copy, bytes, sizeof(T));
+    if (big_endian) std::reverse(copy, copy + sizeof(T));
+    T value;
+    std::memcpy(&value, copy, sizeof(T));
+    return value;
+}
+
+/// One value as double; integers beyond 2^53 are rounded.
+inline double load_scalar(const char* bytes, FileScalar type, bool big_endian) {
+    switch (type) {
+        case FileScalar::int8:
+            return static_cast<double>(load<std::int8_t>(bytes, big_endian));
+        case FileScalar::uint8:
+            return static_cast<double>(load<std::uint8_t>(bytes, big_endian));
+        case FileScalar::int16:
+            return static_cast<double>(load<std::int16_t>(bytes, big_endian));
+        case FileScalar::uint16:
+            return static_cast<double>(load<std::uint16_t>(bytes, big_endian));
+        case FileScalar::int32:
+            return static_cast<double>(load<std::int32_t>(bytes, big_endian));
+        case FileScalar::uint32:
+            return static_cast<double>(load<std::uint32_t>(bytes, big_endian));
+        case FileScalar::int64:
+            return static_cast<double>(load<std::int64_t>(bytes, big_endian));
+        case FileScalar::uint64:
+            return static_cast<double>(load<std::uint64_t>(bytes, big_endian));
+        case FileScalar::float32:
+            return static_cast<double>(load<float>(bytes, big_endian));
+        case FileScalar::float64:
+            return load<double>(bytes, big_endian);
+    }
+    return 0.0;
+}
+
+/// How a file's values are kept: integers as int32 if they all fit.
+inline Scalar attribute_scalar(FileScalar type, const std::vector<double>& values) {
+    if (type == FileScalar::float32) return Scalar::float32;
+    if (type == FileScalar::float64) return Scalar::float64;
+    const bool fits = std::all_of(values.begin(), values.end(),
+                                  [](double v) { return v >= -2147483648.0 && v <= 2147483647.0; });
+    return fits ? Scalar::int32 : Scalar::float64;
+}
+
+/// The value as an attribute's Scalar type stores it; out of int32's range it is clamped, NaN becomes 0.
+inline std::int32_t to_int32(double value) {
+    if (!(value == value)) return 0;
+    return static_cast<std::int32_t>(std::clamp(value, -2147483648.0, 2147483647.0));
+}
+
+template <class T>
+void append_value(std::string& bytes, T value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+inline void append_scalar(std::string& bytes, Scalar type, double value) {
+    if (type == Scalar::float32) append_value(bytes, static_cast<float>(value));
+    if (type == Scalar::float64) append_value(bytes, value);
+    if (type == Scalar::int32) append_value(bytes, to_int32(value));
+}
+
+/// Builds the triangles of a file's cells, with which cell each came from.
+struct CellTriangles {
+    std::vector<Triangle> triangles;
+    std::vector<std::uint32_t> cell;
+
+    template <class Indices>
+    void add_polygon(const Indices& v, std::uint32_t cell_index) {
+        for (std::size_t k = 2; k < v.size(); ++k) add({v[0], v[k - 1], v[k]}, cell_index);
+    }
+    template <class Indices>
+    void add_strip(const Indices& v, std::uint32_t cell_index) {
+        // Every other triangle of a strip runs backwards.
+        for (std::size_t k = 2; k < v.size(); ++k)
+            add(k % 2 == 0 ? Triangle{v[k - 2], v[k - 1], v[k]} : Triangle{v[k - 1], v[k - 2], v[k]},
+                cell_index);
+    }
+    void add(const Triangle& triangle, std::uint32_t cell_index) {
+        triangles.push_back(triangle);
+        cell.push_back(cell_index);
+    }
+};
+
+/// Checks what every reader promises; \throws FileError.
+void check_read_mesh(const TriangleMesh& mesh, const std::string& name);
+
+/// Checks attribute lengths and indices before writing; \throws GeometryError.
+void check_written_mesh(const TriangleMesh& mesh);
+
+}  // namespace sidewall::surface

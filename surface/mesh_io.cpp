@@ -1,0 +1,75 @@
+#include "surface/mesh_io.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <cmath>
+
+#include "surface/file.hpp"
+#include "surface/mesh_bytes.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+enum class Format { vtp, ply };
+
+Format format_of(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extension == ".vtp") return Format::vtp;
+    if (extension == ".ply") return Format::ply;
+    if (extension == ".stl" || extension == ".obj")
+        throw FileError(
+            fmt::format("{}: {} is not supported yet: convert to VTP or PLY", path.string(), extension));
+    throw FileError(
+        fmt::format("{}: extension '{}' is no mesh format: use .vtp or .ply", path.string(), extension));
+}
+
+}  // namespace
+
+void check_read_mesh(const TriangleMesh& mesh, const std::string& name) {
+    if (mesh.triangles.empty())
+        throw FileError(fmt::format("{}: holds no triangle: export the surface as polygons", name));
+    // Beyond this, squares of lengths leave the range of single precision, in which rays are traced.
+    constexpr double kLargest = 1e15;
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        const Vec3& p = mesh.vertices[i];
+        if (!p.allFinite())
+            throw FileError(fmt::format("{}: vertex {} is ({}, {}, {}): not finite; export the surface again",
+                                        name, i, p.x(), p.y(), p.z()));
+        if (p.cwiseAbs().maxCoeff() > kLargest)
+            throw FileError(
+                fmt::format("{}: vertex {} lies beyond {}: choose a larger length unit", name, i, kLargest));
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t])
+            if (v >= mesh.vertices.size())
+                throw FileError(fmt::format("{}: triangle {} names vertex {} of {}: the file is damaged",
+                                            name, t, v, mesh.vertices.size()));
+}
+
+void check_written_mesh(const TriangleMesh& mesh) {
+    const auto check = [](const std::vector<Attribute>& attributes, std::size_t count, const char* where) {
+        for (const Attribute& a : attributes)
+            if (a.components < 1 || a.values.size() != static_cast<std::size_t>(a.components) * count)
+                throw GeometryError(fmt::format("{} attribute '{}' has {} values: must be {} x {}", where,
+                                                a.name, a.values.size(), a.components, count));
+    };
+    check(mesh.vertex_attributes, mesh.vertices.size(), "vertex");
+    check(mesh.triangle_attributes, mesh.triangles.size(), "triangle");
+}
+
+TriangleMesh read_mesh(const std::filesystem::path& path, MeshMetadata* metadata) {
+    const Format format = format_of(path);
+    const std::string bytes = read_whole_file(path);
+    if (bytes.empty()) throw FileError(fmt::format("{}: is empty: export the surface again", path.string()));
+    if (format == Format::ply) return decode_ply(bytes, path.string());
+    return decode_vtp(bytes, path.string(), metadata);
+}
+
+void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const MeshMetadata& metadata) {
+    const Format format = format_of(path);
+    write_whole_file(path, format == Format::vtp ? encode_vtp(mesh, metadata) : encode_ply(mesh, metadata));
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,189 @@
+#include "surface/ray_scene.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "surface/error.hpp"
+
+namespace sidewall::surface {
+
+struct RayScene::Impl {
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+    std::vector<Vec3> vertices;
+    std::vector<Triangle> triangles;
+    double top = 0.0;
+    ~Impl() {
+        if (scene) rtcReleaseScene(scene);
+        if (device) rtcReleaseDevice(device);
+    }
+};
+
+RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_unique<Impl>()) {
+    if (mesh.triangles.empty()) throw GeometryError("cannot trace an empty mesh: it has no triangle");
+    impl_->vertices = mesh.vertices;
+    impl_->triangles = mesh.triangles;
+    impl_->top = bounding_box(mesh).max.z();
+    // Embree must not start threads of its own: the caller's TBB arena is used.
+    impl_->device = rtcNewDevice("start_threads=0,set_affinity=0");
+    if (!impl_->device) throw NumericsError("Embree could not start on this machine: it needs at least SSE2");
+    impl_->scene = rtcNewScene(impl_->device);
+    rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(impl_->scene,
+                            quality == Quality::high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM);
+
+    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+    auto* indices =
+        static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                            3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    if (!positions || !indices) throw NumericsError("Embree ran out of memory for the mesh");
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+        for (int k = 0; k < 3; ++k) positions[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(mesh.vertices[i][k]);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        std::copy(mesh.triangles[t].begin(), mesh.triangles[t].end(), indices + 3 * t);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(impl_->scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(impl_->scene);
+}
+
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+double RayScene::top() const {
+    return impl_->top;
+}
+
+RTCSceneTy* RayScene::handle() const {
+    return impl_->scene;
+}
+
+namespace {
+
+RTCRay make_ray(const Vec3& origin, const Vec3& direction, double t_min, double t_max) {
+    RTCRay ray{};
+    ray.org_x = static_cast<float>(origin.x());
+    ray.org_y = static_cast<float>(origin.y());
+    ray.org_z = static_cast<float>(origin.z());
+    ray.dir_x = static_cast<float>(direction.x());
+    ray.dir_y = static_cast<float>(direction.y());
+    ray.dir_z = static_cast<float>(direction.z());
+    ray.tnear = static_cast<float>(t_min);
+    ray.tfar = static_cast<float>(t_max);
+    ray.mask = 0xffffffffu;
+    return ray;
+}
+
+}  // namespace
+
+SurfaceHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit query{};
+    query.ray = make_ray(origin, direction, t_min, t_max);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(impl_->scene, &context, &query);
+    SurfaceHit hit;
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
+    hit.triangle = query.hit.primID;
+    hit.distance = static_cast<double>(query.ray.tfar);
+    hit.u = static_cast<double>(query.hit.u);
+    hit.v = static_cast<double>(query.hit.v);
+    hit.point = origin + hit.distance * direction;
+    return hit;
+}
+
+bool RayScene::occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRay ray = make_ray(origin, direction, t_min, t_max);
+    rtcOccluded1(impl_->scene, &context, &ray);
+    return ray.tfar < 0.0f;
+}
+
+SurfaceHit closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto result = [&](double u, double v) {
+        SurfaceHit hit;
+        hit.triangle = 0;
+        hit.u = u;
+        hit.v = v;
+        hit.point = a + u * (b - a) + v * (c - a);
+        hit.distance = (p - hit.point).norm();
+        return hit;
+    };
+    // A zero-length edge divides zero by zero: its start point is as good as any.
+    const auto ratio = [](double n, double d) { return d > 0.0 ? n / d : 0.0; };
+    const Vec3 ab = b - a, ac = c - a, ap = p - a;
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+    if (d1 <= 0.0 && d2 <= 0.0) return result(0.0, 0.0);
+    const Vec3 bp = p - b;
+    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+    if (d3 >= 0.0 && d4 <= d3) return result(1.0, 0.0);
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return result(ratio(d1, d1 - d3), 0.0);
+    const Vec3 cp = p - c;
+    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+    if (d6 >= 0.0 && d5 <= d6) return result(0.0, 1.0);
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return result(0.0, ratio(d2, d2 - d6));
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+        const double w = ratio(d4 - d3, (d4 - d3) + (d5 - d6));
+        return result(1.0 - w, w);
+    }
+    const double sum = va + vb + vc;
+    return result(vb / sum, vc / sum);
+}
+
+namespace {
+
+struct ClosestPointQuery {
+    const std::vector<Vec3>* vertices;
+    const std::vector<Triangle>* triangles;
+    Vec3 query;
+    double padding;  // the scene's single-precision rounding, so that no nearer triangle is missed
+    SurfaceHit best;
+};
+
+bool visit_triangle(RTCPointQueryFunctionArguments* args) {
+    auto* state = static_cast<ClosestPointQuery*>(args->userPtr);
+    const auto [a, b, c] = (*state->triangles)[args->primID];
+    const auto& v = *state->vertices;
+    SurfaceHit hit = closest_point_on_triangle(state->query, v[a], v[b], v[c]);
+    hit.triangle = args->primID;
+    // Ties go to the lower index, so that the answer does not depend on the traversal order.
+    const bool nearer = hit.distance < state->best.distance ||
+                        (hit.distance == state->best.distance && hit.triangle < state->best.triangle);
+    if (!nearer) return false;
+    state->best = hit;
+    const auto shrunk = static_cast<float>(hit.distance * (1.0 + 1e-6) + state->padding);
+    if (shrunk >= args->query->radius) return false;
+    args->query->radius = shrunk;
+    return true;
+}
+
+}  // namespace
+
+SurfaceHit RayScene::closest_point(const Vec3& query, double radius) const {
+    const double padding = 1e-6 * query.cwiseAbs().maxCoeff();
+    ClosestPointQuery state{&impl_->vertices, &impl_->triangles, query, padding, {}};
+    state.best.distance = radius;
+    RTCPointQuery point{};
+    point.x = static_cast<float>(query.x());
+    point.y = static_cast<float>(query.y());
+    point.z = static_cast<float>(query.z());
+    point.radius = static_cast<float>(radius * (1.0 + 1e-6) + padding);
+    RTCPointQueryContext context;
+    rtcInitPointQueryContext(&context);
+    rtcPointQuery(impl_->scene, &point, &context, visit_triangle, &state);
+    if (!state.best) state.best = SurfaceHit{};
+    return state.best;
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,69 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::surface {
+
+/// Rows of indices in one flat array: row i is items[offsets[i]] .. items[offsets[i + 1] - 1].
+struct Rows {
+    std::vector<std::uint32_t> offsets{0};
+    std::vector<std::uint32_t> items;
+    std::size_t size() const { return offsets.size() - 1; }
+    std::span<const std::uint32_t> operator[](std::size_t i) const {
+        return std::span(items).subspan(offsets[i], offsets[i + 1] - offsets[i]);
+    }
+};
+
+/// Every undirected edge once, sorted, with the corners it starts from. Corner c = 3 t + k stands for the
+/// directed edge of triangle t from its vertex k to its vertex (k + 1) % 3. Edges of repeated vertices are
+/// left out.
+struct EdgeTable {
+    std::vector<std::array<std::uint32_t, 2>> edges;  ///< lower vertex first, ascending
+    Rows corners;                                     ///< per edge, ascending: one on a boundary, two inside
+};
+
+/// O(n log n).
+EdgeTable edge_table(const TriangleMesh& mesh);
+
+/// Per vertex, the corners 3 t + k that lie on it, ascending. O(n).
+Rows vertex_corners(const TriangleMesh& mesh);
+
+/// How a mesh hangs together.
+struct Topology {
+    std::size_t vertices = 0;           ///< used by a triangle
+    std::size_t isolated_vertices = 0;  ///< used by none
+    std::size_t edges = 0;
+    std::size_t triangles = 0;
+    std::size_t components = 0;            ///< triangles joined through edges or vertices
+    std::size_t boundary_edges = 0;        ///< edges of one triangle
+    std::size_t nonmanifold_edges = 0;     ///< edges of more than two triangles
+    std::size_t nonmanifold_vertices = 0;  ///< vertices whose triangles are not one fan
+    std::size_t inconsistent_edges = 0;    ///< edges whose two triangles run along them in the same direction
+    std::size_t degenerate_triangles = 0;  ///< of zero area, repeated vertices included
+    std::size_t duplicate_triangles = 0;   ///< of the same three vertices as an earlier one
+    std::vector<std::array<std::uint32_t, 2>> boundary;  ///< boundary edges as their triangle runs along them
+    std::vector<std::uint32_t> boundary_vertices;        ///< ascending
+    Rows boundary_loops;  ///< vertices in order, material on the left; an open chain only where not manifold
+
+    /// V - E + F: 2 for a sphere, 0 for a torus, 1 for a disk.
+    long euler() const {
+        return static_cast<long>(vertices) - static_cast<long>(edges) + static_cast<long>(triangles);
+    }
+    bool closed() const { return boundary_edges == 0; }
+    bool manifold() const { return nonmanifold_edges == 0 && nonmanifold_vertices == 0; }
+    bool oriented() const { return inconsistent_edges == 0; }
+};
+
+/// Analyses connectivity; any mesh is accepted. O(n log n), deterministic.
+Topology analyse_topology(const TriangleMesh& mesh);
+
+/// Whether every boundary edge lies in one of the four side planes of the mesh's own bounding box, exactly:
+/// what an open surface over a rectangular domain looks like. False for a closed mesh.
+bool boundary_on_rectangle(const TriangleMesh& mesh, const Topology& topology);
+
+}  // namespace sidewall::surface

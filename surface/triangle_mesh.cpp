@@ -1,0 +1,64 @@
+#include "surface/triangle_mesh.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace sidewall {
+namespace {
+
+const Attribute* find(const std::vector<Attribute>& attributes, std::string_view name) {
+    const auto it =
+        std::find_if(attributes.begin(), attributes.end(), [&](const Attribute& a) { return a.name == name; });
+    return it == attributes.end() ? nullptr : &*it;
+}
+
+}  // namespace
+
+const Attribute* TriangleMesh::vertex_attribute(std::string_view name) const {
+    return find(vertex_attributes, name);
+}
+
+const Attribute* TriangleMesh::triangle_attribute(std::string_view name) const {
+    return find(triangle_attributes, name);
+}
+
+Box3 bounding_box(const TriangleMesh& mesh) {
+    Box3 box;
+    for (const Vec3& p : mesh.vertices) box.extend(p);
+    return box;
+}
+
+Vec3 area_vector(const TriangleMesh& mesh, std::size_t triangle) {
+    const auto [a, b, c] = mesh.triangles[triangle];
+    return (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+}
+
+double triangle_area(const TriangleMesh& mesh, std::size_t triangle) {
+    return 0.5 * area_vector(mesh, triangle).norm();
+}
+
+Vec3 triangle_centroid(const TriangleMesh& mesh, std::size_t triangle) {
+    const auto [a, b, c] = mesh.triangles[triangle];
+    return (mesh.vertices[a] + mesh.vertices[b] + mesh.vertices[c]) / 3.0;
+}
+
+std::vector<Vec3> triangle_normals(const TriangleMesh& mesh) {
+    std::vector<Vec3> normals(mesh.triangles.size());
+    for (std::size_t t = 0; t < normals.size(); ++t) normals[t] = area_vector(mesh, t).normalized();
+    return normals;
+}
+
+double total_area(const TriangleMesh& mesh) {
+    double sum = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += triangle_area(mesh, t);
+    return sum;
+}
+
+double enclosed_volume(const TriangleMesh& mesh) {
+    double sum = 0.0;
+    for (const auto& [a, b, c] : mesh.triangles)
+        sum += mesh.vertices[a].dot(mesh.vertices[b].cross(mesh.vertices[c]));
+    return sum / 6.0;
+}
+
+}  // namespace sidewall

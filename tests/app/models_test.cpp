@@ -1,0 +1,152 @@
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/models/model.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+const std::string kWafer = R"([domain]
+extent = [4.0, 4.0]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+[[step]]
+duration = 1.0
+)";
+
+struct Case {
+    Recipe recipe;
+    Model model;
+    int id(const char* name) const { return *material_id(recipe.materials, name); }
+    double speed(const char* material, std::vector<double> flux = {}, const Vec3& normal = Vec3::UnitZ(),
+                 bool visible = true) const {
+        return model.speed({id(material), flux, normal, visible});
+    }
+};
+
+Case step(const std::string& keys) {
+    Case result{parse_recipe(kWafer + keys, "step.toml"), {}};
+    result.model = make_model(result.recipe.steps.at(0), result.recipe.materials);
+    return result;
+}
+
+std::string refusal(const std::string& keys) {
+    try {
+        step(keys);
+    } catch (const RecipeError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("isotropic: V is the material's rate, whatever the normal") {
+    const Case etch = step("model = \"isotropic\"\nrate = { Si = -0.5, SiO2 = -0.02 }\n");
+    CHECK(etch.speed("Si") == -0.5);
+    CHECK(etch.speed("SiO2", {}, Vec3::UnitX()) == -0.02);
+    CHECK(etch.speed("Mask") == 0.0);  // what a table leaves out is inert
+    CHECK(etch.model.species.empty());
+    CHECK_FALSE(etch.model.deposit.has_value());
+    CHECK(etch.model.max_speed == 0.5);
+    CHECK_FALSE(etch.model.visibility.has_value());
+
+    const Case film =
+        step("model = \"isotropic\"\nrate = { SiO2 = 0.25, default = 1.5 }\ndeposit = \"SiO2\"\n");
+    CHECK(film.speed("Si") == 1.5);
+    CHECK(film.speed("SiO2") == 0.25);
+    CHECK(film.model.deposit == film.id("SiO2"));
+}
+
+TEST_CASE("directional: V follows the cosine to the source, and only where the source is seen") {
+    const Case etch =
+        step("model = \"directional\"\ndirectional = { Si = -1.0 }\nisotropic = { Si = -0.05 }\n");
+    CHECK(etch.speed("Si") == Approx(-1.05));
+    CHECK(etch.speed("Si", {}, Vec3::UnitZ(), false) == -0.05);  // in shadow
+    CHECK(etch.speed("Si", {}, Vec3::UnitX()) == -0.05);         // a vertical wall
+    CHECK(etch.speed("Si", {}, -Vec3::UnitZ()) == -0.05);        // an overhang's underside
+    CHECK(etch.speed("Si", {}, Vec3(0.6, 0.0, 0.8)) == Approx(-0.85));
+    CHECK(etch.speed("Mask") == 0.0);
+    CHECK(etch.model.depends_on_normal);
+    CHECK(etch.model.max_speed == Approx(1.05));
+    REQUIRE(etch.model.visibility.has_value());
+    CHECK(*etch.model.visibility == Vec3::UnitZ());
+
+    const Case tilted =
+        step("model = \"directional\"\ndirectional = -2\ndirection = [3, 0, 4]\nvisibility = false\n");
+    CHECK_FALSE(tilted.model.visibility.has_value());
+    CHECK(tilted.speed("Si") == Approx(-2.0 * 0.8));
+    CHECK(tilted.speed("Si", {}, Vec3(0.6, 0.0, 0.8)) == Approx(-2.0));
+}
+
+TEST_CASE("single_particle: V is rate times flux; at flux 1 a blanket wafer moves at its rate") {
+    const Case film = step(
+        "model = \"single_particle\"\nrate = 1.5\nsticking = { Si = 0.2, Mask = 0.0, default = 0.1 }\n"
+        "source_exponent = 3\ndeposit = \"SiO2\"\n");
+    CHECK(film.speed("Si", {1.0}) == 1.5);
+    CHECK(film.speed("Si", {0.25}) == 0.375);
+    CHECK(film.speed("Si", {0.0}) == 0.0);
+    REQUIRE(film.model.species.size() == 1);
+    const flux::Species& neutral = film.model.species[0];
+    CHECK(neutral.source_exponent == 3.0);
+    REQUIRE(neutral.sticking.size() == film.recipe.materials.size());
+    CHECK(neutral.sticking[static_cast<std::size_t>(film.id("Si"))] == 0.2);
+    CHECK(neutral.sticking[static_cast<std::size_t>(film.id("Mask"))] == 0.0);
+    CHECK(neutral.sticking[static_cast<std::size_t>(film.id("SiO2"))] == 0.1);
+    CHECK_FALSE(film.model.max_speed.has_value());
+
+    const Case etch = step("model = \"single_particle\"\nrate = { Si = -2.0 }\n");
+    CHECK(etch.speed("Si", {0.5}) == -1.0);
+    CHECK(etch.speed("Mask", {0.5}) == 0.0);
+}
+
+TEST_CASE("multi_particle: V is the sum of every species' rate times its flux") {
+    const Case both = step(
+        "model = \"multi_particle\"\ndeposit = \"Polymer\"\nspecies = [\n"
+        "{ name = \"film\", rate = 0.5, sticking = 0.3 },\n"
+        "{ name = \"ion\", kind = \"collimated\", rate = { Si = -2.0, Polymer = -1.0 } },\n"
+        "{ name = \"slow\", rate = -0.1, source_exponent = 5 }]\n");
+    CHECK(both.speed("Si", {1.0, 1.0, 1.0}) == Approx(0.5 - 2.0 - 0.1));
+    CHECK(both.speed("Polymer", {0.2, 0.5, 3.0}) == Approx(0.5 * 0.2 - 0.5 - 0.3));
+    CHECK(both.speed("Mask", {1.0, 1.0, 0.0}) == 0.5);
+    REQUIRE(both.model.species.size() == 3);
+    CHECK(both.model.species[0].source_exponent == 1.0);
+    CHECK(both.model.species[0].sticking[0] == 0.3);
+    CHECK(both.model.species[1].name == "ion");
+    CHECK(both.model.species[1].source_exponent == 1000.0);
+    CHECK(both.model.species[1].sticking[0] == 1.0);
+    CHECK(both.model.species[2].source_exponent == 5.0);
+
+    // One neutral is the single particle.
+    const Case one =
+        step("model = \"multi_particle\"\nspecies = [{ name = \"n\", rate = -1.5, sticking = 0.1 }]\n");
+    const Case same = step("model = \"single_particle\"\nrate = -1.5\nsticking = 0.1\n");
+    for (const double flux : {0.0, 0.3, 1.0, 1.7}) CHECK(one.speed("Si", {flux}) == same.speed("Si", {flux}));
+    CHECK(one.model.species[0].sticking == same.model.species[0].sticking);
+}
+
+TEST_CASE("a model that grows names its film, and one that does not names none") {
+    const std::string grow = "missing: a positive rate grows a film";
+    CHECK(refusal("model = \"isotropic\"\nrate = 1\n").find("step[0].deposit: " + grow) != std::string::npos);
+    CHECK(refusal("model = \"isotropic\"\nrate = { Si = -1, SiO2 = 0.1 }\n").find(grow) != std::string::npos);
+    CHECK(refusal("model = \"single_particle\"\nrate = 1\n").find(grow) != std::string::npos);
+    CHECK(refusal("model = \"directional\"\ndirectional = -1\nisotropic = 0.5\n").find(grow) !=
+          std::string::npos);
+    CHECK(refusal("model = \"directional\"\ndirectional = 1\nisotropic = -0.5\n").find(grow) !=
+          std::string::npos);
+    CHECK(refusal("model = \"isotropic\"\nrate = -1\ndeposit = \"SiO2\"\n").find("no rate is positive") !=
+          std::string::npos);
+    CHECK(refusal("model = \"isotropic\"\nrate = 0\n") == "accepted");
+}
+
+TEST_CASE("keys that do not fit together are refused with their place") {
+    CHECK(refusal("model = \"directional\"\ndirectional = -1\ndirection = [1, 0, 0]\n")
+              .starts_with("step.toml:10: step[0].direction = [ 1, 0, 0 ]: "));
+    CHECK(refusal("model = \"multi_particle\"\nspecies = [{ name = \"a\", rate = 0 },\n{ name = \"a\", rate "
+                  "= 0 }]\n")
+              .starts_with("step.toml:10: step[0].species[1].name = \"a\": is taken"));
+}

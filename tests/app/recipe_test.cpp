@@ -1,0 +1,279 @@
+#include "app/recipe.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <limits>
+
+#include "app/recipe_layers.hpp"
+#include "app/recipe_sections.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+const std::string kBase = R"([domain]
+extent = [10.0, 10.0]
+grid_spacing = 0.24
+[[layer]]
+material = "Si"
+shape = "trench"
+width = 4.0
+depth = 8.0
+[[step]]
+model = "single_particle"
+duration = 5.0
+rate = 1.0
+sticking = { Si = 0.2, default = 0.1 }
+deposit = "SiO2"
+)";
+
+Recipe with(const std::vector<std::string>& overrides) {
+    return parse_recipe(kBase, "base.toml", overrides);
+}
+
+std::string message(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    try {
+        parse_recipe(text, "bad.toml", overrides);
+    } catch (const RecipeError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+// Uses every shape, a loop in a loop, every model, own materials and nothing left at its default.
+const std::string kRich = R"([domain]
+extent = [6.0, 3.0]
+grid_spacing = 0.1
+boundary = ["periodic", "reflective"]
+length_unit = "nm"
+time_unit = "min"
+[[material]]
+name = "Low-k"
+colour = "#010203"
+density = 1.5
+[[material]]
+name = "Si"
+density = 4.9
+[[layer]]
+material = "Si"
+shape = "hole"
+radius = 1.0
+depth = 2.0
+taper_deg = -3.0
+position = [0.5, -0.25]
+[[layer]]
+shape = "stack"
+materials = ["SiO2", "Si3N4"]
+thicknesses = [0.2, 0.1]
+repeat = 4
+[[layer]]
+material = "Low-k"
+shape = "trench"
+thickness = 0.5
+width = 1.0
+[[layer]]
+material = "W"
+shape = "fin"
+width = 0.3
+height = 0.7
+[[layer]]
+material = "TiN"
+shape = "box"
+size = [0.3, 0.2]
+height = 0.7
+top = 2.0
+[[step]]
+name = "outer \"loop\""
+repeat = 3
+[[step.steps]]
+repeat = 2
+[[step.steps.steps]]
+model = "isotropic"
+duration = 1.0
+rate = { Low-k = 1e-3, default = 0.5 }
+deposit = "Polymer"
+[[step.steps]]
+model = "directional"
+duration = 0.1
+directional = -1
+isotropic = { Si = -0.25 }
+direction = [0.1, 0, 1]
+visibility = false
+[[step]]
+model = "multi_particle"
+duration = 2
+repeat = 2
+species = [{ name = "ion", kind = "collimated", rate = -1, source_exponent = 200 }, { name = "n", rate = { W = 0.1 }, sticking = 0.5 }]
+deposit = "Low-k"
+[flux]
+rays = 1e4
+seed = 7
+[simplify]
+method = "region-bounded"
+l0 = 0
+step = 0.05
+l_max = 0.3
+feature_parameter = 0.25
+weights = [0.4, 0.3, 0.3]
+target_vertices = 100
+max_error = 0.02
+[advection]
+scheme = "lax_friedrichs"
+time_integration = "rk2"
+cfl = 0.25
+[output]
+every = 0.5
+profiles = ["y=0", "x=-1.5"]
+[metrology]
+measures = ["cd", "depth"]
+cd_depths = [0.5, 1.0]
+cut = "x=0.5"
+)";
+
+}  // namespace
+
+TEST_CASE("what a recipe leaves out has the documented default") {
+    const Recipe recipe = with({});
+    CHECK(recipe.domain.boundary[0] == levelset::Side::reflective);
+    CHECK(recipe.domain.length_unit == "um");
+    CHECK(recipe.flux.rays == 1'000'000);
+    CHECK(recipe.flux.seed == 1);
+    CHECK(recipe.simplify.method == "region");
+    CHECK_FALSE(recipe.simplify.l0.has_value());
+    CHECK(recipe.simplify.feature_parameter == 0.5);
+    CHECK(recipe.advection.scheme == levelset::Scheme::engquist_osher);
+    CHECK(recipe.advection.time_integration == levelset::TimeIntegration::euler);
+    CHECK(recipe.advection.cfl == 0.5);
+    CHECK(recipe.layers.at(0).top == 0.0);
+    CHECK(recipe.steps.at(0).values.get<double>("source_exponent") == 1.0);
+    CHECK(domain_of(recipe).cells == std::array<int, 2>{42, 42});
+}
+
+TEST_CASE("the effective recipe parses back to an equal recipe") {
+    for (const std::string& text : {kBase, kRich}) {
+        const Recipe recipe = parse_recipe(text, "x.toml");
+        const std::string written = effective_recipe(recipe);
+        INFO(written);
+        CHECK(parse_recipe(written, "x.toml") == recipe);
+        CHECK(effective_recipe(parse_recipe(written, "x.toml")) == written);
+    }
+}
+
+TEST_CASE("recipes that differ are not equal") {
+    const Recipe recipe = with({});
+    for (const char* setting :
+         {"flux.seed=2", "step[0].sticking=0.3", "layer[0].width=3", "advection.cfl=0.4",
+          "domain.boundary=periodic", "simplify.l0=0.1", "output.every=0.7"})
+        CHECK_FALSE(with({setting}) == recipe);
+}
+
+TEST_CASE("every shipped recipe is valid and its effective recipe too") {
+    int count = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(SIDEWALL_SOURCE_DIR "/configs")) {
+        if (entry.path().extension() != ".toml") continue;
+        INFO(entry.path());
+        const Recipe recipe = load_recipe(entry.path());
+        CHECK(parse_recipe(effective_recipe(recipe), recipe.file) == recipe);
+        ++count;
+    }
+    CHECK(count >= 12);
+}
+
+TEST_CASE("overrides change keys before the recipe is checked") {
+    CHECK(with({"step[0].duration=2"}).steps[0].duration == 2.0);
+    CHECK(with({"flux.rays=1000"}).flux.rays == 1000);  // the section is not in the recipe
+    CHECK(with({"domain.grid_spacing=0.5"}).domain.grid_spacing == 0.5);
+    CHECK(with({"simplify.method=none"}).simplify.method == "none");
+    CHECK(with({"simplify.method=lindstrom-turk"}).simplify.method == "lindstrom-turk");
+    CHECK(with({"domain.extent=[6,3]"}).domain.extent == std::array<double, 2>{6.0, 3.0});
+    CHECK(with({"domain.extent[0]=20"}).domain.extent == std::array<double, 2>{20.0, 10.0});
+    CHECK(with({"output.profiles=[\"x=0\"]"}).output.profiles == std::vector<std::string>{"x=0"});
+    CHECK(with({"metrology.cut=x=1"}).metrology.cut == "x=1");
+    CHECK(with({"step[0].sticking.Si=0.4"}).steps[0].values.get<ByMaterial>("sticking").named.at("Si") ==
+          0.4);
+    CHECK(with({"flux.seed=2", "flux.seed=3"}).flux.seed == 3);  // the last one holds
+    // An override can mend a recipe that would be refused.
+    CHECK(message("flux = 1\n" + kBase).starts_with("bad.toml:1: flux = 1: must be a table"));
+    CHECK_NOTHROW(parse_recipe("flux = 1\n" + kBase, "x.toml", {"flux={ rays = 10 }"}));
+}
+
+TEST_CASE("a wrong override is named in the message") {
+    const auto of = [](const std::string& setting) { return message(kBase, {setting}); };
+    CHECK(of("step[0].sticking=1.4") ==
+          "--set step[0].sticking=1.4: step[0].sticking = 1.4: must be in [0, 1]");
+    for (const char* setting :
+         {"step[1].duration=2", "step.duration=2", "flux.rays", "=3", "flux..rays=1",
+          "flux.rays=", "flux.rays=[1,", "flux.rayz=10", "step[x].duration=1", "domain.extent[2]=1",
+          "step[0].duration.x=1", "flux.rays=1\nflux.seed=2", "foo.bar=1"}) {
+        INFO(setting);
+        CHECK(of(setting).starts_with(std::string("--set ") + setting + ": "));
+    }
+}
+
+TEST_CASE("an error names file, line, key, value and rule") {
+    const auto of = [](const std::string& from, const std::string& to) {
+        std::string text = kBase;
+        text.replace(text.find(from), from.size(), to);
+        return message(text);
+    };
+    CHECK(of("default = 0.1", "default = 1.4") ==
+          "bad.toml:13: step[0].sticking.default = 1.4: must be in [0, 1]");
+    CHECK(of("Si = 0.2", "Sl = 0.2")
+              .starts_with("bad.toml:13: step[0].sticking.Sl = 0.2: unknown material: did you mean Si?"));
+    CHECK(of("duration", "duratoin").starts_with("bad.toml:11: step[0].duratoin = 5.0: unknown key"));
+    CHECK(of("depth = 8.0\n", "") ==
+          "bad.toml:4: layer[0].depth: missing: a trench or hole in the first layer must end somewhere");
+}
+
+TEST_CASE("layers stand on each other and stacks expand bottom up") {
+    const Recipe recipe = parse_recipe(kRich, "x.toml");
+    const std::vector<MaterialLayer> layers = expanded_layers(recipe);
+    REQUIRE(layers.size() == 1 + 8 + 3);
+    CHECK(layers[0].shape.top == 0.0);
+    for (int period = 0; period < 4; ++period) {
+        const auto i = static_cast<std::size_t>(1 + 2 * period);
+        CHECK(layers[i].material == *material_id(recipe.materials, "SiO2"));
+        CHECK(layers[i + 1].material == *material_id(recipe.materials, "Si3N4"));
+        CHECK(layers[i].shape.top == Approx(0.3 * period + 0.2));
+        CHECK(layers[i + 1].shape.top == Approx(0.3 * (period + 1)));
+    }
+    CHECK(layers[9].shape.top == Approx(1.7));                                // 1.2 of the stack and 0.5
+    CHECK(layers[9].shape.depth == std::numeric_limits<double>::infinity());  // through the layer
+    CHECK(layers[10].shape.top == Approx(1.7));                               // a fin stands on what is there
+    CHECK(layers[11].shape.top == 2.0);
+    CHECK(layers[9].material ==
+          static_cast<int>(default_materials().size()));  // a new material comes after the built-in
+    CHECK(recipe.materials.size() == default_materials().size() + 1);
+}
+
+TEST_CASE("loops unroll in the order they run") {
+    const std::vector<Step> steps = expanded_steps(parse_recipe(kRich, "x.toml"));
+    REQUIRE(steps.size() == 3 * (2 + 1) + 2);
+    CHECK(steps[0].name == "1.1.1 isotropic (cycle 1 of 3, cycle 1 of 2)");
+    CHECK(steps[1].name == "1.1.1 isotropic (cycle 1 of 3, cycle 2 of 2)");
+    CHECK(steps[2].name == "1.2 directional (cycle 1 of 3)");
+    CHECK(steps[8].name == "1.2 directional (cycle 3 of 3)");
+    CHECK(steps[10].name == "2 multi_particle (cycle 2 of 2)");
+    for (const Step& step : steps) CHECK((step.repeat == 1 && step.steps.empty()));
+}
+
+TEST_CASE("every key that a section reads is documented, with a default or as required") {
+    for (const SectionDoc& section : recipe_documentation()) {
+        INFO(section.name);
+        CHECK_FALSE(section.keys.empty());
+        for (const KeyDoc& key : section.keys) {
+            INFO(key.name);
+            CHECK_FALSE(key.type.empty());
+            CHECK((key.name == "shape" || !key.doc.empty()));
+        }
+    }
+}
+
+TEST_CASE("the nearest name is the one with the fewest edits") {
+    const std::vector<std::string> names = {"sticking", "rate", "duration"};
+    CHECK(nearest("stiking", names) == "sticking");
+    CHECK(nearest("Rate", names) == "rate");
+    CHECK(nearest("", names) == "rate");
+}

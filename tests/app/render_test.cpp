@@ -1,0 +1,235 @@
+#include "app/render.hpp"
+
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/commands.hpp"
+#include "app/render_scene.hpp"
+#include "result_folder.hpp"
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Result trench_result() {
+    Result result;
+    result.source = "trench.vtp";
+    result.surface = test::trench_surface();
+    result.interfaces.push_back(test::trench_interface());
+    return result;
+}
+
+void command(const std::string& arguments) {
+    CLI::App program;
+    add_render_command(program);
+    program.parse("render " + arguments);
+}
+
+double redness(const Colour& c) {
+    return c.x() / c.z();
+}
+
+}  // namespace
+
+TEST_CASE("a point is in the lowest layer that wraps it, or in the open") {
+    const Result result = trench_result();
+    const RenderScene scene(result, choose_colouring(result, "", {}));
+    REQUIRE(scene.solid());
+    const Colour silicon = colour_from_hex(default_materials()[0].colour),
+                 oxide = colour_from_hex(default_materials()[1].colour);
+    for (const double y : {-0.93, 0.07, 0.51}) {
+        CHECK(scene.inside_colour({-0.8, y, -0.5}) == silicon);
+        CHECK(scene.inside_colour({0.1, y, -1.5}) == silicon);
+        CHECK(scene.inside_colour({-0.8, y, 0.1}) == oxide);
+        CHECK(scene.inside_colour({0.41, y, -0.5}) == oxide);
+        CHECK(scene.inside_colour({0.1, y, -0.9}) == oxide);
+        CHECK_FALSE(scene.inside_colour({0.1, y, -0.5}));
+        CHECK_FALSE(scene.inside_colour({-0.8, y, 0.3}));
+    }
+    const auto legend = scene.legend();
+    REQUIRE(legend.size() == 2);
+    CHECK(legend[0].name == "Si");
+    CHECK(legend[1].name == "SiO2");
+}
+
+TEST_CASE("a picture has the same bits on one and on two threads") {
+    const Result result = trench_result();
+    RenderOptions options;
+    options.width = 160;
+    options.height = 120;
+    options.cut = surface::parse_plane("y=0.1");
+    const auto draw = [&](std::size_t threads) {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        return render(result, options).pixels;
+    };
+    CHECK(draw(1) == draw(2));
+}
+
+TEST_CASE("a cut shows the material inside, seen from either side") {
+    const Result result = trench_result();
+    RenderOptions options;
+    options.width = 720;
+    options.height = 540;
+    options.elevation_deg = 0.0;
+    // A thin slice, so that perspective shows next to nothing of the trench's walls behind the section.
+    const bool from_behind = GENERATE(false, true);
+    options.azimuth_deg = from_behind ? 180.0 : 0.0;
+    options.cut = surface::parse_plane(from_behind ? "y=-0.95" : "y=0.95");
+    Picture picture = render(result, options);
+    // Seen straight on, the box spans x from -1 to 1 and z from -1.24 to 0.2 about the middle of the picture
+    // left of the legend; the mouth of the trench shows the background, its shoulders silicon, their rim
+    // oxide.
+    int silicon = 0, oxide = 0, open = 0;
+    for (int y = 0; y < picture.height; ++y)
+        for (int x = 0; x < picture.width * 8 / 10; ++x) {
+            const Colour& c = picture.at(x, y);
+            // Half silicon, half oxide has a red to blue ratio of 1.7.
+            ++(c.y() > 0.6 ? open : redness(c) > 1.7 ? oxide : silicon);
+        }
+    // Sections: Si 2 x 1.24 less 1 x 1; SiO2 0.2 over 2 x 0.7 plus the liner 2 x 0.2 x 1 plus the floor 0.6 x
+    // 0.2.
+    // A pixel of outline, of 255 a unit of length, along 5 units of edge: 2.5 % of the oxide, 1.3 % of the
+    // silicon.
+    const double si = 2 * 1.24 - 1.0, sio2 = 0.2 * 1.4 + 0.4 + 0.12;
+    CHECK(double(oxide) / silicon == Approx(sio2 / si).epsilon(0.04));
+    CHECK(open > 0);
+}
+
+TEST_CASE("colouring takes the attribute of that name, a species' where only the kind is named") {
+    Result result = trench_result();
+    TriangleMesh& mesh = result.surface;
+    mesh.triangle_attributes.push_back(
+        {"flux_ion", 1, Scalar::float64, std::vector<double>(mesh.triangles.size(), 2.0)});
+    mesh.vertex_attributes.push_back(
+        {"rate", 3, Scalar::float64, std::vector<double>(3 * mesh.vertices.size(), 1.0)});
+    result.metadata.texts = {{"length_unit", "um"}, {"time_unit", "s"}};
+    CHECK_FALSE(choose_colouring(result, "", {}).scalar);
+    const Colouring flux = choose_colouring(result, "flux", {});
+    CHECK(flux.scalar);
+    CHECK(flux.title == "flux_ion");
+    CHECK(flux.values == std::vector<double>(mesh.triangles.size(), 2.0));
+    const Colouring rate = choose_colouring(result, "rate", std::array{0.0, 4.0});
+    CHECK(rate.per_vertex);
+    CHECK(rate.title == "rate (\u00b5m/s)");
+    CHECK(rate.values[0] == std::sqrt(3.0));
+    CHECK(rate.high == 4.0);
+    CHECK(choose_colouring(result, "height", {}).low == -0.8);
+    CHECK_THROWS_WITH(choose_colouring(result, "fluks", {}),
+                      Contains("fluks") && Contains("flux_ion") && Contains("rate"));
+    result.surface.triangle_attributes.clear();
+    CHECK_THROWS_AS(choose_colouring(result, "material", {}), RecipeError);
+}
+
+TEST_CASE("values that are not finite are drawn grey and leave the range alone") {
+    Result result = trench_result();
+    auto& values =
+        result.surface.triangle_attributes.emplace_back(Attribute{"rate", 1, Scalar::float64, {}}).values;
+    values.assign(result.surface.triangles.size(), 1.0);
+    values[3] = std::nan("");
+    values[4] = 1.0 / 0.0;
+    values[5] = 3.0;
+    const Colouring colouring = choose_colouring(result, "rate", {});
+    CHECK(colouring.low == 1.0);
+    CHECK(colouring.high == 3.0);
+    RenderOptions options;
+    options.color = "rate";
+    options.width = options.height = 64;
+    for (const Colour& c : render(result, options).pixels) REQUIRE(c.allFinite());
+}
+
+TEST_CASE("a cut that is oblique or misses is refused") {
+    const Result result = trench_result();
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.cut = surface::Plane{Vec3(1, 1, 0), 0.0};
+    CHECK_THROWS_AS(render(result, options), RecipeError);
+    options.cut = surface::parse_plane("x=3");
+    CHECK_THROWS_WITH(render(result, options), Contains("misses the surface, which spans -1"));
+}
+
+TEST_CASE("sheets, specks and flat meshes are drawn without NaN") {
+    Result result;
+    result.source = "odd.vtp";
+    result.surface.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}};
+    result.surface.triangles = {{0, 1, 2}, {0, 3, 1}};
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.edges = true;
+    SECTION("a sheet with a triangle of no area") {}
+    SECTION("a point") {
+        result.surface.triangles = {{0, 3, 0}};
+        result.surface.vertices.assign(4, Vec3(1, 1, 1));
+    }
+    SECTION("from straight above") {
+        options.elevation_deg = 90.0;
+    }
+    for (const Colour& c : render(result, options).pixels) REQUIRE(c.allFinite());
+}
+
+TEST_CASE("the render command writes a PNG of the size asked for, twice the same bytes") {
+    const test::Folder folder;
+    test::write_result_folder(folder.path);
+    const std::string in = folder.path.string(), out = in + "/sub/a.png";
+    command(in + " -o " + out + " --color flux --size 96x72 --view -40,20 --cut y=0 --edges");
+    const std::string bytes = surface::read_whole_file(out);
+    CHECK(bytes.substr(1, 3) == "PNG");
+    CHECK(bytes.substr(16, 8) == std::string("\0\0\0\x60\0\0\0\x48", 8));
+    command(in + " -o " + in + "/b.png --color flux --size 96x72 --view -40,20 --cut y=0 --edges");
+    CHECK(surface::read_whole_file(in + "/b.png") == bytes);
+}
+
+TEST_CASE("bad arguments of the render command are usage errors that leave no picture") {
+    const test::Folder folder;
+    test::write_result_folder(folder.path);
+    const std::string in = folder.path.string(), out = " -o " + in + "/a.png";
+    for (const std::string bad : {" --size 96", " --size 96x0", " --size 1e9x1e9", " --size 96.5x72",
+                                  " --view 30", " --view 30,99", " --view a,b", " --cut w=1", " --cut y=9",
+                                  " --color nothing", " --range 1,1", " --range 2,1", " --range 0,nan"}) {
+        CAPTURE(bad);
+        CHECK_THROWS_AS(command(in + out + bad), RecipeError);
+    }
+    CHECK_THROWS_AS(command(in + " -o " + in + "/a.jpg"), RecipeError);
+    CHECK_THROWS_AS(command(in + "/none.vtp" + out), FileError);
+    CHECK_FALSE(std::filesystem::exists(in + "/a.png"));
+    CHECK_THROWS_AS(command(in + " --size 64x64 -o " + in + "/summary.json/a.png"), IoError);
+}
+
+TEST_CASE("ticks are round, within the range and about as many as wanted") {
+    for (const auto& [low, high] :
+         {std::pair{0.0, 1.0}, {-3.7, 12.1}, {1e-9, 5e-9}, {0.23, 1.05}, {-2e6, -1e6}}) {
+        const Ticks ticks = round_ticks(low, high, 5);
+        CAPTURE(low, high, ticks.first, ticks.step, ticks.count);
+        CHECK(ticks.count >= 3);
+        CHECK(ticks.count <= 7);
+        CHECK(ticks.first >= low - 1e-9 * ticks.step);
+        CHECK(ticks.first + (ticks.count - 1) * ticks.step <= high + 1e-9 * (high - low));
+        CHECK(ticks.first + ticks.count * ticks.step > high);
+        const double mantissa = ticks.step / std::pow(10.0, std::floor(std::log10(ticks.step) + 1e-9));
+        CHECK((std::abs(mantissa - 1) < 1e-9 || std::abs(mantissa - 2) < 1e-9 ||
+               std::abs(mantissa - 2.5) < 1e-9 || std::abs(mantissa - 5) < 1e-9));
+    }
+    CHECK(round_ticks(2.0, 2.0, 5).count == 1);
+    CHECK(round_ticks(std::nan(""), 1.0, 5).count == 0);
+}
+
+TEST_CASE("colours survive the way to eight bits; the map's brightness rises from end to end") {
+    for (const char* hex : {"#000000", "#ffffff", "#123456", "#8fa3b8"}) {
+        const auto [r, g, b] = to_srgb(colour_from_hex(hex));
+        CHECK(fmt::format("#{:02x}{:02x}{:02x}", r, g, b) == hex);
+    }
+    double last = -1.0;
+    for (int i = 0; i <= 50; ++i) {
+        const double luminance = viridis(i / 50.0).dot(Vec3(0.2126, 0.7152, 0.0722));
+        CHECK(luminance > last);
+        last = luminance;
+    }
+    CHECK(viridis(-1.0) == viridis(0.0));
+    CHECK(viridis(std::nan("")).allFinite());
+}

@@ -1,0 +1,196 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "surface/mesh_io.hpp"
+#include "tests/flux/meshes.hpp"
+
+using namespace sidewall;
+using namespace sidewall::flux;
+using Catch::Matchers::Contains;
+
+namespace {
+
+std::string slurp(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+// A folder of its own for each test, gone afterwards.
+struct Workshop {
+    std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("sidewall_flux_" + std::to_string(getpid()));
+    Workshop() { std::filesystem::create_directories(folder); }
+    ~Workshop() { std::filesystem::remove_all(folder); }
+
+    struct Outcome {
+        int code;
+        std::string out, error;
+    };
+    Outcome run(const std::string& arguments) const {
+        const std::string command = "cd '" + folder.string() + "' && '" SIDEWALL_PROGRAM "' flux " +
+                                    arguments + " > out.txt 2> error.txt";
+        const int status = std::system(command.c_str());
+        return {WEXITSTATUS(status), slurp(folder / "out.txt"), slurp(folder / "error.txt")};
+    }
+    void write(const char* name, const TriangleMesh& mesh) const { surface::write_mesh(folder / name, mesh); }
+};
+
+// Ledges of material 7, trench of material 2.
+TriangleMesh two_materials() {
+    auto mesh = extrude(trench_profile(2.0, 0.5, {0.5}, {0.5}), 1.0, 4);
+    Attribute material{"material", 1, Scalar::int32, {}};
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        material.values.push_back(triangle_centroid(mesh, t).z() == 0.0 ? 7 : 2);
+    mesh.triangle_attributes.push_back(material);
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("the flux command writes what the library computes: JSON, CSV and VTP") {
+    const Workshop shop;
+    const auto mesh = two_materials();
+    shop.write("trench.vtp", mesh);
+    const std::string options =
+        "--rays 64000 --sticking 2=0.1,7=1 --boundary periodic --seed 5 --source-exponent 3 ";
+    const auto csv = shop.run("trench.vtp --json - -o flux.csv " + options);
+    CAPTURE(csv.error);
+    REQUIRE(csv.code == 0);
+    REQUIRE(shop.run("trench.vtp --json flux.json --threads 1 -o flux.vtp " + options).code == 0);
+
+    std::vector<std::int32_t> materials;  // 0: trench, 1: ledge
+    for (const double id : mesh.triangle_attribute("material")->values) materials.push_back(id == 7 ? 1 : 0);
+    const auto expected = trace(mesh, {Boundary::periodic, Boundary::periodic}, {"test", 3.0, {0.1, 1.0}},
+                                {.rays = 64'000, .seed = 5}, materials);
+
+    const auto json = nlohmann::json::parse(csv.out);
+    CHECK(json["rays"] == 64'000);
+    CHECK(json["segments"] == expected.segments);
+    CHECK(json["absorbed"] == expected.absorbed);
+    CHECK(json["escaped"] == expected.escaped);
+    CHECK(json["leaked"] == 0);
+    CHECK(json["escaped_fraction"].get<double>() == Approx(static_cast<double>(expected.escaped) / 64'000.0));
+    CHECK(json["relative_error"].get<double>() == expected.relative_error);
+    CHECK(json["rays_per_second"].get<double>() > 0.0);
+    CHECK(json["segments_per_second"].get<double>() > 0.0);
+    CHECK(json["seconds"]["bvh"].get<double>() > 0.0);
+    CHECK(json["seconds"]["trace"].get<double>() > 0.0);
+    const Mean mean = mean_flux(mesh, expected, [](std::size_t) { return true; });
+    CHECK(json["flux"]["mean"].get<double>() == Approx(mean.flux));
+    CHECK(json["flux"]["min"].get<double>() < mean.flux);
+    CHECK(json["flux"]["max"].get<double>() > mean.flux);
+
+    std::istringstream rows(slurp(shop.folder / "flux.csv"));
+    std::string line;
+    std::getline(rows, line);
+    CHECK(line == "triangle,x,y,z,area,flux,flux_error");
+    const Vec3 c = triangle_centroid(mesh, 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        REQUIRE(std::getline(rows, line));
+        std::istringstream in(line);
+        std::vector<double> fields;
+        for (std::string field; std::getline(in, field, ',');) fields.push_back(std::stod(field));
+        REQUIRE(fields.size() == 7);
+        CHECK(fields[0] == static_cast<double>(t));
+        if (t == 0) CHECK(Vec3(fields[1], fields[2], fields[3]).isApprox(c, 1e-8));
+        CHECK(fields[4] == Approx(triangle_area(mesh, t)).epsilon(1e-8));
+        CHECK(fields[5] == Approx(expected.triangle.flux[t]).epsilon(1e-8));
+        CHECK(fields[6] == Approx(expected.triangle.error[t]).epsilon(1e-8));
+    }
+    CHECK_FALSE(std::getline(rows, line));
+
+    // The VTP run had one thread: the same bits all the same.
+    const auto file = surface::read_mesh(shop.folder / "flux.vtp");
+    CHECK(file.triangle_attribute("flux")->values == expected.triangle.flux);
+    CHECK(file.triangle_attribute("flux_error")->values == expected.triangle.error);
+    CHECK(file.vertex_attribute("flux")->values == expected.vertex.flux);
+    CHECK(file.triangle_attribute("area") != nullptr);
+    CHECK(file.triangle_attribute("material") != nullptr);
+    CHECK(nlohmann::json::parse(slurp(shop.folder / "flux.json"))["segments"] == expected.segments);
+}
+
+TEST_CASE("a surface that does not end on a rectangle is traced with open sides, and the user is told") {
+    const Workshop shop;
+    auto mesh = height_field(4, 4, 1.0, 1.0, [](auto, auto) { return 0.0; });
+    mesh.triangles.erase(mesh.triangles.begin() + 10);
+    shop.write("hole.ply", mesh);
+    const auto outcome = shop.run("hole.ply --rays 1000 --json -");
+    CHECK(outcome.code == 0);
+    CHECK_THAT(outcome.error, Contains("open") && Contains("hole"));
+    CHECK(nlohmann::json::parse(outcome.out)["boundary"] == nlohmann::json{"open", "open"});
+}
+
+TEST_CASE("bad meshes and options of the flux command end with their code and a message, and write nothing") {
+    const Workshop shop;
+    shop.write("trench.vtp", two_materials());
+    auto torn = two_materials();
+    torn.triangles.erase(torn.triangles.begin() + 20);
+    torn.triangle_attributes.clear();
+    shop.write("torn.ply", torn);
+    auto inverted = two_materials();
+    for (Triangle& t : inverted.triangles) std::swap(t[1], t[2]);
+    shop.write("inverted.ply", inverted);
+    auto fractional = two_materials();
+    fractional.triangle_attributes[0].type = Scalar::float64;
+    fractional.triangle_attributes[0].values[3] = 1.5;
+    shop.write("fractional.vtp", fractional);
+    std::ofstream(shop.folder / "text.vtp") << "not a mesh\n";
+
+    const auto [arguments, code, message] = GENERATE(table<std::string, int, std::string>({
+        {"", 2, "mesh is required"},
+        {"missing.vtp", 3, "missing.vtp"},
+        {"text.vtp", 3, "text.vtp"},
+        {"inverted.ply", 3, "inside out"},
+        {"fractional.vtp", 3, "triangle 3 has material 1.5"},
+        {"torn.ply --boundary reflective", 3, "not on a side"},
+        {"torn.ply --boundary periodic", 3, "not on a side"},
+        {"trench.vtp --rays 0", 2, "--rays 0"},
+        {"trench.vtp --rays -5", 2, "--rays -5"},
+        {"trench.vtp --rays 1.5", 2, "--rays 1.5"},
+        {"trench.vtp --rays nan", 2, "--rays nan"},
+        {"trench.vtp --rays many", 2, "many"},
+        {"trench.vtp --relative-error 0", 2, "relative_error = 0"},
+        {"trench.vtp --relative-error nan", 2, "relative_error = nan"},
+        {"trench.vtp --relative-error 1e-4 --rays 10000", 4, "allow more rays"},
+        {"trench.vtp --source-exponent -1", 2, "source_exponent = -1"},
+        {"trench.vtp --source-exponent nan", 2, "source_exponent = nan"},
+        {"trench.vtp --sticking 1.4", 2, "must be in [0, 1]"},
+        {"trench.vtp --sticking -0.1", 2, "must be in [0, 1]"},
+        {"trench.vtp --sticking nan", 2, "must be in [0, 1]"},
+        {"trench.vtp --sticking much", 2, "not a number"},
+        {"trench.vtp --sticking 2=0.1", 2, "material 7 of trench.vtp is missing"},
+        {"trench.vtp --sticking 2=0.1,3=0.1,7=1", 2, "no material 3; it has 2, 7"},
+        {"trench.vtp --sticking 2=0.1,2=0.2,7=1", 2, "given twice"},
+        {"trench.vtp --sticking 2=0.1,7", 2, "write ID=s"},
+        {"trench.vtp --sticking =1", 2, "not a number"},
+        {"trench.vtp --boundary mirror", 2, "reflective, periodic or open"},
+        {"trench.vtp --boundary open,", 2, "reflective, periodic or open"},
+        {"trench.vtp --boundary open,open,open", 2, "reflective, periodic or open"},
+        {"trench.vtp --seed -4", 2, "--seed"},
+        {"trench.vtp --seed 1e3", 2, "--seed"},
+        {"trench.vtp -o result.stl", 2, ".vtp or .csv"},
+        {"trench.vtp --rays 1000 -o /proc/sidewall/result.csv", 5, "/proc/sidewall"},
+        {"trench.vtp --rays 1000 --json /proc/sidewall/result.json", 5, "/proc/sidewall"},
+        {"trench.vtp --threads 0", 2, "threads"},
+        {"trench.vtp --frobnicate", 2, "frobnicate"},
+    }));
+    const bool names_output = arguments.find("-o ") != std::string::npos || arguments.empty();
+    const auto outcome = shop.run(arguments + (names_output ? "" : " -o result.csv"));
+    CAPTURE(arguments, outcome.error);
+    CHECK(outcome.code == code);
+    CHECK_THAT(outcome.error, Contains(message));
+    CHECK(outcome.out.empty());
+    // Only a summary that cannot be written comes after a result that could.
+    CHECK(std::filesystem::exists(shop.folder / "result.csv") ==
+          (arguments.find("--json") != std::string::npos));
+}

@@ -1,0 +1,373 @@
+#include <sys/wait.h>
+
+#include <unistd.h>
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
+
+// What users get wrong, one row each: the program must say where, what and what to do, with the exit code of
+// its cause, and leave nothing behind that looks like a result.
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string kDomain = "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n";           // lines 1 to 3
+const std::string kLayer = "[[layer]]\nmaterial = \"Si\"\n";                                 // 4 and 5
+const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";  // 6 to 9
+const std::string kGood = kDomain + kLayer + kStep;
+
+struct Outcome {
+    int exit_code = -1;
+    std::string output;  ///< standard output and standard error
+};
+
+// Runs the program in \p folder under a time limit, which shows as exit code 124; a crash as 128 and more.
+Outcome run(const fs::path& folder, const std::string& arguments) {
+    const std::string command = "cd '" + folder.string() + "' && timeout -k 1 30 '" SIDEWALL_PROGRAM "' " +
+                                arguments + " 2>&1 </dev/null";
+    Outcome outcome;
+    FILE* pipe = popen(command.c_str(), "r");
+    REQUIRE(pipe != nullptr);
+    char buffer[4096];
+    for (std::size_t n = 0; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;)
+        outcome.output.append(buffer, n);
+    const int status = pclose(pipe);
+    outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+    return outcome;
+}
+
+// An empty folder of its own, removed with everything in it.
+struct Folder {
+    fs::path path;
+    Folder() {
+        std::string name = (fs::temp_directory_path() / "sidewall_bad_XXXXXX").string();
+        REQUIRE(mkdtemp(name.data()) != nullptr);
+        path = name;
+    }
+    Folder(const Folder&) = delete;
+    Folder& operator=(const Folder&) = delete;
+    ~Folder() {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+};
+
+std::set<std::string> contents(const fs::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) names.insert(entry.path().string());
+    return names;
+}
+
+struct Row {
+    std::string what;
+    std::string file;       ///< name of the input file, empty for none
+    std::string text;       ///< its content
+    std::string arguments;  ///< of the program, in shell syntax
+    int exit_code;
+    std::vector<std::string> message;  ///< pieces it must hold
+};
+
+void check_rows(const std::vector<Row>& rows) {
+    for (const Row& row : rows) {
+        const Folder folder;
+        if (!row.file.empty()) std::ofstream(folder.path / row.file, std::ios::binary) << row.text;
+        const std::set<std::string> before = contents(folder.path);
+        const Outcome outcome = run(folder.path, row.arguments);
+        INFO(row.what << "\nsidewall " << row.arguments << "\n" << outcome.output);
+        CHECK(outcome.exit_code == row.exit_code);
+        for (const std::string& piece : row.message) {
+            INFO("expected: " << piece);
+            CHECK(outcome.output.find(piece) != std::string::npos);
+        }
+        CHECK(contents(folder.path) == before);
+    }
+}
+
+// A recipe that is wrong at one place: `bad.toml:LINE: KEY...` and what to do.
+Row recipe(const std::string& what, const std::string& text, const std::string& place,
+           const std::string& remedy) {
+    return {what, "bad.toml", text, "check bad.toml", 2, {"sidewall: bad.toml:" + place, remedy}};
+}
+
+Row override_row(const std::string& setting, const std::string& rest, const std::string& remedy) {
+    return {"override", "good.toml",
+            kGood,      "check good.toml --set '" + setting + "'",
+            2,          {"sidewall: --set " + setting + ": " + rest, remedy}};
+}
+
+std::string step(const std::string& lines) {
+    return kDomain + kLayer + "[[step]]\n" + lines;  // the first of them is line 7
+}
+
+std::string layer(const std::string& lines) {
+    return kDomain + "[[layer]]\n" + lines + kStep;  // the first of them is line 5
+}
+
+}  // namespace
+
+TEST_CASE("the recipe that the bad ones are made from is good") {
+    const Folder folder;
+    std::ofstream(folder.path / "good.toml") << kGood;
+    const Outcome outcome = run(folder.path, "check good.toml");
+    INFO(outcome.output);
+    CHECK(outcome.exit_code == 0);
+    CHECK(contents(folder.path).size() == 1);
+}
+
+TEST_CASE("a bad recipe is refused with file, line, key and remedy") {
+    const std::string fins = "material = \"Si\"\nshape = \"fin\"\n";
+    check_rows({
+        recipe("syntax", kDomain + "[[layer]\n", "4: ", "not valid TOML"),
+        recipe("duplicate key", kDomain + "grid_spacing = 0.2\n", "4: ", "cannot redefine"),
+        recipe("duplicate section", kGood + "[domain]\n", "10: ", "not valid TOML"),
+        recipe("header without a name", kGood + "[.flux]\n", "10: ", "not valid TOML"),
+        recipe("not text", std::string("extent = \"\xff\xfe\"\n"), "1: ", "utf-8"),
+        recipe("binary",
+               std::string("\x7f"
+                           "ELF\0\0\0",
+                           7),
+               "1: ", "not valid TOML"),
+        recipe("deep nesting", "a = " + std::string(5000, '[') + "\n", "1: ", "not valid TOML"),
+        recipe("empty file", "", "1: domain: ", "add [domain]"),
+        recipe("unknown section", kGood + "[simplfy]\n", "10: simplfy = ", "did you mean simplify?"),
+        recipe("section as a value", "flux = 3\n" + kGood, "1: flux = 3: ", "write [flux]"),
+        recipe("section as a list", kGood + "[[flux]]\n", "10: flux = ", "write [flux]"),
+
+        recipe("no extent", "[domain]\ngrid_spacing = 1\n" + kLayer + kStep, "1: domain.extent: ", "missing"),
+        recipe("extent of one", "[domain]\nextent = [1]\n", "2: domain.extent = ", "list of 2 numbers"),
+        recipe("extent 0", "[domain]\nextent = [0, 1]\ngrid_spacing = 0.1\n",
+               "2: domain.extent[0] = 0: ", "greater than 0"),
+        recipe("spacing NaN", "[domain]\nextent = [1, 1]\ngrid_spacing = nan\n",
+               "3: domain.grid_spacing = nan: ", "finite"),
+        recipe("spacing infinite", "[domain]\nextent = [1, 1]\ngrid_spacing = inf\n",
+               "3: domain.grid_spacing = inf: ", "finite"),
+        recipe("spacing negative", "[domain]\nextent = [1, 1]\ngrid_spacing = -0.1\n",
+               "3: domain.grid_spacing = -0.1: ", "greater than 0"),
+        recipe("spacing as text", "[domain]\nextent = [1, 1]\ngrid_spacing = \"fine\"\n",
+               "3: domain.grid_spacing = \"fine\": ", "must be a number"),
+        recipe("spacing too fine", "[domain]\nextent = [1, 1]\ngrid_spacing = 1e-9\n" + kLayer + kStep,
+               "3: domain.grid_spacing = 1e-09: ", "use a larger spacing"),
+        recipe("extents without a common spacing",
+               "[domain]\nextent = [1.0, 1.23456789]\ngrid_spacing = 0.1\n" + kLayer + kStep,
+               "3: domain.extent = ", "whole number of cells"),
+        recipe("extent huge", "[domain]\nextent = [1e300, 1]\ngrid_spacing = 0.1\n",
+               "2: domain.extent[0] = 1e+300: ", "check the unit"),
+        recipe("boundary word", kDomain + "boundary = [\"periodc\", \"reflective\"]\n" + kLayer + kStep,
+               "4: domain.boundary[0] = \"periodc\": ", "did you mean periodic?"),
+        recipe("length unit", kDomain + "length_unit = \"inch\"\n",
+               "4: domain.length_unit = \"inch\": ", "one of nm, um"),
+
+        recipe("no layer", kDomain + kStep, "1: layer: missing", "add a [[layer]]"),
+        recipe("layer as a table", kDomain + "[layer]\nmaterial = \"Si\"\n",
+               "4: layer = ", "write [[layer]]"),
+        recipe("empty layer", layer(""), "4: layer[0].material: ", "missing"),
+        recipe("unknown material", layer("material = \"SiO\"\n"),
+               "5: layer[0].material = \"SiO\": ", "did you mean Si"),
+        recipe("unknown shape", layer("shape = \"trensh\"\n"),
+               "5: layer[0].shape = \"trensh\": ", "did you mean trench?"),
+        recipe("polygons", layer("shape = \"mask\"\n"),
+               "5: layer[0].shape = \"mask\": ", "not available yet"),
+        recipe("bottomless trench", layer("material = \"Si\"\nshape = \"trench\"\nwidth = 1\n"),
+               "4: layer[0].depth: ", "missing"),
+        recipe("key of another shape", layer("material = \"Si\"\nradius = 1\n"),
+               "6: layer[0].radius = 1: ", "unknown key of a plane"),
+        recipe("width 0", layer(fins + "width = 0\nheight = 1\n"),
+               "7: layer[0].width = 0: ", "greater than 0"),
+        recipe("taper", layer(fins + "width = 1\nheight = 1\ntaper_deg = 90\n"),
+               "9: layer[0].taper_deg = 90: ", "in [-80, 80]"),
+        recipe("height out of the grid", layer(fins + "width = 1\nheight = 1e6\n"),
+               "8: layer[0].height = ", "check the unit"),
+        recipe("second layer without height", kDomain + kLayer + kLayer + kStep,
+               "6: layer[1].thickness: ", "give the layer's thickness"),
+        recipe("stack of unequal lists",
+               kDomain + kLayer +
+                   "[[layer]]\nshape = \"stack\"\nmaterials = [\"W\", \"TiN\"]\nthicknesses = [1]\n",
+               "9: layer[1].thicknesses = ", "as many as materials"),
+        recipe("stack without a substrate",
+               kDomain + "[[layer]]\nshape = \"stack\"\nmaterials = [\"W\"]\nthicknesses = [1]\n",
+               "5: layer[0].shape = \"stack\": ", "plane layer before it"),
+        recipe("mesh file missing", layer("material = \"Si\"\nshape = \"mesh\"\nfile = \"none.vtp\"\n"),
+               "7: layer[0].file = \"none.vtp\": ", "relative to the recipe"),
+        recipe("material twice", "[[material]]\nname = \"A\"\n[[material]]\nname = \"A\"\n" + kGood,
+               "4: material[1].name = \"A\": ", "drop one"),
+        recipe("colour", "[[material]]\nname = \"A\"\ncolour = \"red\"\n" + kGood,
+               "3: material[0].colour = \"red\": ", "must look like"),
+
+        recipe("no step", kDomain + kLayer, "1: step: missing", "add a [[step]]"),
+        recipe("no model", step("duration = 1\n"), "6: step[0].model: ", "sidewall models"),
+        recipe("unknown model", step("model = \"isotropc\"\n"),
+               "7: step[0].model = \"isotropc\": ", "did you mean isotropic?"),
+        recipe("no duration", step("model = \"isotropic\"\nrate = -1\n"), "6: step[0].duration: ", "missing"),
+        recipe("duration negative", step("model = \"isotropic\"\nrate = -1\nduration = -1\n"),
+               "9: step[0].duration = -1: ", "greater than 0"),
+        recipe("no rate", step("model = \"isotropic\"\nduration = 1\n"), "6: step[0].rate: ", "missing"),
+        recipe("growth without a film", step("model = \"isotropic\"\nrate = 1\nduration = 1\n"),
+               "6: step[0].deposit: ", "name it"),
+        recipe("film without growth", kGood + "deposit = \"SiO2\"\n",
+               "10: step[0].deposit = \"SiO2\": ", "drop deposit"),
+        recipe("sticking above 1",
+               step("model = \"single_particle\"\nduration = 1\nrate = -1\nsticking = 1.4\n"),
+               "10: step[0].sticking = 1.4: ", "must be in [0, 1]"),
+        recipe("sticking by unknown material",
+               step("model = \"single_particle\"\nduration = 1\nrate = -1\nsticking = { Mask = 0, Sillicon = "
+                    "0.1 }\n"),
+               "10: step[0].sticking.Sillicon = 0.1: ", "[[material]]"),
+        recipe("misspelt key", kGood + "stiking = 0.1\nrepaet = 2\n",
+               "11: step[0].repaet = 2: ", "did you mean repeat?"),
+        recipe("no species", step("model = \"multi_particle\"\nduration = 1\nspecies = []\n"),
+               "9: step[0].species = ", "must not be empty"),
+        recipe("species without a rate",
+               step("model = \"multi_particle\"\nduration = 1\nspecies = [{ name = \"a\" }]\n"),
+               "9: step[0].species[0].rate: ", "missing"),
+        recipe("beam from below",
+               step("model = \"directional\"\nduration = 1\ndirectional = -1\ndirection = [0, 0, -1]\n"),
+               "10: step[0].direction = ", "towards the source"),
+        recipe("model and steps", kGood + "[[step.steps]]\nmodel = \"isotropic\"\n",
+               "10: step[0].steps = ", "drop one"),
+        recipe("empty loop", step("repeat = 3\nsteps = []\n"), "8: step[0].steps = ", "[[step.steps]]"),
+        recipe("loops without end",
+               step("repeat = 100000\n[[step.steps]]\nmodel = \"isotropic\"\nduration = 1\nrate = -1\nrepeat "
+                    "= 100000\n"),
+               "6: step: ", "repeat fewer times"),
+        recipe("repeat by half", kGood + "repeat = 1.5\n", "10: step[0].repeat = 1.5: ", "whole number"),
+
+        recipe("no rays", kGood + "[flux]\nrays = 0\n", "11: flux.rays = 0: ", "in [1, 1e+12]"),
+        recipe("too many rays", kGood + "[flux]\nrays = 1e15\n", "11: flux.rays = ", "in [1, 1e+12]"),
+        recipe("relative error", kGood + "[flux]\nrelative_error = 0.02\n",
+               "11: flux.relative_error = 0.02: ", "give rays"),
+        recipe("seed negative", kGood + "[flux]\nseed = -1\n", "11: flux.seed = -1: ", "in [0"),
+        recipe("method", kGood + "[simplify]\nmethod = \"lindstrom_turk\"\n",
+               "11: simplify.method = \"lindstrom_turk\": ", "did you mean lindstrom-turk?"),
+        recipe("l0 word", kGood + "[simplify]\nl0 = \"automatic\"\n",
+               "11: simplify.l0 = \"automatic\": ", "or \"auto\""),
+        recipe("l_max below l0", kGood + "[simplify]\nl0 = 2\nl_max = 1\n",
+               "12: simplify.l_max = 1: ", "at least l0"),
+        recipe("weights all 0", kGood + "[simplify]\nweights = [0, 0, 0]\n",
+               "11: simplify.weights = ", "not all be 0"),
+        recipe("two weights", kGood + "[simplify]\nweights = [1, 1]\n",
+               "11: simplify.weights = ", "list of 3 numbers"),
+        recipe("cfl", kGood + "[advection]\ncfl = 1.5\n", "11: advection.cfl = 1.5: ", "in (0, 1]"),
+        recipe("scheme", kGood + "[advection]\nscheme = \"weno\"\n",
+               "11: advection.scheme = \"weno\": ", "did you mean weno"),
+        recipe("output every 0", kGood + "[output]\nevery = 0\n", "11: output.every = 0: ", "greater than 0"),
+        recipe("output every instant", kGood + "[output]\nevery = 1e-8\n",
+               "11: output.every = 1e-08: ", "use a longer time"),
+        recipe("profile text", kGood + "[output]\nprofiles = [\"y=0\", \"y\"]\n",
+               "11: output.profiles[1] = \"y\": ", "must be a plane"),
+        recipe("profile outside", kGood + "[output]\nprofiles = [\"y=3\"]\n",
+               "11: output.profiles[0] = \"y=3\": ", "outside the domain"),
+        recipe("CD nowhere", kGood + "[metrology]\nmeasures = [\"cd\"]\n",
+               "10: metrology.cd_depths: ", "missing"),
+    });
+}
+
+TEST_CASE("a bad override is refused by name") {
+    check_rows({
+        override_row("step[0].duration=-1", "step[0].duration = -1: ", "greater than 0"),
+        override_row("step[1].duration=1", "step[1]: ", "counted from 0"),
+        override_row("simplfy.method=none", "simplfy = ", "did you mean simplify?"),
+        override_row("flux.rays=[1,", "not a TOML value", "TOML"),
+        override_row("flux.rays", "must be key=value", "flux.rays=1000"),
+        override_row("domain.grid_spacing=1e-12", "domain.grid_spacing = 1e-12: ", "use a larger spacing"),
+    });
+}
+
+TEST_CASE("a bad command line is a usage error") {
+    check_rows({
+        {"no command", "", "", "", 2, {"subcommand"}},
+        {"unknown command", "", "", "chekc x.toml", 2, {"subcommand"}},
+        {"no recipe", "", "", "check", 2, {"RECIPE"}},
+        {"unknown option", "good.toml", kGood, "check good.toml --fast", 2, {"--fast"}},
+        {"option without value", "good.toml", kGood, "check good.toml --set", 2, {"--set"}},
+        {"threads", "good.toml", kGood, "check good.toml --threads 0", 2, {"--threads"}},
+        {"unknown model", "", "", "models isotropc", 2, {"isotropc", "did you mean isotropic?"}},
+        {"recipe missing", "", "", "check none.toml", 3, {"none.toml: no such file", "give a recipe"}},
+        {"recipe is a folder", "", "", "check .", 3, {".: not a file"}},
+    });
+}
+
+TEST_CASE("a run that cannot start leaves no output") {
+    check_rows({
+        {"run: recipe missing", "", "", "run none.toml -o out", 3, {"none.toml: no such file"}},
+        {"run: bad recipe",
+         "bad.toml",
+         step("model = \"isotropic\"\n"),
+         "run bad.toml -o out",
+         2,
+         {"bad.toml:6: step[0].duration"}},
+        {"run: no such option", "good.toml", kGood, "run good.toml -o out --fast", 2, {"--fast"}},
+    });
+}
+
+TEST_CASE("a damaged mesh is a bad input file, whatever reads it") {
+    const std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n";
+    const std::string vtp =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\">\n<PolyData>\n"
+        "<Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\">\n<Points>\n";
+    struct Mesh {
+        std::string what, file, text;
+    };
+    const std::vector<Mesh> meshes = {
+        {"missing", "", ""},
+        {"empty", "bad.ply", ""},
+        {"garbage", "bad.ply", "hello\nworld\n"},
+        {"header cut short", "bad.ply", header.substr(0, 60)},
+        {"vertices cut short", "bad.ply", header + "0 0 0\n1 0\n"},
+        {"no triangle", "bad.ply",
+         "ply\nformat ascii 1.0\nelement vertex 0\nproperty float x\nproperty float y\n"
+         "property float z\nelement face 0\nproperty list uchar int vertex_indices\nend_header\n"},
+        {"NaN vertex", "bad.ply", header + "0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n"},
+        {"infinite vertex", "bad.ply", header + "0 0 inf\n1 0 0\n0 1 0\n3 0 1 2\n"},
+        {"index out of range", "bad.ply", header + vertices + "3 0 1 7\n"},
+        {"index negative", "bad.ply", header + vertices + "3 0 1 -1\n"},
+        {"a vast count", "bad.ply",
+         "ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\nproperty float x\n"
+         "property float y\nproperty float z\nend_header\n"},
+        {"garbage VTP", "bad.vtp", "hello"},
+        {"VTP cut short", "bad.vtp", vtp},
+        {"unknown extension", "bad.doc", header + vertices + "3 0 1 2\n"},
+    };
+    std::vector<Row> rows;
+    for (const Mesh& mesh : meshes) {
+        const std::string file = mesh.file.empty() ? "none.ply" : mesh.file;
+        rows.push_back(
+            {"simplify: " + mesh.what, mesh.file, mesh.text, "simplify " + file + " -o out.vtp", 3, {file}});
+        rows.push_back(
+            {"flux: " + mesh.what, mesh.file, mesh.text, "flux " + file + " -o out.vtp", 3, {file}});
+    }
+    check_rows(rows);
+}
+
+TEST_CASE("bad options of simplify and flux are refused by name") {
+    const std::string triangle =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    const auto row = [&](const std::string& arguments, const std::string& named) {
+        return Row{"option", "mesh.ply", triangle, arguments, 2, {named}};
+    };
+    check_rows({
+        row("simplify mesh.ply -o out.vtp --method lindstrom_turk", "method"),
+        row("simplify mesh.ply -o out.vtp --l0 -1", "l0"),
+        row("simplify mesh.ply -o out.vtp --l0 nan", "l0"),
+        row("simplify mesh.ply -o out.vtp --weights 0,0,0", "weights"),
+        row("simplify mesh.ply -o out.vtp --weights 1,1", "weights"),
+        row("flux mesh.ply -o out.vtp --sticking 1.5", "sticking"),
+        row("flux mesh.ply -o out.vtp --rays 0", "rays"),
+        row("flux mesh.ply -o out.vtp --source-exponent -1", "source"),
+        row("flux mesh.ply -o out.vtp --boundary open", "boundary"),
+        {"unwritable",
+         "mesh.ply",
+         triangle,
+         "flux mesh.ply --rays 1000 -o /proc/nowhere/out.vtp",
+         5,
+         {"/proc/nowhere"}},
+    });
+}

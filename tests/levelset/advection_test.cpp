@@ -1,0 +1,190 @@
+#include "levelset/advection.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "surface/error.hpp"
+#include "tests/levelset/grids.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+namespace {
+
+// Mean radius error, in the sphere's unit, after moving a sphere of radius 1 by `shift` with dx = 1 / cells.
+double sphere_error(int cells, double shift, Scheme scheme, TimeIntegration time) {
+    const double radius = cells, end = radius + shift * radius;
+    const Domain domain = test::unit_domain(2 * static_cast<int>(std::max(radius, end)) + 14);
+    MaterialStack stack{domain, {{0, test::sphere_grid(domain, radius)}}};
+    test::move(stack, std::abs(shift) * radius, {scheme, time, 0.5},
+               [&](std::size_t, const Vec3&) { return shift > 0 ? 1.0 : -1.0; });
+    return std::abs(test::radius_error(extract_surface(stack.top(), domain), end).mean) / radius;
+}
+
+}  // namespace
+
+TEST_CASE("a sphere grows and shrinks with the order of the scheme") {
+    struct Row {
+        Scheme scheme;
+        TimeIntegration time;
+        double least_order;
+    };
+    // WENO schemes are limited to second order by the linear interpolation of marching cubes and the re-distancing.
+    for (const Row& row : {Row{Scheme::engquist_osher, TimeIntegration::euler, 0.9},
+                           Row{Scheme::weno3, TimeIntegration::rk2, 1.7}, Row{Scheme::weno5, TimeIntegration::rk3, 1.7}})
+        for (const double shift : {0.25, -0.25}) {
+            const double coarse = sphere_error(12, shift, row.scheme, row.time);
+            const double fine = sphere_error(24, shift, row.scheme, row.time);
+            CAPTURE(static_cast<int>(row.scheme), shift, coarse, fine);
+            CHECK(std::log2(coarse / fine) > row.least_order);
+        }
+}
+
+TEST_CASE("a sphere of 100 dx grown by 3 dx keeps its radius to 0.005 dx and its roundness to 0.01 dx") {
+    const Domain domain = test::unit_domain(214);
+    for (const Scheme scheme : {Scheme::weno3, Scheme::weno5}) {
+        MaterialStack stack{domain, {{0, test::sphere_grid(domain, 100)}}};
+        test::move(stack, 3.0, {scheme, TimeIntegration::euler, 0.5}, [](std::size_t, const Vec3&) { return 1.0; });
+        const auto error = test::radius_error(extract_surface(stack.top(), domain), 103);
+        CAPTURE(error.mean, error.deviation);
+        CHECK(std::abs(error.mean) <= 0.005);
+        CHECK(error.deviation <= 0.01);
+    }
+}
+
+TEST_CASE("first-order upwinding errs by its truncation error on a sphere") {
+    // Upwind differences of a distance are short by dx/2 sum |n_i| phi_ii; its mean over a sphere is 3/8 dx/r.
+    const Domain domain = test::unit_domain(114);
+    MaterialStack stack{domain, {{0, test::sphere_grid(domain, 50)}}};
+    test::move(stack, 3.0, {Scheme::engquist_osher, TimeIntegration::euler, 0.5},
+               [](std::size_t, const Vec3&) { return 1.0; });
+    const auto error = test::radius_error(extract_surface(stack.top(), domain), 53);
+    const double predicted = -3.0 * 0.375 / 51.5;
+    CHECK(error.mean == Approx(predicted).epsilon(0.2));
+}
+
+TEST_CASE("uniform growth of a trench is its exact offset") {
+    // Closed form: flats and walls move by d, convex edges become arcs of radius d, concave corners stay sharp.
+    const Domain domain = test::unit_domain(42);
+    Shape shape;
+    shape.kind = ShapeKind::trench;
+    shape.width = 17.0;
+    shape.depth = 20.3;
+    const double d = 6.0;
+    MaterialStack stack = make_stack(domain, {{0, shape}});
+    test::move(stack, d, {Scheme::weno5, TimeIntegration::rk3, 0.5}, [](std::size_t, const Vec3&) { return 1.0; });
+    const TriangleMesh mesh = extract_surface(stack.top(), domain);
+    const double half = 8.5, floor = -20.3;
+    double flats = 0, arcs = 0, corners = 0;
+    for (const Vec3& p : mesh.vertices) {
+        const double x = std::abs(p.x());
+        if (x > half && p.z() > 0)
+            flats = std::max(flats, std::abs(p.z() - d));
+        else if (p.z() > 0)
+            arcs = std::max(arcs, std::abs(std::hypot(x - half, p.z()) - d));
+        else if (p.z() > floor + d + 2)
+            flats = std::max(flats, std::abs(x - (half - d)));
+        else if (x < half - d - 2)
+            flats = std::max(flats, std::abs(p.z() - floor - d));
+        else
+            corners = std::max(corners, std::min(std::abs(x - (half - d)), std::abs(p.z() - floor - d)));
+    }
+    CHECK(flats < 0.1);
+    CHECK(arcs < 0.4);
+    CHECK(corners < 1.0);
+}
+
+TEST_CASE("a directional etch below an inert mask keeps walls straight, and the mask its shape") {
+    // V = 1 down where the sky is seen, 0.05 everywhere, on the substrate only; 60 dx deep.
+    const double radius = 15.0, thickness = 8.0, rate = 1.0, lateral = 0.05, time = 60.0;
+    const Domain domain = test::unit_domain(52);
+    Shape substrate, mask;
+    mask.kind = ShapeKind::hole;
+    mask.top = thickness;
+    mask.radius = radius;
+    mask.depth = std::numeric_limits<double>::infinity();
+    MaterialStack stack = make_stack(domain, {{0, substrate}, {1, mask}});
+    const TriangleMesh before = extract_surface(stack.top(), domain);
+    const AdvectionOptions options{Scheme::lax_friedrichs, TimeIntegration::euler, 0.5};
+    const int steps = static_cast<int>(std::ceil(time * (rate + lateral) / options.cfl));
+    for (int n = 0; n < steps; ++n) {
+        Extension extension = extend_without_mesh(stack.top(), domain);
+        std::vector<char> seen;
+        for (const auto& s : extension.samples) {
+            // The foot point's distance from the axis decides whether the mask's edge hides it.
+            const auto c = s.node;
+            seen.push_back(std::hypot(domain.coordinate(0, c.x()), domain.coordinate(1, c.y())) < radius);
+        }
+        const auto motion = make_motion(
+            stack, std::move(extension),
+            [&](std::size_t sample, std::size_t layer, const Vec3& normal) {
+                if (layer == 1) return 0.0;
+                return -rate * std::max(0.0, normal.z()) * seen[sample] - lateral;
+            },
+            true);
+        advect(stack, motion, time / steps, options);
+    }
+    const TriangleMesh mesh = extract_surface(stack.top(), domain);
+    double wall = 0, floor = 0, mask_error = 0;
+    for (const Vec3& p : mesh.vertices) {
+        const double r = std::hypot(p.x(), p.y());
+        if (p.z() < -2.0 && p.z() > -time * (rate + lateral) + 3.0)
+            wall = std::max(wall, std::abs(r - (radius + lateral * (time + p.z() / (rate + lateral)))));
+        if (r < radius - 2.0 && p.z() < -2.0) floor = std::max(floor, std::abs(p.z() + time * (rate + lateral)));
+        if (p.z() > 1.0) {
+            double nearest = 1e9;
+            for (const Vec3& q : before.vertices) nearest = std::min(nearest, (p - q).squaredNorm());
+            mask_error = std::max(mask_error, std::sqrt(nearest));
+        }
+    }
+    CHECK(wall < 0.5);
+    CHECK(floor < 0.5);
+    CHECK(mask_error < 0.05);
+}
+
+TEST_CASE("an etch that reaches another material within a step goes on with that material's speed") {
+    // A film of 1.3 dx on a substrate that does not etch: after any time the substrate's surface is still at 0.
+    const Domain domain = test::unit_domain(16);
+    Shape substrate, film;
+    film.top = 1.3;
+    for (const double substrate_speed : {0.0, -0.5}) {
+        MaterialStack stack = make_stack(domain, {{0, substrate}, {1, film}});
+        test::move(stack, 4.0, {Scheme::engquist_osher, TimeIntegration::euler, 0.5},
+                   [&](std::size_t layer, const Vec3&) { return layer == 1 ? -1.0 : substrate_speed; });
+        const TriangleMesh mesh = extract_surface(stack.top(), domain);
+        const double expected = substrate_speed * (4.0 - 1.3);
+        for (const Vec3& p : mesh.vertices) REQUIRE(p.z() == Approx(expected).margin(0.03));
+        REQUIRE(exposed_material(stack, mesh.vertices.front()) == 0);
+    }
+}
+
+TEST_CASE("a periodic domain moves like its shifted copy") {
+    const auto volume = [](double offset) {
+        const Domain domain = test::unit_domain(32, Side::periodic);
+        MaterialStack stack{domain, {}};
+        Shape hole;
+        hole.kind = ShapeKind::hole;
+        hole.radius = 7.2;
+        hole.depth = 9.4;
+        hole.position = {offset, offset};
+        stack = make_stack(domain, {{0, hole}});
+        test::move(stack, 3.0, {Scheme::weno3, TimeIntegration::rk2, 0.5}, [](std::size_t, const Vec3&) { return -1.0; });
+        const TriangleMesh mesh = extract_surface(stack.top(), domain);
+        double sum = 0;  // of z over the footprint: the volume above z = 0
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            sum += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
+        return sum;
+    };
+    // Whole-cell shifts see the same stencils, wherever the sides cut the hole.
+    CHECK(volume(0.0) == Approx(volume(16.0)).epsilon(1e-5));
+    CHECK(volume(0.0) == Approx(volume(5.0)).epsilon(1e-5));
+}
+
+TEST_CASE("a speed that is not finite is reported with its place") {
+    const Domain domain = test::unit_domain(16);
+    MaterialStack stack = make_stack(domain, {{0, Shape{}}});
+    const auto motion = make_motion(stack, extend_without_mesh(stack.top(), domain),
+                                    [](std::size_t, std::size_t, const Vec3&) { return std::nan(""); }, false);
+    CHECK_THROWS_AS(max_speed(stack, motion), NumericsError);
+}

@@ -1,0 +1,173 @@
+#include "levelset/stack.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+
+#include "levelset/body.hpp"
+#include "levelset/checkpoint.hpp"
+#include "levelset/curvature.hpp"
+#include "surface/error.hpp"
+#include "surface/mesh_io.hpp"
+#include "tests/levelset/grids.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+namespace {
+
+Shape mask_hole(double radius, double thickness) {
+    Shape mask;
+    mask.kind = ShapeKind::hole;
+    mask.top = thickness;
+    mask.radius = radius;
+    mask.depth = std::numeric_limits<double>::infinity();
+    return mask;
+}
+
+}  // namespace
+
+TEST_CASE("the material under a point is the lowest layer that reaches the surface there") {
+    const Domain domain = test::unit_domain(40);
+    const MaterialStack stack = make_stack(domain, {{7, Shape{}}, {9, mask_hole(10, 6)}});
+    CHECK(exposed_material(stack, {0.3, 0.2, 0.0}) == 7);
+    CHECK(exposed_material(stack, {8.7, 0.0, 0.0}) == 7);
+    CHECK(exposed_material(stack, {15.0, 0.0, 6.0}) == 9);
+    CHECK(exposed_material(stack, {10.0, 0.0, 3.0}) == 9);
+}
+
+TEST_CASE("a film grows on all materials and leaves the interfaces below where they were") {
+    const Domain domain = test::unit_domain(40);
+    MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, mask_hole(10, 6)}});
+    const TriangleMesh interface_before = extract_surface(*stack.layers[1].phi, domain);
+    begin_film(stack, 2);
+    begin_film(stack, 2);  // the film is there already
+    REQUIRE(stack.layers.size() == 3);
+    test::move(stack, 3.0, {}, [](std::size_t, const Vec3&) { return 1.0; });
+    CHECK(exposed_material(stack, {0.0, 0.0, 3.0}) == 2);
+    const TriangleMesh interface_after = extract_surface(*stack.layers[1].phi, domain);
+    CHECK(interface_after.vertices == interface_before.vertices);
+    for (const Vec3& p : extract_surface(stack.top(), domain).vertices)
+        if (std::hypot(p.x(), p.y()) > 14) REQUIRE(p.z() == Approx(9.0).margin(0.05));
+}
+
+TEST_CASE("shapes have the sizes they were given") {
+    const Domain domain = test::unit_domain(40);
+    const auto volume_below = [&](const Shape& shape) {
+        const TriangleMesh mesh = extract_surface(make_stack(domain, {{0, shape}}).top(), domain);
+        double sum = 0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            sum += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
+        return sum;
+    };
+    const double pi = std::numbers::pi, slope = std::tan(5.0 * pi / 180.0);
+    // Marching cubes cuts edges and corners by a fraction of a cell: an error of O(dx) of the edge length, here below 1.5 %.
+    Shape s;
+    s.depth = 15.2;
+    s.width = 12.4;
+    s.taper_deg = 5.0;
+    s.kind = ShapeKind::trench;
+    CHECK(volume_below(s) == Approx(-40.0 * 15.2 * (12.4 - 15.2 * slope)).epsilon(0.015));
+    s.kind = ShapeKind::hole;
+    s.radius = 11.3;
+    const double bottom = 11.3 - 15.2 * slope;
+    CHECK(volume_below(s) ==
+          Approx(-pi * 15.2 / 3.0 * (11.3 * 11.3 + 11.3 * bottom + bottom * bottom)).epsilon(0.015));
+    Shape f;
+    f.kind = ShapeKind::fin;
+    f.width = 9.6;
+    f.height = 13.3;
+    CHECK(volume_below(f) == Approx(40.0 * 9.6 * 13.3).epsilon(0.015));
+    Shape b;
+    b.kind = ShapeKind::box;
+    b.size = {14.6, 17.3};
+    b.height = 9.2;
+    CHECK(volume_below(b) == Approx(14.6 * 17.3 * 9.2).epsilon(0.015));
+}
+
+TEST_CASE("a closed mesh file becomes the body it encloses") {
+    const Domain domain = test::unit_domain(40);
+    const TriangleMesh sphere = extract_surface(*test::sphere_grid(domain, 11.4), domain);
+    const auto path = std::filesystem::temp_directory_path() / "sidewall_stack_test_sphere.ply";
+    surface::write_mesh(path, sphere);
+    Shape shape;
+    shape.kind = ShapeKind::mesh;
+    shape.file = path.string();
+    const TriangleMesh again = extract_surface(make_stack(domain, {{0, shape}}).top(), domain);
+    std::filesystem::remove(path);
+    // Facets lie inside the sphere by at most 1 / (8 r) per cell of edge length; twice that after two extractions.
+    const auto error = test::radius_error(again, 11.4);
+    CHECK(error.max < 3.0 / (8.0 * 11.4) + 0.01);
+}
+
+TEST_CASE("curvatures of a sphere are 1/r and 1/r^2 by both formulas, to second order") {
+    for (const auto formula : {CurvatureFormula::general, CurvatureFormula::shape_operator}) {
+        double error[2];
+        for (int level = 0; level < 2; ++level) {
+            const double radius = 10.0 * (1 + level);
+            const Domain domain = test::unit_domain(static_cast<int>(2 * radius) + 12);
+            const Grid::Ptr grid = test::sphere_grid(domain, radius);
+            const TriangleMesh mesh = extract_surface(*grid, domain);
+            const Curvature c = curvature(*grid, domain, mesh, formula);
+            error[level] = 0;
+            for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+                error[level] = std::max(error[level], std::abs(c.mean[v] * radius - 1.0));
+                error[level] = std::max(error[level], std::abs(c.gaussian[v] * radius * radius - 1.0));
+            }
+        }
+        CHECK(std::log2(error[0] / error[1]) > 1.6);
+        CHECK(error[0] < 0.05);
+    }
+}
+
+TEST_CASE("a plane has no features and a mirrored trench has its edges") {
+    const Domain domain = test::unit_domain(40);
+    const MaterialStack plane = make_stack(domain, {{0, Shape{}}});
+    const TriangleMesh flat = extract_surface(plane.top(), domain);
+    for (const auto flag : feature_flags(curvature(plane.top(), domain, flat), 1.0)) REQUIRE(flag == 0);
+
+    Shape shape;
+    shape.kind = ShapeKind::trench;
+    shape.width = 17.0;
+    shape.depth = 20.3;
+    const MaterialStack trench = make_stack(domain, {{0, shape}});
+    const TriangleMesh mesh = extract_surface(trench.top(), domain);
+    const auto flags = feature_flags(curvature(trench.top(), domain, mesh), 1.0, 0.2);
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        const Vec3& p = mesh.vertices[v];
+        const double edge = std::hypot(std::abs(p.x()) - 8.5, std::min(std::abs(p.z()), std::abs(p.z() + 20.3)));
+        CAPTURE(p.x(), p.z());
+        if (edge > 3.0) CHECK(flags[v] == 0);
+        if (edge < 0.3) CHECK(flags[v] == 1);
+    }
+}
+
+TEST_CASE("a checkpoint restores every layer bit for bit") {
+    const Domain domain = test::unit_domain(40);
+    MaterialStack stack = make_stack(domain, {{3, Shape{}}, {5, mask_hole(10, 6)}});
+    test::move(stack, 2.0, {}, [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : -0.1; });
+    const auto path = std::filesystem::temp_directory_path() / "sidewall_stack_test.vdb";
+    save_checkpoint(path, stack, "where we were");
+    const Checkpoint loaded = load_checkpoint(path, domain);
+    CHECK(loaded.text == "where we were");
+    REQUIRE(loaded.stack.layers.size() == 2);
+    for (std::size_t k = 0; k < 2; ++k) {
+        CHECK(loaded.stack.layers[k].material == stack.layers[k].material);
+        const Grid &a = *stack.layers[k].phi, &b = *loaded.stack.layers[k].phi;
+        REQUIRE(a.activeVoxelCount() == b.activeVoxelCount());
+        REQUIRE(a.tree().leafCount() == b.tree().leafCount());
+        auto leaf_a = a.tree().cbeginLeaf();
+        for (auto leaf_b = b.tree().cbeginLeaf(); leaf_b; ++leaf_a, ++leaf_b) {
+            REQUIRE(leaf_a->origin() == leaf_b->origin());
+            REQUIRE(leaf_a->buffer() == leaf_b->buffer());
+            REQUIRE(leaf_a->getValueMask() == leaf_b->getValueMask());
+        }
+    }
+    CHECK_THROWS_AS(load_checkpoint(path, test::unit_domain(42)), FileError);
+    std::ofstream(path, std::ios::binary | std::ios::trunc) << "not a grid";
+    CHECK_THROWS_AS(load_checkpoint(path, domain), FileError);
+    std::filesystem::remove(path);
+    CHECK_THROWS_AS(load_checkpoint(path, domain), FileError);
+}
