@@ -65,19 +65,20 @@ Result read_result(const std::filesystem::path& path) {
         throw FileError(fmt::format(
             "{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote", path.string()));
     const auto entries = read_pvd(path / "surface.pvd");
-    const auto is_interface = [](const PvdEntry& entry) {
-        return entry.file.filename().string().starts_with("interface");
+    // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
+    const auto is = [](const PvdEntry& entry, const char* kind) {
+        return entry.file.filename().string().starts_with(kind);
     };
     const PvdEntry* last = nullptr;
     for (const PvdEntry& entry : entries)
-        if (!is_interface(entry) && (!last || entry.time >= last->time)) last = &entry;
+        if (is(entry, "surface") && (!last || entry.time >= last->time)) last = &entry;
     if (!last)
-        throw FileError(fmt::format("{}: lists interfaces only: has the run saved a surface yet?",
+        throw FileError(fmt::format("{}: lists no file named surface_*: has the run saved a surface yet?",
                                     (path / "surface.pvd").string()));
     result.source = last->file;
     result.surface = surface::read_mesh(last->file, &result.metadata);
     for (const PvdEntry& entry : entries)
-        if (is_interface(entry) && entry.time == last->time)
+        if (is(entry, "interface") && entry.time == last->time)
             result.interfaces.push_back(surface::read_mesh(entry.file));
     const auto summary = path / "summary.json";
     if (std::filesystem::exists(summary)) {

@@ -29,8 +29,8 @@ struct Result {
     std::optional<Json> summary;                  ///< the folder's summary.json, if the run has ended
 };
 
-/// Reads a mesh file, or the last surface that DIR/surface.pvd lists with its interfaces (files named
-/// interface_*). \throws FileError naming what is missing or damaged.
+/// Reads a mesh file, or the last surface_* that DIR/surface.pvd lists, with the interface_* of that time.
+/// \throws FileError naming what is missing or damaged.
 Result read_result(const std::filesystem::path& path);
 
 /// A text of the metadata, or \p otherwise.

@@ -93,7 +93,7 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
             surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
             if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
             for (std::size_t k = 0; k < species; ++k) {
-                here[k] = flux::interpolate(surface.wedges, surface.fluxes[k].wedge.flux, hit.triangle, hit.u, hit.v);
+                here[k] = flux::interpolate(surface.wedges, surface.wedge_flux[k], hit.triangle, hit.u, hit.v);
                 flux[k][t] = here[k];
             }
             if (model.visibility)

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
 #include "simplify/simplify.hpp"
@@ -86,6 +87,7 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
         surface.fluxes.push_back(flux::trace_flux(surface.traced(), *surface.scene, surface.box, model.species[k],
                                                   surface.materials, surface.wedges, options));
         const auto& result = surface.fluxes.back();
+        surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge));
         if (static_cast<double>(result.leaked) > kTolerableLeakage * static_cast<double>(result.emitted))
             throw NumericsError(fmt::format("species {}: {} of {} particles leaked through the surface; use a smaller "
                                             "grid_spacing or a milder simplification",
@@ -132,7 +134,7 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
             const auto u = static_cast<double>(s.u), v = static_cast<double>(s.v);
             for (std::size_t k = 0; k < species; ++k)
                 flux[n * species + k] =
-                    flux::interpolate(surface.wedges, surface.fluxes[k].wedge.flux, s.triangle, u, v);
+                    flux::interpolate(surface.wedges, surface.wedge_flux[k], s.triangle, u, v);
             if (!model.visibility) continue;
             const auto [a, b, c] = surface.traced().triangles[s.triangle];
             const auto& x = surface.traced().vertices;

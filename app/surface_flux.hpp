@@ -20,7 +20,8 @@ struct SurfaceFlux {
     std::optional<surface::RayScene> scene;  ///< of the traced mesh; none if the model looks at no surface
     flux::LateralBox box;
     flux::Wedges wedges;
-    std::vector<flux::FluxResult> fluxes;  ///< one a species
+    std::vector<flux::FluxResult> fluxes;  ///< one a species, as counted
+    std::vector<std::vector<double>> wedge_flux;  ///< by species and wedge, less its noise: what models see
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };

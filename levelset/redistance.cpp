@@ -21,9 +21,9 @@ using B = Block<2>;
 
 // Runs op(block, leaf, out) on every leaf in parallel, then makes the outputs the grid's values: every leaf reads
 // its neighbours as they were before, so that the order of leaves cannot matter.
+// The manager brings one spare buffer a leaf.
 template <class Op>
 void for_each_block(LeafManager& leaves, const Grid& grid, const Domain& domain, Op&& op) {
-    leaves.rebuildAuxBuffers(1);
     const float background = grid.background();
     tbb::parallel_for(leaves.leafRange(4), [&](const LeafManager::LeafRange& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
@@ -34,7 +34,6 @@ void for_each_block(LeafManager& leaves, const Grid& grid, const Domain& domain,
         }
     });
     leaves.swapLeafBuffer(1);
-    leaves.removeAuxBuffers();
 }
 
 // Activates the face neighbours of the band, across a periodic side too.
@@ -67,7 +66,6 @@ void grow_band(Grid& grid, const Domain& domain) {
         for (auto it = leaf->beginValueOn(); it; ++it)
             if (!domain.owns(it.getCoord().x(), it.getCoord().y())) it.setValueOff();
     }
-    openvdb::tools::pruneInactive(tree);
 }
 
 // A node whose value is known: in the band before it grew.
@@ -76,8 +74,7 @@ bool known(float v, float background) {
 }
 
 // Values for voxels the band has just reached: one cell beyond their nearest known neighbour, on its side.
-void seed_new_voxels(Grid& grid, const Domain& domain) {
-    LeafManager leaves(grid.tree());
+void seed_new_voxels(LeafManager& leaves, const Grid& grid, const Domain& domain) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     for_each_block(leaves, grid, domain, [&](const B& block, Leaf& leaf, float* out) {
         std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
@@ -176,11 +173,10 @@ float solved(const B& block, int at, float side, float dx, float background) {
 void redistance(Grid& grid, const Domain& domain, int passes) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     grow_band(grid, domain);
-    if (grid.tree().leafCount() == 0)
+    if (grid.activeVoxelCount() == 0)
         throw NumericsError("the surface has vanished: no material boundary is left in the domain; shorten the step");
-    seed_new_voxels(grid, domain);
-
-    LeafManager leaves(grid.tree());
+    LeafManager leaves(grid.tree(), 1);
+    seed_new_voxels(leaves, grid, domain);
     std::atomic<bool> finite{true};
     for (int pass = 0; pass < passes; ++pass) {
         for_each_block(leaves, grid, domain, [&](B& block, Leaf& leaf, float* out) {

@@ -10,12 +10,12 @@ inline constexpr std::uint32_t kNoHalfedge = 0xffffffffu;
 
 /// Which triangles share an edge. Halfedge 3 t + k runs from corner k of triangle t to its next corner.
 struct Halfedges {
-    std::vector<std::uint32_t>
-        opposite;  ///< per halfedge: the same edge in the other triangle, or kNoHalfedge
+    /// Per halfedge: the same edge in the other triangle, or kNoHalfedge.
+    std::vector<std::uint32_t> opposite;
 };
 
-/// \throws GeometryError if a vertex is not finite, an index is out of range or a triangle uses a vertex
-/// twice.
+/// \throws GeometryError if a coordinate is not finite or beyond 1e50, an index is out of range or a triangle
+///         uses a vertex twice.
 void check_arrays(const TriangleMesh& mesh);
 
 /// Connects the triangles of an orientable 2-manifold with or without boundary. O(n).

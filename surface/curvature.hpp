@@ -21,9 +21,9 @@ struct Curvature {
 /// is treated as if the surface were mirrored there; any other boundary vertex takes the average of its inner
 /// neighbours, or zero. Vertices without a triangle of positive area get zero.
 ///
-/// \note O(n), parallel, deterministic. At vertices of valence other than six the gaussian curvature does not
-/// converge
-///       pointwise, only on average.
+/// \note O(n), parallel, deterministic. At vertices of valence other than six the gaussian curvature
+/// converges on
+///       average, not pointwise.
 Curvature mesh_curvature(const TriangleMesh& mesh);
 
 /// One flag a vertex: |mean| > feature_parameter / spacing or |gaussian| > (feature_parameter / spacing)^2.

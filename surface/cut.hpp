@@ -19,9 +19,8 @@ Plane parse_plane(const std::string& text);
 
 /// Points in order along a cut.
 struct Polyline {
-    std::vector<Vec3> points;  ///< a closed one does not repeat its first point
-    std::vector<std::uint32_t>
-        triangles;  ///< the triangle under each segment, points.size() - 1 or, if closed, as many
+    std::vector<Vec3> points;              ///< a closed one does not repeat its first point
+    std::vector<std::uint32_t> triangles;  ///< the mesh's, one a segment
     bool closed = false;
 };
 

@@ -88,13 +88,12 @@ void print_summary(const Json& json, const Arguments& arguments) {
 }
 
 void run(const Arguments& arguments) {
-    const simplify::Options asked = resolve(arguments);
+    const simplify::Options options = resolve(arguments);
     surface::MeshMetadata metadata;
     const TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
 
     const double start = now();
-    simplify::Options options = asked;
-    const double spacing = simplify::base_length(mesh, {}, asked.grid_spacing);
+    const double spacing = simplify::base_length(mesh, {}, options.grid_spacing);
     std::vector<std::uint8_t> features;
     if (options.method == simplify::Method::region)
         features = surface::feature_flags(mesh, spacing, arguments.feature_parameter);

@@ -67,7 +67,8 @@ inline void write_result_folder(const std::filesystem::path& folder) {
         << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\"><Collection>\n"
            "<DataSet timestep=\"0\" part=\"0\" file=\"surface_0000.vtp\"/>\n"
            "<DataSet timestep=\"5\" part=\"0\" file=\"surface_0001.vtp\"/>\n"
-           "<DataSet timestep=\"5\" part=\"1\" file=\"interface_0001_0.vtp\"/>\n</Collection></VTKFile>\n";
+           "<DataSet timestep=\"5\" part=\"1\" file=\"interface_0001_0.vtp\"/>\n"
+           "<DataSet timestep=\"5\" part=\"2\" file=\"traced_0001.vtp\"/>\n</Collection></VTKFile>\n";
     std::ofstream(folder / "summary.json")
         << R"({"version": "0.1.0", "recipe": "t.toml", "steps": [{"model": "isotropic"}],
         "timing": {"trace": 3.0, "total": 4.0}, "metrology": {"depth": 1.0}})";

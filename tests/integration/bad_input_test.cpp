@@ -1,13 +1,11 @@
-#include <sys/wait.h>
-
-#include <unistd.h>
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <set>
 #include <string>
 #include <vector>
+
+#include "tests/integration/program.hpp"
 
 // What users get wrong, one row each: the program must say where, what and what to do, with the exit code of
 // its cause, and leave nothing behind that looks like a result.
@@ -20,41 +18,12 @@ const std::string kLayer = "[[layer]]\nmaterial = \"Si\"\n";                    
 const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";  // 6 to 9
 const std::string kGood = kDomain + kLayer + kStep;
 
-struct Outcome {
-    int exit_code = -1;
-    std::string output;  ///< standard output and standard error
-};
+using sidewall::test::Folder;
+using sidewall::test::Outcome;
 
-// Runs the program in \p folder under a time limit, which shows as exit code 124; a crash as 128 and more.
 Outcome run(const fs::path& folder, const std::string& arguments) {
-    const std::string command = "cd '" + folder.string() + "' && timeout -k 1 30 '" SIDEWALL_PROGRAM "' " +
-                                arguments + " 2>&1 </dev/null";
-    Outcome outcome;
-    FILE* pipe = popen(command.c_str(), "r");
-    REQUIRE(pipe != nullptr);
-    char buffer[4096];
-    for (std::size_t n = 0; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-        outcome.output.append(buffer, n);
-    const int status = pclose(pipe);
-    outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-    return outcome;
+    return sidewall::test::run_program(folder, arguments);
 }
-
-// An empty folder of its own, removed with everything in it.
-struct Folder {
-    fs::path path;
-    Folder() {
-        std::string name = (fs::temp_directory_path() / "sidewall_bad_XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    ~Folder() {
-        std::error_code ignored;
-        fs::remove_all(path, ignored);
-    }
-};
 
 std::set<std::string> contents(const fs::path& folder) {
     std::set<std::string> names;

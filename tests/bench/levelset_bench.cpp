@@ -1,0 +1,88 @@
+// CPU microseconds a surface point (voxel with |phi| <= dx/2) of one level set step on a sphere, by phase and scheme, and the
+// extraction rate. Usage: levelset_bench [RADIUS in dx, 282 = 1 M points] [STEPS]
+#include <fmt/format.h>
+#include <tbb/tick_count.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+#include <vector>
+
+#include "levelset/advection.hpp"
+#include "levelset/extract.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+namespace {
+
+double cpu_seconds() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const double radius = argc > 1 ? std::atof(argv[1]) : 282.0;
+    const int steps = argc > 2 ? std::atoi(argv[2]) : 6;
+    const double side = 2.0 * std::ceil(radius + 0.5 * steps + 6.0);
+    const Domain domain = make_domain({side, side}, 1.0, {Side::reflective, Side::reflective});
+    const struct {
+        const char* name;
+        Scheme scheme;
+    } rows[] = {{"engquist_osher", Scheme::engquist_osher}, {"weno3", Scheme::weno3}, {"weno5", Scheme::weno5}};
+    fmt::print("{:<16}{:>9}{:>9}{:>9}{:>9}{:>9}{:>12}{:>10}{:>10}\n", "Euler, cfl 0.5", "points", "extend", "speeds",
+               "move", "sum", "Mtri/s wall", "mean err", "std dev");
+    for (const auto& row : rows) {
+        MaterialStack stack{domain, {{0, sample_grid(domain, [=](const Vec3& p) { return p.norm() - radius; }, -radius - 5, radius + 5)}}};
+        std::size_t points = 0;
+        for (auto it = stack.top().cbeginValueOn(); it; ++it) points += std::abs(*it) <= 0.5f;
+        std::vector<double> extend_times, speed_times, move_times, sums, rates;
+        for (int n = 0; n < steps; ++n) {
+            const tbb::tick_count extract_start = tbb::tick_count::now();
+            const TriangleMesh mesh = extract_surface(stack.top(), domain);
+            rates.push_back(static_cast<double>(mesh.triangles.size()) / (tbb::tick_count::now() - extract_start).seconds() / 1e6);
+            const std::vector<float> speed(mesh.vertices.size(), 1.0f);  // at the mesh's vertices
+            const surface::RayScene scene(mesh);  // the flux calculation's own, not counted here
+            const double t0 = cpu_seconds();
+            Extension extension = extend(stack.top(), domain, scene);
+            const double t1 = cpu_seconds();
+            const auto motion = make_motion(stack, std::move(extension), nullptr, false);
+            auto with_speed = motion;
+            with_speed.speed = [&](std::size_t k, std::size_t, const Vec3&) {
+                const SurfaceSample& s = motion.extension.samples[k];
+                const auto [a, b, c] = mesh.triangles[s.triangle];
+                return static_cast<double>((1.0f - s.u - s.v) * speed[a] + s.u * speed[b] + s.v * speed[c]);
+            };
+            const double dt = 0.5 / max_speed(stack, with_speed);
+            const double t2 = cpu_seconds();
+            advect(stack, with_speed, dt, {row.scheme, TimeIntegration::euler, 0.5});
+            const double t3 = cpu_seconds();
+            const double scale = 1e6 / static_cast<double>(points);
+            extend_times.push_back((t1 - t0) * scale);
+            speed_times.push_back((t2 - t1) * scale);
+            move_times.push_back((t3 - t2) * scale);
+            sums.push_back((t3 - t0) * scale);
+        }
+        const TriangleMesh mesh = extract_surface(stack.top(), domain);
+        double mean = 0.0, squares = 0.0;
+        for (const Vec3& p : mesh.vertices) {
+            const double d = p.norm() - radius - 0.5 * steps;
+            mean += d / static_cast<double>(mesh.vertices.size());
+            squares += d * d / static_cast<double>(mesh.vertices.size());
+        }
+        fmt::print("{:<16}{:>9}{:>9.3f}{:>9.3f}{:>9.3f}{:>9.3f}{:>12.2f}{:>10.5f}{:>10.5f}\n", row.name, points,
+                   median(extend_times), median(speed_times), median(move_times), median(sums), median(rates), mean,
+                   std::sqrt(std::max(0.0, squares - mean * mean)));
+    }
+    fmt::print("CPU us a surface point a step (all threads together), median of {} steps; errors in dx after {} dx of growth\n",
+               steps, 0.5 * steps);
+}
