@@ -68,11 +68,6 @@ void grow_band(Grid& grid, const Domain& domain) {
     }
 }
 
-// A node whose value is known: in the band before it grew.
-bool known(float v, float background) {
-    return std::abs(v) < background;
-}
-
 // Values for voxels the band has just reached: one cell beyond their nearest known neighbour, on its side.
 void seed_new_voxels(LeafManager& leaves, const Grid& grid, const Domain& domain) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
@@ -80,7 +75,7 @@ void seed_new_voxels(LeafManager& leaves, const Grid& grid, const Domain& domain
         std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
         for (auto it = leaf.cbeginValueOn(); it; ++it) {
             const auto n = it.pos();
-            if (known(*it, background)) continue;
+            if (!(std::abs(*it) >= background)) continue;  // in the band before it grew, or not a number: reported later
             const int at = B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
             float nearest = background;
             for (int stride : B::kStride)
@@ -129,7 +124,8 @@ float rescaled(const B& block, int at, float v, float dx) {
     const float gradient = std::sqrt(squared);
     const float excess = gradient - std::clamp(gradient, 1.0f - kTolerance, 1.0f + kTolerance);
     const float weight = std::max(0.0f, 1.0f - kink / kKink);
-    return v / std::max(1.0f + weight * excess, steepest / (dx * (1.0f + kTolerance)));
+    const float bound = steepest / (dx * (1.0f + kTolerance));
+    return v / (bound > 1.0f ? std::max(bound, 1.0f + weight * excess) : 1.0f + weight * excess);
 }
 
 // Solves sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the smallest
@@ -188,9 +184,12 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
             std::array<std::uint8_t, Leaf::SIZE> bucket;
             const float* v = leaf.buffer().data();
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                const float d = std::abs(v[it.pos()]);
-                if (!(d <= 1e30f)) finite = false;
-                bucket[it.pos()] = static_cast<std::uint8_t>(std::min(kBuckets - 1.0f, 2.0f * std::min(d, background) / dx));
+                float d = std::abs(v[it.pos()]);
+                if (!(d <= background)) {
+                    finite = false;
+                    d = 0.0f;
+                }
+                bucket[it.pos()] = static_cast<std::uint8_t>(std::min(kBuckets - 1.0f, 2.0f * d / dx));
                 ++start[bucket[it.pos()] + 1u];
             }
             for (std::size_t b = 0; b < kBuckets; ++b) start[b + 1] = static_cast<std::uint16_t>(start[b + 1] + start[b]);

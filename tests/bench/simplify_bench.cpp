@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
                roughness, surface::measure_quality(mesh).slivers);
     fmt::print("Distances in dx, vertices to surface; slivers: an angle below 5 degrees.\n\n");
     fmt::print("{:<28} {:>8} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9} {:>15}\n", "method", "removed", "vertices",
-               "seconds", "to: max", "mean", "back: max", "mean", "slivers");
+               "CPU s", "to: max", "mean", "back: max", "mean", "slivers");
 
     const auto row = [&](const std::string& name, auto&& simplify) {
         start = now();
