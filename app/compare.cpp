@@ -26,7 +26,8 @@ double flux_error(const Json& summary) {
     return error;
 }
 
-// The error falls with the square root of the rays; everything but the tracing costs the same however many there are.
+// The error falls with the square root of the rays; everything but the tracing costs the same however many
+// there are.
 double seconds_at_error(const Timing& timing, double error, double target) {
     const double rays = target > 0.0 ? (error / target) * (error / target) : 1.0;
     return timing.features + timing.simplify + timing.bvh + timing.trace * rays;
@@ -58,14 +59,14 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
             continue;
         }
         const double error = flux_error(run.summary);
-        comparison["variants"].push_back(
-            Json{{"method", variant.method},
-                 {"timing", run.summary["timing"]},
-                 {"mesh", run.summary["mesh"]},
-                 {"final", distances},
-                 {"relative_error", error},
-                 {"flux_seconds_at_equal_error", seconds_at_error(run.timing, error, flux_error(raw.summary))},
-                 {"metrology", run.summary["metrology"]}});
+        comparison["variants"].push_back(Json{
+            {"method", variant.method},
+            {"timing", run.summary["timing"]},
+            {"mesh", run.summary["mesh"]},
+            {"final", distances},
+            {"relative_error", error},
+            {"flux_seconds_at_equal_error", seconds_at_error(run.timing, error, flux_error(raw.summary))},
+            {"metrology", run.summary["metrology"]}});
     }
     write_json((output / "compare.json").string(), comparison);
     return comparison;
@@ -82,14 +83,18 @@ std::string compare_table(const Json& comparison) {
         text += fmt::format("{:>16}\n", floor);
     };
     for_each_phase([&](const char* name, double Timing::*) {
-        row(fmt::format("{} [s]", name), [&](const Json& v) { return fmt::format("{:.2f}", v["timing"][name].get<double>()); });
+        row(fmt::format("{} [s]", name),
+            [&](const Json& v) { return fmt::format("{:.2f}", v["timing"][name].get<double>()); });
     });
     row("flux at equal error [s]",
         [](const Json& v) { return fmt::format("{:.2f}", v["flux_seconds_at_equal_error"].get<double>()); });
-    row("flux error (statistical)", [](const Json& v) { return fmt::format("{:.4f}", v["relative_error"].get<double>()); });
-    row("triangles traced", [](const Json& v) { return fmt::format("{}", v["mesh"]["simplified"]["triangles"].get<int>()); });
+    row("flux error (statistical)",
+        [](const Json& v) { return fmt::format("{:.4f}", v["relative_error"].get<double>()); });
+    row("triangles traced",
+        [](const Json& v) { return fmt::format("{}", v["mesh"]["simplified"]["triangles"].get<int>()); });
     for (const char* name : {"hausdorff_max", "hausdorff_mean"})
-        row(fmt::format("distance {} [dx]", name + 10),
+        row(
+            fmt::format("distance {} [dx]", name + 10),
             [&](const Json& v) { return fmt::format("{:.4f}", v["final"][name].get<double>()); },
             fmt::format("{:.4f}", comparison["noise_floor"][name].get<double>()));
     return header + text;

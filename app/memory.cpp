@@ -20,11 +20,16 @@ double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
     const double depth = std::isfinite(shape.depth) ? shape.depth : 0.0;
     const double length = domain.max[1] - domain.min[1];
     switch (shape.kind) {
-        case levelset::ShapeKind::trench: return 2.0 * depth * length;
-        case levelset::ShapeKind::hole: return 2.0 * std::numbers::pi * shape.radius * depth;
-        case levelset::ShapeKind::fin: return 2.0 * shape.height * length;
-        case levelset::ShapeKind::box: return 2.0 * shape.height * (shape.size[0] + shape.size[1]);
-        default: return 0.0;
+        case levelset::ShapeKind::trench:
+            return 2.0 * depth * length;
+        case levelset::ShapeKind::hole:
+            return 2.0 * std::numbers::pi * shape.radius * depth;
+        case levelset::ShapeKind::fin:
+            return 2.0 * shape.height * length;
+        case levelset::ShapeKind::box:
+            return 2.0 * shape.height * (shape.size[0] + shape.size[1]);
+        default:
+            return 0.0;
     }
 }
 
@@ -50,8 +55,8 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
         area += wall_area(layer.shape, domain);
         layers += 1.0;
     }
-    // A cell of surface: about 14 voxels in leaves (4 bytes a layer, and as much twice over for buffers and samples), two
-    // triangles with their hierarchy, attributes and tallies.
+    // A cell of surface: about 14 voxels in leaves (4 bytes a layer, and as much twice over for buffers and
+    // samples), two triangles with their hierarchy, attributes and tallies.
     constexpr double kPerLayer = 60.0, kPerCell = 1200.0;
     return area / (domain.spacing * domain.spacing) * (kPerCell + kPerLayer * layers);
 }
@@ -59,9 +64,11 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
 void require_memory(const Recipe& recipe, const levelset::Domain& domain) {
     const double needed = estimated_memory(recipe, domain), available = free_memory();
     if (needed <= available) return;
-    throw RecipeError(fmt::format(
-        "{}: domain.grid_spacing = {:.4g}: the run would need about {:.1f} GB and {:.1f} GB are free; use a spacing of {:.3g} or more",
-        recipe.file, domain.spacing, needed / 1e9, available / 1e9, domain.spacing * std::sqrt(needed / available)));
+    throw RecipeError(
+        fmt::format("{}: domain.grid_spacing = {:.4g}: the run would need about {:.1f} GB and {:.1f} GB are "
+                    "free; use a spacing of {:.3g} or more",
+                    recipe.file, domain.spacing, needed / 1e9, available / 1e9,
+                    domain.spacing * std::sqrt(needed / available)));
 }
 
 }  // namespace sidewall::app

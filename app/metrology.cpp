@@ -18,7 +18,8 @@ struct Profile {
     void each_segment(Use&& use) const {
         for (const auto& line : lines) {
             const std::size_t n = line.points.size();
-            for (std::size_t k = 0; k + 1 < n + (line.closed ? 1 : 0); ++k) use(line.points[k], line.points[(k + 1) % n]);
+            for (std::size_t k = 0; k + 1 < n + (line.closed ? 1 : 0); ++k)
+                use(line.points[k], line.points[(k + 1) % n]);
         }
     }
 };
@@ -54,8 +55,11 @@ std::vector<Measure> measure(const Recipe& recipe, const TriangleMesh& mesh) {
     for (const std::string& what : recipe.metrology.measures) {
         if (what == "depth") {
             double lowest = std::numeric_limits<double>::infinity();
-            profile.each_segment([&](const Vec3& p, const Vec3& q) { lowest = std::min({lowest, p.z(), q.z()}); });
-            measures.push_back({"depth", std::isfinite(lowest) ? -lowest : std::numeric_limits<double>::quiet_NaN()});
+            profile.each_segment([&](const Vec3& p, const Vec3& q) {
+                lowest = std::min({lowest, p.z(), q.z()});
+            });
+            measures.push_back(
+                {"depth", std::isfinite(lowest) ? -lowest : std::numeric_limits<double>::quiet_NaN()});
         } else if (what == "cd") {
             for (const double depth : recipe.metrology.cd_depths)
                 measures.push_back({fmt::format("cd_at_{:g}", depth), opening(profile, -depth)});

@@ -13,8 +13,8 @@ struct Measure {
     double value = 0.0;
 };
 
-/// What [metrology] asks for, in the recipe's length unit: `depth` is how far the lowest point of the cut lies below z = 0;
-/// `cd` the width of the widest opening at each depth. O(n) in triangles.
+/// What [metrology] asks for, in the recipe's length unit: `depth` is how far the lowest point of the cut
+/// lies below z = 0; `cd` the width of the widest opening at each depth. O(n) in triangles.
 std::vector<Measure> measure(const Recipe& recipe, const TriangleMesh& surface);
 
 }  // namespace sidewall::app

@@ -51,14 +51,16 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
             const std::string reason = std::strerror(errno);
             out.close();
             std::filesystem::remove(partial, failure);
-            throw IoError(fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
+            throw IoError(
+                fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
         }
     }
     std::filesystem::rename(partial, path, failure);
     if (failure) {
         const std::string reason = failure.message();
         std::filesystem::remove(partial, failure);
-        throw IoError(fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
+        throw IoError(
+            fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
     }
 }
 
@@ -100,7 +102,8 @@ void ProgressBar::update(double done, std::string_view note) {
     const double fraction = total_ > 0.0 ? std::min(1.0, done / total_) : 0.0;
     constexpr int kWidth = 24;
     const int filled = static_cast<int>(fraction * kWidth);
-    const std::string eta = fraction > 0.0 ? clock_text((time - start_) * (1.0 - fraction) / fraction) : "-:--";
+    const std::string eta =
+        fraction > 0.0 ? clock_text((time - start_) * (1.0 - fraction) / fraction) : "-:--";
     fmt::print(stderr, "\r\033[K{} [{:#<{}}{:.<{}}] {:.4g}/{:.4g} {} ETA {} {}", title_, "", filled, "",
                kWidth - filled, done, total_, unit_, eta, note);
     std::fflush(stderr);

@@ -20,11 +20,12 @@ void write_json(const std::string& path, const Json& json);
 bool interrupted();
 void install_interrupt_handler();
 
-/// The program's own folder of scratch state lives nowhere: progress goes to standard error, one line redrawn on a
-/// terminal, silent when piped.
+/// The program's own folder of scratch state lives nowhere: progress goes to standard error, one line redrawn
+/// on a terminal, silent when piped.
 class ProgressBar {
   public:
-    /// \p unit names what is counted, e.g. "s" of process time. \p enabled false silences it on a terminal too.
+    /// \p unit names what is counted, e.g. "s" of process time. \p enabled false silences it on a terminal
+    /// too.
     ProgressBar(std::string title, double total, std::string unit, bool enabled = true);
     ~ProgressBar();
     /// Redraws at most ten times a second: done of total, ETA, and \p note.

@@ -146,7 +146,7 @@ std::vector<Field> fields(SimplifySection& simplify) {
 std::vector<Field> fields(levelset::AdvectionOptions& advection) {
     return {
         {"scheme", choice(advection.scheme, {"engquist_osher", "weno3", "weno5", "lax_friedrichs"}), "",
-         "how space is discretised"},
+         "how space is discretised; a speed that depends on the normal always takes lax_friedrichs"},
         {"time_integration", choice(advection.time_integration, {"euler", "rk2", "rk3"}), "", "how time is"},
         {"cfl",
          &advection.cfl,

@@ -25,7 +25,8 @@ void RunState::enter(std::size_t next) {
 
 RunState initial_state(const Recipe& recipe) {
     std::vector<std::pair<int, levelset::Shape>> bodies;
-    for (const MaterialLayer& layer : expanded_layers(recipe)) bodies.emplace_back(layer.material, layer.shape);
+    for (const MaterialLayer& layer : expanded_layers(recipe))
+        bodies.emplace_back(layer.material, layer.shape);
     RunState state;
     state.stack = levelset::make_stack(domain_of(recipe), bodies);
     state.enter(0);
@@ -51,8 +52,8 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
         state.files = json.at("files");
         state.timing = timing_from_json(json.at("timing"));
     } catch (const std::exception& error) {
-        throw FileError(fmt::format("{}: not a checkpoint of this recipe: {}; run without --resume", path.string(),
-                                    error.what()));
+        throw FileError(fmt::format("{}: not a checkpoint of this recipe: {}; run without --resume",
+                                    path.string(), error.what()));
     }
     return state;
 }

@@ -12,18 +12,19 @@ namespace sidewall::app {
 /// Everything a run carries from one time step to the next; a checkpoint holds it all.
 struct RunState {
     levelset::MaterialStack stack;
-    std::size_t step = 0;         ///< of the recipe, loops unrolled
-    double step_start = 0.0;      ///< process time at which it began
-    double time = 0.0;            ///< process time
-    std::uint32_t time_step = 0;  ///< over the whole run
-    std::size_t saved = 0;        ///< surfaces written
-    std::size_t rows = 0;         ///< of the timeline
+    std::size_t step = 0;                 ///< of the recipe, loops unrolled
+    double step_start = 0.0;              ///< process time at which it began
+    double time = 0.0;                    ///< process time
+    std::uint32_t time_step = 0;          ///< over the whole run
+    std::size_t saved = 0;                ///< surfaces written
+    std::size_t rows = 0;                 ///< of the timeline
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
     Json files = Json::array();           ///< what surface.pvd lists: {"time", "part", "file"}
     Timing timing;
 
     bool reached(double stop) const { return time >= stop; }
-    /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on it exactly.
+    /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
+    /// it exactly.
     void advance(double dt, double stop);
     /// Begins a step of the recipe.
     void enter(std::size_t next);

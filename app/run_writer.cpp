@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 bool is_ours(const std::string& name) {
     for (const char* prefix : {"surface_", "traced_", "interface_", "profile_"})
         if (name.starts_with(prefix) && (name.ends_with(".vtp") || name.ends_with(".csv"))) return true;
-    return name == "summary.json" || name == "timeline.csv" || name == "surface.pvd" || name == "checkpoint.vdb";
+    return name == "summary.json" || name == "timeline.csv" || name == "surface.pvd" ||
+           name == "checkpoint.vdb";
 }
 
 std::string timeline_header(const Recipe& recipe, const TriangleMesh& surface) {
@@ -68,7 +69,8 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
     TriangleMesh mesh = surface.traced();
     mesh.vertex_attributes.clear();
     mesh.triangle_attributes.clear();
-    mesh.triangle_attributes.push_back(material_attribute({surface.materials.begin(), surface.materials.end()}));
+    mesh.triangle_attributes.push_back(
+        material_attribute({surface.materials.begin(), surface.materials.end()}));
     for (std::size_t k = 0; k < model.species.size(); ++k) {
         mesh.triangle_attributes.push_back(
             {"flux_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.flux});
@@ -79,21 +81,25 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
 }
 
 // The extracted surface with what each triangle's centroid receives and does.
-TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack, const SurfaceFlux& surface) {
+TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
+                         const SurfaceFlux& surface) {
     TriangleMesh mesh = surface.raw;
     const std::size_t n = mesh.triangles.size(), species = model.species.size();
     std::vector<double> material(n), rate(n);
     std::vector<std::vector<double>> flux(species, std::vector<double>(n));
-    const std::vector<Vec3> traced_normals = surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
+    const std::vector<Vec3> traced_normals =
+        surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
         const Vec3 centroid = triangle_centroid(mesh, t);
-        SurfacePoint point{levelset::exposed_material(stack, centroid), {}, area_vector(mesh, t).normalized(), true};
+        SurfacePoint point{
+            levelset::exposed_material(stack, centroid), {}, area_vector(mesh, t).normalized(), true};
         std::vector<double> here(species);
         if (surface.scene) {
             surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
             if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
             for (std::size_t k = 0; k < species; ++k) {
-                here[k] = flux::interpolate(surface.wedges, surface.wedge_flux[k], hit.triangle, hit.u, hit.v);
+                here[k] =
+                    flux::interpolate(surface.wedges, surface.wedge_flux[k], hit.triangle, hit.u, hit.v);
                 flux[k][t] = here[k];
             }
             if (model.visibility)
@@ -106,7 +112,8 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     });
     mesh.triangle_attributes.push_back(material_attribute(std::move(material)));
     for (std::size_t k = 0; k < species; ++k)
-        mesh.triangle_attributes.push_back({"flux_" + model.species[k].name, 1, Scalar::float64, std::move(flux[k])});
+        mesh.triangle_attributes.push_back(
+            {"flux_" + model.species[k].name, 1, Scalar::float64, std::move(flux[k])});
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
     return mesh;
 }
@@ -122,8 +129,8 @@ RunWriter::RunWriter(const RunOptions& options, const Recipe& recipe, const RunS
     std::error_code failure;
     fs::create_directories(options.output, failure);
     if (failure)
-        throw IoError(fmt::format("{}: cannot make the folder: {}; choose another with -o", options.output.string(),
-                                  failure.message()));
+        throw IoError(fmt::format("{}: cannot make the folder: {}; choose another with -o",
+                                  options.output.string(), failure.message()));
     const fs::path timeline = options.output / "timeline.csv";
     if (!options.resume) {
         for (const auto& entry : fs::directory_iterator(options.output))
@@ -154,8 +161,8 @@ void RunWriter::save(RunState& state, const Model& model, const SurfaceFlux& sur
         write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface));
         for (std::size_t k = 0; k + 1 < state.stack.layers.size(); ++k) {
             const levelset::Layer& layer = state.stack.layers[k];
-            if (layer.phi->activeVoxelCount() == 0) continue;  // etched away
             TriangleMesh mesh = levelset::extract_surface(*layer.phi, state.stack.domain);
+            if (mesh.triangles.empty()) continue;  // etched away
             mesh.triangle_attributes.push_back(
                 material_attribute(std::vector<double>(mesh.triangles.size(), layer.material)));
             write(fmt::format("interface_{}_{}.vtp", number, k), mesh);
@@ -165,7 +172,8 @@ void RunWriter::save(RunState& state, const Model& model, const SurfaceFlux& sur
         for (std::size_t k = 0; k < planes.size(); ++k) {
             const std::string name =
                 k == 0 ? fmt::format("profile_{}.csv", number) : fmt::format("profile_{}_{}.csv", number, k);
-            surface::write_profile_csv(options_.output / name, surface::cut_by_plane(surface.raw, planes[k]), planes[k]);
+            surface::write_profile_csv(options_.output / name, surface::cut_by_plane(surface.raw, planes[k]),
+                                       planes[k]);
         }
         ++state.saved;
         write_pvd(state);
@@ -178,12 +186,14 @@ void RunWriter::write_pvd(const RunState& state) const {
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
         "  <Collection>\n";
     for (const Json& entry : state.files)
-        text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", entry["time"].get<double>(),
-                            entry["part"].get<int>(), entry["file"].get<std::string>());
+        text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n",
+                            entry["time"].get<double>(), entry["part"].get<int>(),
+                            entry["file"].get<std::string>());
     write_file(options_.output / "surface.pvd", text + "  </Collection>\n</VTKFile>\n");
 }
 
-void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& surface, double dt, double speed) {
+void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& surface, double dt,
+                       double speed) {
     const PhaseClock clock(state.timing.output);
     const fs::path path = options_.output / "timeline.csv";
     const auto& traced = surface.traced();
@@ -194,9 +204,10 @@ void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& sur
         leaked += flux.leaked;
         error = std::max(error, flux.relative_error);
     }
-    std::string row = fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{:.6g}", state.step + 1, field(step.name),
-                                  state.time, dt, speed, surface.raw.vertices.size(), surface.raw.triangles.size(),
-                                  traced.vertices.size(), traced.triangles.size(), segments, leaked, error);
+    std::string row =
+        fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{:.6g}", state.step + 1, field(step.name),
+                    state.time, dt, speed, surface.raw.vertices.size(), surface.raw.triangles.size(),
+                    traced.vertices.size(), traced.triangles.size(), segments, leaked, error);
     for (const Measure& m : measure(recipe_, surface.raw)) row += fmt::format(",{:.9g}", m.value);
     std::ofstream out(path, std::ios::app | std::ios::binary);
     if (state.rows == 0) out << timeline_header(recipe_, surface.raw);

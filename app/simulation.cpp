@@ -30,6 +30,12 @@ double time_step(double left, double speed, double spacing, double cfl) {
     return left / std::max(1.0, steps);
 }
 
+// Upwinding needs one speed a point; a speed that turns with the normal needs Lax-Friedrichs.
+levelset::AdvectionOptions scheme_for(const Model& model, levelset::AdvectionOptions options) {
+    if (model.depends_on_normal) options.scheme = levelset::Scheme::lax_friedrichs;
+    return options;
+}
+
 }  // namespace
 
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
@@ -40,7 +46,9 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     RunWriter writer(options, recipe, state);
     const tbb::tick_count start = tbb::tick_count::now();
     const double earlier = state.timing.total;
-    const auto count_total = [&] { state.timing.total = earlier + (tbb::tick_count::now() - start).seconds(); };
+    const auto count_total = [&] {
+        state.timing.total = earlier + (tbb::tick_count::now() - start).seconds();
+    };
 
     double total = 0.0;
     for (const Step& step : steps) total += step.duration;
@@ -53,8 +61,9 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
         while (!state.reached(state.step_start + step.duration)) {
             const SurfaceFlux surface =
-                trace_surface(recipe, model, state.stack, state.time_step, state.timing,
-                              [&](double part) { progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part)); });
+                trace_surface(recipe, model, state.stack, state.time_step, state.timing, [&](double part) {
+                    progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+                });
             const levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (writer.due(state)) writer.save(state, model, surface);
 
@@ -62,17 +71,20 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
             const double speed = levelset::max_speed(state.stack, motion);
             const double dt = time_step(stop - state.time, speed, domain.spacing, recipe.advection.cfl);
             writer.record(state, step, surface, dt, speed);
-            const auto seconds = levelset::advect(state.stack, motion, dt, recipe.advection);
+            const auto seconds =
+                levelset::advect(state.stack, motion, dt, scheme_for(model, recipe.advection));
             state.timing.advect += seconds.advect;
             state.timing.redistance += seconds.redistance;
             state.advance(dt, stop);
-            progress.update(state.time, fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));
+            progress.update(state.time,
+                            fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));
             count_total();
-            if (interrupted() && !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration))) {
+            if (interrupted() &&
+                !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration))) {
                 writer.checkpoint(state);
-                throw Interrupted(fmt::format("stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume",
-                                              state.time, total, recipe.domain.time_unit, recipe.file,
-                                              options.output.string()));
+                throw Interrupted(fmt::format(
+                    "stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume", state.time,
+                    total, recipe.domain.time_unit, recipe.file, options.output.string()));
             }
         }
     }

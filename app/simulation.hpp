@@ -10,22 +10,23 @@
 namespace sidewall::app {
 
 struct RunOptions {
-    std::filesystem::path output;    ///< folder for results
-    bool resume = false;             ///< go on from the folder's checkpoint
-    bool quiet = false;              ///< no progress, no lines
-    std::string title = "run";       ///< of the progress bar
+    std::filesystem::path output;  ///< folder for results
+    bool resume = false;           ///< go on from the folder's checkpoint
+    bool quiet = false;            ///< no progress, no lines
+    std::string title = "run";     ///< of the progress bar
 };
 
 /// What a finished run leaves behind besides its files.
 struct RunResult {
     TriangleMesh surface;  ///< the final surface as extracted
     Timing timing;
-    Json summary;          ///< what summary.json holds
+    Json summary;  ///< what summary.json holds
 };
 
 /// Runs a recipe and writes DIR/{recipe.toml, surface.pvd, surface_NNNN.vtp, profile_NNNN.csv, timeline.csv,
 /// checkpoint.vdb, summary.json}; summary.json comes last, so that a folder that has one is complete.
-/// \throws Interrupted after the current time step if the user asked to stop; the checkpoint then allows --resume, which
+/// \throws Interrupted after the current time step if the user asked to stop; the checkpoint then allows
+/// --resume, which
 ///         ends in the same bits. Other errors as their parts throw them.
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options);
 

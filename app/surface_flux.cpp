@@ -22,13 +22,15 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
     options.l_max = section.l_max;
     options.max_error = section.max_error;
     options.grid_spacing = spacing;
-    if (section.target_vertices > 0) options.target_vertices = static_cast<std::size_t>(section.target_vertices);
+    if (section.target_vertices > 0)
+        options.target_vertices = static_cast<std::size_t>(section.target_vertices);
     if (!section.weights.empty())
         options.weights = simplify::Weights{section.weights[0], section.weights[1], section.weights[2]};
     return options;
 }
 
-TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, const TriangleMesh& raw, Timing& timing) {
+TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, const TriangleMesh& raw,
+                    Timing& timing) {
     const double spacing = stack.domain.spacing;
     const simplify::Options options = simplify_options(recipe.simplify, spacing);
     std::vector<std::uint8_t> features;
@@ -52,20 +54,24 @@ std::vector<std::int32_t> materials_of(const levelset::MaterialStack& stack, con
 flux::LateralBox lateral_box(const levelset::Domain& domain) {
     flux::LateralBox box{domain.min, domain.max, {}};
     for (std::size_t a = 0; a < 2; ++a)
-        box.boundary[a] =
-            domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic : flux::Boundary::reflective;
+        box.boundary[a] = domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic
+                                                                     : flux::Boundary::reflective;
     return box;
 }
 
 }  // namespace
 
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-                          std::uint32_t time_step, Timing& timing, const std::function<void(double)>& progress) {
+                          std::uint32_t time_step, Timing& timing,
+                          const std::function<void(double)>& progress) {
     SurfaceFlux surface;
     surface.box = lateral_box(stack.domain);
     {
         const PhaseClock clock(timing.extract);
         surface.raw = levelset::extract_surface(stack.top(), stack.domain);
+        if (surface.raw.triangles.empty())
+            throw NumericsError(
+                "the surface has vanished: no material boundary is left in the domain; shorten the step");
     }
     if (!model.species.empty() && recipe.simplify.method != "none")
         surface.simplified = reduce(recipe, stack, surface.raw, timing);
@@ -84,19 +90,22 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
         options.step = time_step;
         options.species_index = k;
         options.progress = progress;
-        surface.fluxes.push_back(flux::trace_flux(surface.traced(), *surface.scene, surface.box, model.species[k],
-                                                  surface.materials, surface.wedges, options));
+        surface.fluxes.push_back(flux::trace_flux(surface.traced(), *surface.scene, surface.box,
+                                                  model.species[k], surface.materials, surface.wedges,
+                                                  options));
         const auto& result = surface.fluxes.back();
         surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge));
         if (static_cast<double>(result.leaked) > kTolerableLeakage * static_cast<double>(result.emitted))
-            throw NumericsError(fmt::format("species {}: {} of {} particles leaked through the surface; use a smaller "
-                                            "grid_spacing or a milder simplification",
-                                            model.species[k].name, result.leaked, result.emitted));
+            throw NumericsError(
+                fmt::format("species {}: {} of {} particles leaked through the surface; use a smaller "
+                            "grid_spacing or a milder simplification",
+                            model.species[k].name, result.leaked, result.emitted));
     }
     return surface;
 }
 
-bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, const Vec3& direction, double spacing) {
+bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,
+             double spacing) {
     Vec3 position = point + 1e-2 * spacing * (normal + direction), path = direction;
     if (surface.box.boundary[0] != flux::Boundary::open)
         for (int axis = 0; axis < 2; ++axis) {
@@ -115,8 +124,8 @@ bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, 
     return false;
 }
 
-levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack, const SurfaceFlux& surface,
-                                Timing& timing) {
+levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
+                                const SurfaceFlux& surface, Timing& timing) {
     levelset::Extension extension;
     {
         const PhaseClock clock(timing.extend);
@@ -127,7 +136,8 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
     const std::size_t species = model.species.size(), count = extension.samples.size();
     std::vector<double> flux(count * species);
     std::vector<std::uint8_t> seen(model.visibility ? count : 0);
-    const std::vector<Vec3> normals = model.visibility ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
+    const std::vector<Vec3> normals =
+        model.visibility ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];

@@ -20,7 +20,7 @@ struct SurfaceFlux {
     std::optional<surface::RayScene> scene;  ///< of the traced mesh; none if the model looks at no surface
     flux::LateralBox box;
     flux::Wedges wedges;
-    std::vector<flux::FluxResult> fluxes;  ///< one a species, as counted
+    std::vector<flux::FluxResult> fluxes;         ///< one a species, as counted
     std::vector<std::vector<double>> wedge_flux;  ///< by species and wedge, less its noise: what models see
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
@@ -31,13 +31,16 @@ struct SurfaceFlux {
 /// \param progress   told the finished fraction of the tracing; may be empty.
 /// \throws NumericsError if particles leak through the surface.
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-                          std::uint32_t time_step, Timing& timing, const std::function<void(double)>& progress = {});
+                          std::uint32_t time_step, Timing& timing,
+                          const std::function<void(double)>& progress = {});
 
 /// Fluxes to speeds on the grid: the motion of the next time step.
-levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack, const SurfaceFlux& surface,
-                                Timing& timing);
+levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
+                                const SurfaceFlux& surface, Timing& timing);
 
-/// Whether a straight line from a surface point towards \p direction (unit, upwards) meets no surface; sides are honoured.
-bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, const Vec3& direction, double spacing);
+/// Whether a straight line from a surface point towards \p direction (unit, upwards) meets no surface; sides
+/// are honoured.
+bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,
+             double spacing);
 
 }  // namespace sidewall::app

@@ -10,7 +10,8 @@ Json to_json(const Timing& timing) {
 
 Timing timing_from_json(const Json& json) {
     Timing timing;
-    for_each_phase([&](const char* name, double Timing::*phase) { timing.*phase = json.at(name).get<double>(); });
+    for_each_phase(
+        [&](const char* name, double Timing::*phase) { timing.*phase = json.at(name).get<double>(); });
     return timing;
 }
 

@@ -25,7 +25,9 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
     tbb::parallel_for(std::size_t{0}, smooth.size(), [&](std::size_t w) {
         const double variance = wedge_flux.error[w] * wedge_flux.error[w];
         // A wedge that no ray has met knows nothing, not even its error.
-        const double share = flux[w] == 0.0 ? 1.0 : variance + tau * tau > 0.0 ? variance / (variance + tau * tau) : 0.0;
+        const double share = flux[w] == 0.0               ? 1.0
+                             : variance + tau * tau > 0.0 ? variance / (variance + tau * tau)
+                                                          : 0.0;
         if (area[w] > 0.0) smooth[w] += share * (sum[w] / area[w] - flux[w]);
     });
     return smooth;

@@ -6,13 +6,14 @@
 
 namespace sidewall::flux {
 
-/// The wedge flux that process models see: noise taken down, nothing smeared across creases and material edges.
+/// The wedge flux that process models see: noise taken down, nothing smeared across creases and material
+/// edges.
 ///
 /// Each wedge moves towards the area-weighted mean of the linear flux over its own triangles, by the share
-/// sigma^2 / (sigma^2 + tau^2): sigma its standard error, tau \p resolution times the surface's mean flux. Where the tally is
-/// sharper than tau it stays, so that coarse triangles with many hits are not blurred; the tiny wedges of marching cubes,
-/// which a single ray can raise tenfold, take their neighbours' value. Reported fluxes and errors are never smoothed.
-/// \note O(n), deterministic.
+/// sigma^2 / (sigma^2 + tau^2): sigma its standard error, tau \p resolution times the surface's mean flux.
+/// Where the tally is sharper than tau it stays, so that coarse triangles with many hits are not blurred; the
+/// tiny wedges of marching cubes, which a single ray can raise tenfold, take their neighbours' value.
+/// Reported fluxes and errors are never smoothed. \note O(n), deterministic.
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
                                   double resolution = 0.02);
 

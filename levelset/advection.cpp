@@ -46,7 +46,8 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
     return moved > 0.0 ? -(moved - speed * left) / duration : speed;
 }
 
-// Local Lax-Friedrichs: H at the mean gradient less dissipation by the largest dH/dp between the one-sided ones.
+// Local Lax-Friedrichs: H at the mean gradient less dissipation by the largest dH/dp between the one-sided
+// ones.
 template <class SpeedOf>
 double lax_friedrichs(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
     const auto hamiltonian = [&](const Vec3& p) {
@@ -78,7 +79,8 @@ struct StageInput {
 };
 
 template <int R>
-void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sample, const StageInput& in, Row& h) {
+void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sample, const StageInput& in,
+                     Row& h) {
     const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
     const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
     Row growing{}, etching{};
@@ -118,12 +120,14 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sa
     }
 }
 
-// out = keep * phi0 + (1 - keep) * (phi - dt H(phi)): one stage of a strong-stability-preserving Runge-Kutta scheme (Shu
-// and Osher, J. Comput. Phys. 77 (1988) 439). Buffer 1 holds phi0 if keep > 0, buffer 2 receives.
+// out = keep * phi0 + (1 - keep) * (phi - dt H(phi)): one stage of a strong-stability-preserving Runge-Kutta
+// scheme (Shu and Osher, J. Comput. Phys. 77 (1988) 439). Buffer 1 holds phi0 if keep > 0, buffer 2 receives.
 template <int R>
-void stage(LeafManager& leaves, const IndexLeaves& samples, const Grid& grid, const StageInput& in, float keep) {
+void stage(LeafManager& leaves, const IndexLeaves& samples, const Grid& grid, const StageInput& in,
+           float keep) {
     const float background = grid.background();
-    const float limit = std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
+    const float limit =
+        std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
     const auto dt = static_cast<float>(in.duration);
     const std::size_t receive = leaves.auxBuffersPerLeaf();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 4), [&](const auto& range) {
@@ -140,7 +144,8 @@ void stage(LeafManager& leaves, const IndexLeaves& samples, const Grid& grid, co
             const std::int32_t* sample = samples.leaf(n).buffer().data();
             for (int row = 0; row < 64; ++row) {
                 const auto first = static_cast<std::size_t>(8 * row);
-                const auto active = leaf.getValueMask().template getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+                const auto active =
+                    leaf.getValueMask().template getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
                 if (active == 0) continue;
                 hamiltonian_row(block, row >> 3, row & 7, sample + first, in, h);
                 for (std::size_t z = 0; z < kLanes; ++z) {
@@ -173,7 +178,8 @@ void integrate(Grid& grid, const StageInput& in) {
 
 }  // namespace
 
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed, bool depends_on_normal) {
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
+                   bool depends_on_normal) {
     Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}};
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
@@ -185,7 +191,8 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
             const Grid& grid = *stack.layers[k].phi;
             const auto layer = grid.getConstUnsafeAccessor();
             for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                // A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's voxels.
+                // A layer that has no voxel here lies deeper than the band: only exposed layers share the
+                // surface's voxels.
                 const openvdb::Coord c = samples[n].node;
                 float value = grid.background();
                 if (layer.isValueOn(c)) value = layer.getValue(c);
@@ -199,7 +206,8 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
 double max_speed(const MaterialStack& stack, const Motion& motion) {
     const std::size_t below = stack.layers.size() - 1;
     const auto& samples = motion.extension.samples;
-    // Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
+    // Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound
+    // it.
     std::vector<Vec3> normals{Vec3::UnitZ()};
     if (motion.depends_on_normal) {
         normals.clear();
@@ -213,14 +221,16 @@ double max_speed(const MaterialStack& stack, const Motion& motion) {
                 const std::size_t surface = exposed(stack, motion, n);
                 for (std::size_t k = 0; k <= surface; ++k) {
                     const bool reachable =
-                        k == surface || static_cast<double>(motion.thickness[n * below + k]) < stack.domain.spacing;
+                        k == surface ||
+                        static_cast<double>(motion.thickness[n * below + k]) < stack.domain.spacing;
                     if (!reachable) continue;
                     for (const Vec3& normal : normals) {
                         const double v = motion.speed(n, k, normal);
                         if (!std::isfinite(v)) {
                             const auto& c = samples[n].node;
                             throw NumericsError(fmt::format(
-                                "the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates and fluxes",
+                                "the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates "
+                                "and fluxes",
                                 stack.domain.coordinate(0, c.x()), stack.domain.coordinate(1, c.y()),
                                 stack.domain.coordinate(2, c.z()), v));
                         }
@@ -233,7 +243,8 @@ double max_speed(const MaterialStack& stack, const Motion& motion) {
         [](double a, double b) { return std::max(a, b); });
 }
 
-AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration, const AdvectionOptions& options) {
+AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
+                        const AdvectionOptions& options) {
     const tbb::tick_count start = tbb::tick_count::now();
     StageInput in{stack, motion, options, duration, {}};
     if (!motion.depends_on_normal) {
@@ -244,10 +255,16 @@ AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double durat
         });
     }
     switch (options.scheme) {
-        case Scheme::weno5: integrate<3>(stack.top(), in); break;
-        case Scheme::weno3: integrate<2>(stack.top(), in); break;
+        case Scheme::weno5:
+            integrate<3>(stack.top(), in);
+            break;
+        case Scheme::weno3:
+        case Scheme::lax_friedrichs:
+            integrate<2>(stack.top(), in);
+            break;
         case Scheme::engquist_osher:
-        case Scheme::lax_friedrichs: integrate<1>(stack.top(), in); break;
+            integrate<1>(stack.top(), in);
+            break;
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(stack.top(), stack.domain);

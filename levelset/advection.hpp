@@ -8,8 +8,8 @@
 
 namespace sidewall::levelset {
 
-/// Normal speed V (length per time; positive grows, negative etches) that layer \p layer would have at the extension's
-/// sample number \p sample if the surface's unit normal were \p normal. Called in parallel.
+/// Normal speed V (length per time; positive grows, negative etches) that layer \p layer would have at the
+/// extension's sample number \p sample if the surface's unit normal were \p normal. Called in parallel.
 using SpeedFunction = std::function<double(std::size_t sample, std::size_t layer, const Vec3& normal)>;
 
 /// What moves the surface in one step: V and, per sample, what lies below it.
@@ -17,14 +17,16 @@ struct Motion {
     Extension extension;
     SpeedFunction speed;
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
-    std::vector<float> thickness;    ///< samples x (layers - 1): depth of each lower layer below the surface; world
+    std::vector<float>
+        thickness;  ///< samples x (layers - 1): depth of each lower layer below the surface; world
 };
 
 /// Prepares a step. \p extension as of the stack's surface.
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed, bool depends_on_normal);
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
+                   bool depends_on_normal);
 
-/// The largest |V| on the surface, of exposed materials and of those less than a cell below. \throws NumericsError if a
-/// speed is not finite (the message tells where).
+/// The largest |V| on the surface, of exposed materials and of those less than a cell below. \throws
+/// NumericsError if a speed is not finite (the message tells where).
 double max_speed(const MaterialStack& stack, const Motion& motion);
 
 /// Wall-clock seconds of one step.
@@ -33,14 +35,15 @@ struct AdvectionSeconds {
     double redistance = 0.0;  ///< re-distancing, band and layers
 };
 
-/// Moves the surface for \p duration: d(phi)/dt + V |grad phi| = 0, V constant in time; then re-distances it and cuts the
-/// other layers. Where V etches into another material within the step, the rest of the time counts with that material's
-/// speed. Parallel, deterministic.
+/// Moves the surface for \p duration: d(phi)/dt + V |grad phi| = 0, V constant in time; then re-distances it
+/// and cuts the other layers. Where V etches into another material within the step, the rest of the time
+/// counts with that material's speed. Parallel, deterministic.
 ///
-/// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs (local, first order; Crandall
-/// and Lions, Math. Comput. 43 (1984) 1) takes V(n) anywhere between the one-sided gradients.
-/// \pre duration * max_speed <= cfl dx, cfl <= 0.5: beyond it the schemes are unstable.
-/// \throws NumericsError if a value stops being finite or the surface vanishes.
-AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration, const AdvectionOptions& options);
+/// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs (local, on WENO3
+/// differences; Crandall and Lions, Math. Comput. 43 (1984) 1) takes V(n) anywhere between the one-sided
+/// gradients. \pre duration * max_speed <= cfl dx, cfl <= 0.5: beyond it the schemes are unstable. \throws
+/// NumericsError if a value stops being finite or the surface vanishes.
+AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
+                        const AdvectionOptions& options);
 
 }  // namespace sidewall::levelset

@@ -9,23 +9,23 @@
 
 namespace sidewall::levelset {
 
-/// One leaf's values with R layers of neighbours on every side, ghosts included, in a flat array: stencils become
-/// constant strides. z is contiguous.
+/// One leaf's values with R layers of neighbours on every side, ghosts included, in a flat array: stencils
+/// become constant strides. z is contiguous.
 template <int R>
 struct Block {
     static constexpr int kSide = 8 + 2 * R;
     static constexpr int kStride[3] = {kSide * kSide, kSide, 1};
-    std::array<float, static_cast<std::size_t>(kSide * kSide * kSide)> value;
+    std::array<float, static_cast<std::size_t>(kSide* kSide* kSide)> value;
 
     /// Position of leaf-local node (x, y, z), each in [-R, 8+R).
     static constexpr int at(int x, int y, int z) { return ((x + R) * kSide + y + R) * kSide + z + R; }
 };
 
-/// Fills \p block from \p leaf and its neighbours. A missing neighbour leaf is outside the band: its nodes get the
-/// background with the sign of the nearest node of a leaf that exists.
+/// Fills \p block from \p leaf and its neighbours. A missing neighbour leaf is outside the band: its nodes
+/// get the background with the sign of the nearest node of a leaf that exists.
 template <int R>
-void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const Leaf& leaf, float background,
-                Block<R>& block) {
+void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const Leaf& leaf,
+                float background, Block<R>& block) {
     static_assert(R <= 4);
     const openvdb::Coord origin = leaf.origin();
     // The 27 leaves around, looked up once; a ghost's source may lie farther and is looked up on its own.
@@ -33,7 +33,8 @@ void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, con
     for (int x = -1, n = 0; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z, ++n)
-                around[static_cast<std::size_t>(n)] = grid.probeConstLeaf(origin.offsetBy(8 * x, 8 * y, 8 * z));
+                around[static_cast<std::size_t>(n)] =
+                    grid.probeConstLeaf(origin.offsetBy(8 * x, 8 * y, 8 * z));
     for (int x = -R; x < 8 + R; ++x) {
         const int i = domain.source_node(0, origin.x() + x);
         const int leaf_x = (i >> 3) - (origin.x() >> 3);
@@ -55,7 +56,8 @@ void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, con
             if (middle) {
                 std::memcpy(column, middle, 8 * sizeof(float));
             } else {
-                // Sign of the nearest node of the centre leaf: the missing leaf lies wholly on its side of the front.
+                // Sign of the nearest node of the centre leaf: the missing leaf lies wholly on its side of
+                // the front.
                 const int cx = std::clamp(x, 0, 7), cy = std::clamp(y, 0, 7);
                 const float* nearest = leaf.buffer().data() + (cx << 6 | cy << 3);
                 for (int z = 0; z < 8; ++z) column[z] = std::copysign(background, nearest[z]);

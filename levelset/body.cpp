@@ -20,7 +20,8 @@ using Vec2 = Eigen::Vector2d;
 // Stands for "through everything": beyond any wafer, small enough for exact arithmetic beside a cell.
 constexpr double kFar = 1e5;
 
-// Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric about its axis.
+// Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric
+// about its axis.
 double profile_distance(const std::vector<Vec2>& profile, double s, double z, bool gas) {
     double squared = std::numeric_limits<double>::infinity();
     const Vec2 p(s, z);
@@ -46,7 +47,8 @@ Body recess(const Shape& shape, double half, bool round, const Domain& domain) {
     double depth = std::min(shape.depth, kFar);
     if (slope > 0.0) depth = std::min(depth, half / slope);  // the walls meet: a V
     const double bottom = shape.top - depth, half_bottom = std::max(0.0, half - slope * depth);
-    const std::vector<Vec2> profile{{kFar, shape.top}, {half, shape.top}, {half_bottom, bottom}, {-kFar, bottom}};
+    const std::vector<Vec2> profile{
+        {kFar, shape.top}, {half, shape.top}, {half_bottom, bottom}, {-kFar, bottom}};
     return {[=, top = shape.top, position = shape.position](const Vec3& p) {
                 const double x = wrapped(p.x() - position[0], domain, 0);
                 const double s = round ? std::hypot(x, wrapped(p.y() - position[1], domain, 1)) : std::abs(x);
@@ -61,7 +63,8 @@ Body fin(const Shape& shape, const Domain& domain) {
     const double half = 0.5 * shape.width, slope = std::tan(shape.taper_deg * std::numbers::pi / 180.0);
     const double height = slope > 0.0 ? std::min(shape.height, half / slope) : shape.height;
     const double ridge = shape.top + height, half_ridge = std::max(0.0, half - slope * height);
-    const std::vector<Vec2> profile{{-kFar, ridge}, {half_ridge, ridge}, {half, shape.top}, {kFar, shape.top}};
+    const std::vector<Vec2> profile{
+        {-kFar, ridge}, {half_ridge, ridge}, {half, shape.top}, {kFar, shape.top}};
     return {[=, top = shape.top, position = shape.position](const Vec3& p) {
                 const double s = std::abs(wrapped(p.x() - position[0], domain, 0)), z = p.z();
                 const bool gas = z > ridge || (z > top && s > half - slope * (z - top));
@@ -77,7 +80,8 @@ Body box(const Shape& shape, const Domain& domain) {
                 double d = p.z() - top;
                 for (int axis = 0; axis < 2; ++axis) {
                     const auto a = static_cast<std::size_t>(axis);
-                    const double offset = std::abs(wrapped(p[axis] - position[a], domain, axis)) - 0.5 * size[a];
+                    const double offset =
+                        std::abs(wrapped(p[axis] - position[a], domain, axis)) - 0.5 * size[a];
                     d = std::max(d, std::cos(angle) * offset + std::sin(angle) * (p.z() - foot));
                 }
                 return std::min(d, p.z() - foot);
@@ -104,7 +108,8 @@ PseudoNormals pseudo_normals(const TriangleMesh& mesh) {
         for (std::uint32_t k = 0; k < 3; ++k) {
             const auto& tri = mesh.triangles[t];
             const std::uint32_t a = tri[k], b = tri[(k + 1) % 3], c = tri[(k + 2) % 3];
-            const Vec3 u = (mesh.vertices[b] - mesh.vertices[a]).normalized(), v = (mesh.vertices[c] - mesh.vertices[a]).normalized();
+            const Vec3 u = (mesh.vertices[b] - mesh.vertices[a]).normalized(),
+                       v = (mesh.vertices[c] - mesh.vertices[a]).normalized();
             n.vertex[a] += std::acos(std::clamp(u.dot(v), -1.0, 1.0)) * normals[t];
             halves.push_back({std::min(a, b), std::max(a, b), t, k});
         }
@@ -144,8 +149,7 @@ Body mesh_body(const Shape& shape) {
 }
 
 void require(bool good, const Shape& shape, const char* what) {
-    if (!good)
-        throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
+    if (!good) throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
 }
 
 }  // namespace
@@ -156,13 +160,16 @@ Body make_body(const Shape& shape, const Domain& domain) {
         case ShapeKind::plane:
             return {[top = shape.top](const Vec3& p) { return p.z() - top; }, shape.top, shape.top};
         case ShapeKind::trench:
-            require(shape.width > 0.0 && shape.depth > 0.0, shape, "a trench needs a positive width and depth");
+            require(shape.width > 0.0 && shape.depth > 0.0, shape,
+                    "a trench needs a positive width and depth");
             return recess(shape, 0.5 * shape.width, false, domain);
         case ShapeKind::hole:
-            require(shape.radius > 0.0 && shape.depth > 0.0, shape, "a hole needs a positive radius and depth");
+            require(shape.radius > 0.0 && shape.depth > 0.0, shape,
+                    "a hole needs a positive radius and depth");
             return recess(shape, shape.radius, true, domain);
         case ShapeKind::fin:
-            require(shape.width > 0.0 && shape.height > 0.0, shape, "a fin needs a positive width and height");
+            require(shape.width > 0.0 && shape.height > 0.0, shape,
+                    "a fin needs a positive width and height");
             return fin(shape, domain);
         case ShapeKind::box:
             require(shape.size[0] > 0.0 && shape.size[1] > 0.0 && shape.height > 0.0, shape,

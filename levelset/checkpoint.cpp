@@ -12,9 +12,9 @@ constexpr const char* kText = "sidewall";
 constexpr const char* kMaterial = "material";
 
 std::string domain_text(const Domain& domain) {
-    return fmt::format("{} {} {} {} {} {} {} {} {}", domain.min[0], domain.min[1], domain.max[0], domain.max[1],
-                       domain.cells[0], domain.cells[1], domain.spacing, static_cast<int>(domain.side[0]),
-                       static_cast<int>(domain.side[1]));
+    return fmt::format("{} {} {} {} {} {} {} {} {}", domain.min[0], domain.min[1], domain.max[0],
+                       domain.max[1], domain.cells[0], domain.cells[1], domain.spacing,
+                       static_cast<int>(domain.side[0]), static_cast<int>(domain.side[1]));
 }
 
 }  // namespace
@@ -41,8 +41,8 @@ void save_checkpoint(const std::filesystem::path& path, const MaterialStack& sta
     } catch (const std::exception& error) {
         std::error_code ignored;
         std::filesystem::remove(partial, ignored);
-        throw IoError(fmt::format("{}: cannot write the checkpoint: {}; check space and permissions", path.string(),
-                                  error.what()));
+        throw IoError(fmt::format("{}: cannot write the checkpoint: {}; check space and permissions",
+                                  path.string(), error.what()));
     }
 }
 
@@ -62,11 +62,13 @@ Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& doma
         for (std::size_t k = 0; k < grids->size(); ++k)
             for (const auto& grid : *grids)
                 if (grid->getName() == fmt::format("layer_{}", k))
-                    checkpoint.stack.layers.push_back({grid->metaValue<std::int32_t>(kMaterial), openvdb::gridPtrCast<Grid>(grid)});
+                    checkpoint.stack.layers.push_back(
+                        {grid->metaValue<std::int32_t>(kMaterial), openvdb::gridPtrCast<Grid>(grid)});
         if (checkpoint.stack.layers.empty() || checkpoint.stack.layers.size() != grids->size())
             throw FileError("it does not hold a stack of layers");
     } catch (const std::exception& error) {
-        throw FileError(fmt::format("{}: not a usable checkpoint: {}; run without --resume", path.string(), error.what()));
+        throw FileError(fmt::format("{}: not a usable checkpoint: {}; run without --resume", path.string(),
+                                    error.what()));
     }
     return checkpoint;
 }

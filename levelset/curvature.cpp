@@ -18,10 +18,11 @@ struct Derivatives {
     Eigen::Matrix3d hessian;
 };
 
-Derivatives derivatives(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const openvdb::Coord& c) {
+Derivatives derivatives(const Grid::ConstUnsafeAccessor& grid, const Domain& domain,
+                        const openvdb::Coord& c) {
     const auto value = [&](int x, int y, int z) {
-        return static_cast<double>(grid.getValue(openvdb::Coord(domain.source_node(0, c.x() + x),
-                                                                domain.source_node(1, c.y() + y), c.z() + z)));
+        return static_cast<double>(grid.getValue(
+            openvdb::Coord(domain.source_node(0, c.x() + x), domain.source_node(1, c.y() + y), c.z() + z)));
     };
     constexpr int kUnit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const double centre = value(0, 0, 0);
@@ -70,7 +71,8 @@ NodeCurvature shape_operator(const Derivatives& d) {
 
 }  // namespace
 
-Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh, CurvatureFormula formula) {
+Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
+                    CurvatureFormula formula) {
     Curvature result{std::vector<double>(mesh.vertices.size()), std::vector<double>(mesh.vertices.size())};
     const double dx = domain.spacing;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 256), [&](const auto& range) {
@@ -107,7 +109,8 @@ Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& 
     return result;
 }
 
-std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing, double feature_parameter) {
+std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing,
+                                        double feature_parameter) {
     const double mean = feature_parameter / spacing, gaussian = mean * mean;
     std::vector<std::uint8_t> flags(curvature.mean.size());
     for (std::size_t v = 0; v < flags.size(); ++v)

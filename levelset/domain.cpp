@@ -9,17 +9,19 @@
 namespace sidewall::levelset {
 
 Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side, 2> side) {
-    constexpr double kTolerance = 1e-9;     // relative misfit of the second extent
+    constexpr double kTolerance = 1e-9;      // relative misfit of the second extent
     constexpr double kLargestChange = 0.25;  // relative change of the spacing
-    constexpr double kMostCells = 1e6;      // node indices stay far from integer overflow
+    constexpr double kMostCells = 1e6;       // node indices stay far from integer overflow
     if (!(spacing > 0.0) || !std::isfinite(spacing))
         throw RecipeError(fmt::format("domain.grid_spacing = {}: must be positive", spacing));
     for (double e : extent) {
         if (!(e > 0.0) || !std::isfinite(e))
-            throw RecipeError(fmt::format("domain.extent = [{}, {}]: both must be positive", extent[0], extent[1]));
+            throw RecipeError(
+                fmt::format("domain.extent = [{}, {}]: both must be positive", extent[0], extent[1]));
         if (e / spacing > kMostCells)
-            throw RecipeError(fmt::format("domain.grid_spacing = {}: an extent of {} would need {:.3g} cells; use a larger spacing",
-                                          spacing, e, e / spacing));
+            throw RecipeError(fmt::format(
+                "domain.grid_spacing = {}: an extent of {} would need {:.3g} cells; use a larger spacing",
+                spacing, e, e / spacing));
     }
     // The shorter side limits how the spacing can be rounded; try its cell counts from the nearest outwards.
     const std::size_t s = extent[0] <= extent[1] ? 0 : 1;
@@ -43,9 +45,11 @@ Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side
             return domain;
         }
     }
-    throw RecipeError(fmt::format(
-        "domain.extent = [{}, {}]: no grid spacing near {} divides both; make one a whole number of cells of the other, e.g. [{}, {}]",
-        extent[0], extent[1], spacing, std::round(extent[0] / spacing) * spacing, std::round(extent[1] / spacing) * spacing));
+    throw RecipeError(
+        fmt::format("domain.extent = [{}, {}]: no grid spacing near {} divides both; make one a whole number "
+                    "of cells of the other, e.g. [{}, {}]",
+                    extent[0], extent[1], spacing, std::round(extent[0] / spacing) * spacing,
+                    std::round(extent[1] / spacing) * spacing));
 }
 
 }  // namespace sidewall::levelset

@@ -9,10 +9,12 @@ namespace sidewall::levelset {
 
 enum class Side : std::uint8_t { reflective, periodic };
 
-/// The simulated box: lateral sides on grid nodes, z open. Node (i, j, k) lies at (min[0] + i dx, min[1] + j dx, k dx).
+/// The simulated box: lateral sides on grid nodes, z open. Node (i, j, k) lies at (min[0] + i dx, min[1] + j
+/// dx, k dx).
 ///
-/// A grid stores the domain's own nodes only: 0..cells on a reflective axis, 0..cells-1 on a periodic one. All
-/// others are ghosts: whoever reads one reads its source node (source_node), so a ghost can never be stale.
+/// A grid stores the domain's own nodes only: 0..cells on a reflective axis, 0..cells-1 on a periodic one.
+/// All others are ghosts: whoever reads one reads its source node (source_node), so a ghost can never be
+/// stale.
 struct Domain {
     std::array<double, 2> min{};  ///< world x, y of the low sides
     std::array<double, 2> max{};  ///< world x, y of the high sides
@@ -20,8 +22,8 @@ struct Domain {
     double spacing = 0.0;         ///< dx
     std::array<Side, 2> side{};   ///< lateral boundary condition, per axis
 
-    /// Own node whose value a node at \p index along \p axis (0 = x, 1 = y) repeats: mirrored about a side's node
-    /// or wrapped; the identity for own nodes. Any distance from the box is allowed.
+    /// Own node whose value a node at \p index along \p axis (0 = x, 1 = y) repeats: mirrored about a side's
+    /// node or wrapped; the identity for own nodes. Any distance from the box is allowed.
     int source_node(int axis, int index) const {
         const auto a = static_cast<std::size_t>(axis);
         const int n = cells[a], period = side[a] == Side::periodic ? n : 2 * n;
@@ -48,8 +50,9 @@ struct Domain {
     }
 };
 
-/// A domain of \p extent (x, y), centred on 0, with the spacing nearest to \p spacing that divides both extents.
-/// \throws RecipeError if an extent or the spacing is not positive and finite, or if no spacing within 25 % divides
+/// A domain of \p extent (x, y), centred on 0, with the spacing nearest to \p spacing that divides both
+/// extents. \throws RecipeError if an extent or the spacing is not positive and finite, or if no spacing
+/// within 25 % divides
 ///         both extents (the message suggests what to change).
 Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side, 2> side);
 

@@ -15,8 +15,8 @@ using Leaves = openvdb::tree::LeafManager<const Grid::TreeType>;
 using Samples = openvdb::tree::LeafManager<openvdb::Int32Tree>;
 using B = Block<1>;
 
-// Nodes this near to the front (in dx) look for their own surface point: every foot point, rounded to a node, is within
-// sqrt(3)/2 of the front.
+// Nodes this near to the front (in dx) look for their own surface point: every foot point, rounded to a node,
+// is within sqrt(3)/2 of the front.
 constexpr double kNear = 0.9;
 
 // Unit gradient by central differences; zero where phi is flat.
@@ -32,7 +32,8 @@ Vec3 gradient_direction(const B& block, int at) {
 }
 
 // Ray first: in a smooth region the foot point lies along the gradient, and a ray costs a third of a search.
-SurfaceSample find_sample(const surface::RayScene& scene, const Vec3& point, double phi, const Vec3& normal, double dx) {
+SurfaceSample find_sample(const surface::RayScene& scene, const Vec3& point, double phi, const Vec3& normal,
+                          double dx) {
     const double slack = 0.25 * dx;
     const Vec3 direction = phi < 0.0 ? normal : Vec3(-normal);
     surface::SurfaceHit hit;
@@ -47,11 +48,11 @@ openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
     return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
 }
 
-// At a kink the gradient does not point at the foot: step to the neighbour nearest to the front instead, until one has
-// a sample.
+// At a kink the gradient does not point at the foot: step to the neighbour nearest to the front instead,
+// until one has a sample.
 std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
-                     const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false>& lookup, const Domain& domain,
-                     openvdb::Coord c) {
+                     const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false>& lookup,
+                     const Domain& domain, openvdb::Coord c) {
     float distance = std::abs(phi.getValue(c));
     for (;;) {
         openvdb::Coord best = c;
@@ -96,7 +97,8 @@ Extension build(const Grid& grid, const Domain& domain, FindSample&& find) {
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
                 if (std::abs(*it) > near) continue;
                 const openvdb::Coord c = it.getCoord();
-                const Vec3 point(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()), domain.coordinate(2, c.z()));
+                const Vec3 point(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
+                                 domain.coordinate(2, c.z()));
                 const int at = B::at(c.x() & 7, c.y() & 7, c.z() & 7);
                 SurfaceSample& sample = extension.samples[k];
                 sample = find(point, static_cast<double>(*it), gradient_direction(block, at));
@@ -106,8 +108,8 @@ Extension build(const Grid& grid, const Domain& domain, FindSample&& find) {
         }
     });
 
-    // Far nodes: walk down the gradient to the foot point and take the sample of the node beside it. Written to a
-    // second buffer, because neighbouring leaves are read meanwhile.
+    // Far nodes: walk down the gradient to the foot point and take the sample of the node beside it. Written
+    // to a second buffer, because neighbouring leaves are read meanwhile.
     samples.rebuildAuxBuffers(1);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 4), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
@@ -123,9 +125,9 @@ Extension build(const Grid& grid, const Domain& domain, FindSample&& find) {
                 const Vec3 foot = Vec3(c.x(), c.y(), c.z()) -
                                   static_cast<double>(*it) / dx *
                                       gradient_direction(block, B::at(c.x() & 7, c.y() & 7, c.z() & 7));
-                const openvdb::Coord q = own_node(domain, {static_cast<int>(std::lround(foot.x())),
-                                                           static_cast<int>(std::lround(foot.y())),
-                                                           static_cast<int>(std::lround(foot.z()))});
+                const openvdb::Coord q = own_node(
+                    domain, {static_cast<int>(std::lround(foot.x())), static_cast<int>(std::lround(foot.y())),
+                             static_cast<int>(std::lround(foot.z()))});
                 const std::int32_t found = lookup.getValue(q);
                 out[it.pos()] = found >= 0 ? found : descend(accessor, lookup, domain, c);
             }

@@ -22,9 +22,9 @@ struct Extension {
     openvdb::Int32Tree::Ptr sample_of;   ///< topology of the grid: index into samples, or -1 far from any
 };
 
-/// Finds the closest surface point of every node within a cell of the front: along the gradient, or, where that misses
-/// (edges and corners), by a closest-point search. Nodes farther out share the sample of the node next to their own foot
-/// point.
+/// Finds the closest surface point of every node within a cell of the front: along the gradient, or, where
+/// that misses (edges and corners), by a closest-point search. Nodes farther out share the sample of the node
+/// next to their own foot point.
 ///
 /// \param scene  the mesh that carries the fluxes, within half a cell of the front.
 /// \note Parallel, deterministic.

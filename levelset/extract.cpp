@@ -1,6 +1,5 @@
 #include "levelset/extract.hpp"
 
-#include "surface/error.hpp"
 #include "surface/marching_cubes.hpp"
 
 namespace sidewall::levelset {
@@ -33,11 +32,8 @@ Grid::Ptr with_periodic_images(const Grid& grid, const Domain& domain) {
 TriangleMesh extract_surface(const Grid& grid, const Domain& domain) {
     const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing};
     const bool periodic = domain.side[0] == Side::periodic || domain.side[1] == Side::periodic;
-    TriangleMesh mesh =
-        periodic ? surface::marching_cubes(*with_periodic_images(grid, domain), box) : surface::marching_cubes(grid, box);
-    if (mesh.triangles.empty())
-        throw NumericsError("the surface has vanished: no material boundary is left in the domain; shorten the step");
-    return mesh;
+    return periodic ? surface::marching_cubes(*with_periodic_images(grid, domain), box)
+                    : surface::marching_cubes(grid, box);
 }
 
 }  // namespace sidewall::levelset

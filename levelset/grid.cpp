@@ -36,8 +36,10 @@ Grid::Ptr sample_grid(const Domain& domain, const std::function<double(const Vec
     Grid::Ptr grid = make_grid(domain);
     const double dx = domain.spacing, band = kHalfWidth * dx;
     const float background = grid->background();
-    const int k_min = static_cast<int>(std::floor(z_min / dx)), k_max = static_cast<int>(std::ceil(z_max / dx));
-    const int leaves[3] = {(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1, (k_max >> 3) - (k_min >> 3) + 1};
+    const int k_min = static_cast<int>(std::floor(z_min / dx)),
+              k_max = static_cast<int>(std::ceil(z_max / dx));
+    const int leaves[3] = {(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1,
+                           (k_max >> 3) - (k_min >> 3) + 1};
     // A leaf can only meet the band if the distance at its centre is below band + half its diagonal.
     const double reach = band + 0.5 * std::sqrt(3.0) * 8.0 * dx;
     const auto world = [&](const openvdb::Coord& c) {
@@ -97,7 +99,9 @@ double distance_at(const Grid& grid, const Domain& domain, const Vec3& point) {
         const openvdb::Coord c(domain.source_node(0, base[0] + d[0]), domain.source_node(1, base[1] + d[1]),
                                base[2] + d[2]);
         const Leaf* leaf = accessor.probeConstLeaf(c);
-        sum += weight * (leaf ? static_cast<double>(leaf->getValue(c)) : inside(grid, c) ? -background : background);
+        sum += weight * (leaf              ? static_cast<double>(leaf->getValue(c))
+                         : inside(grid, c) ? -background
+                                           : background);
     }
     return sum;
 }
@@ -105,19 +109,21 @@ double distance_at(const Grid& grid, const Domain& domain, const Vec3& point) {
 std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain) {
     openvdb::CoordBBox box;
     if (!grid.tree().evalActiveVoxelBoundingBox(box))
-        throw NumericsError("the surface has vanished: no material boundary is left in the domain; shorten the step");
+        throw NumericsError(
+            "the surface has vanished: no material boundary is left in the domain; shorten the step");
     return {box.min().z() * domain.spacing, box.max().z() * domain.spacing};
 }
 
 void trim_band(Grid& grid, const Domain& domain) {
     const float background = grid.background();
     openvdb::tree::LeafManager<Grid::TreeType> leaves(grid.tree());
-    leaves.foreach([&](Leaf& leaf, std::size_t) {
+    leaves.foreach ([&](Leaf& leaf, std::size_t) {
         float* value = leaf.buffer().data();
         const openvdb::Coord origin = leaf.origin();
         for (auto it = leaf.beginValueOn(); it; ++it) {
             const openvdb::Index n = it.pos();
-            const bool own = domain.owns(origin.x() + static_cast<int>(n >> 6), origin.y() + static_cast<int>(n >> 3 & 7));
+            const bool own =
+                domain.owns(origin.x() + static_cast<int>(n >> 6), origin.y() + static_cast<int>(n >> 3 & 7));
             if (own && std::abs(value[n]) < background) continue;
             value[n] = std::copysign(background, value[n]);
             leaf.setValueOff(n);

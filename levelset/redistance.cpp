@@ -19,9 +19,9 @@ namespace {
 using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 using B = Block<2>;
 
-// Runs op(block, leaf, out) on every leaf in parallel, then makes the outputs the grid's values: every leaf reads
-// its neighbours as they were before, so that the order of leaves cannot matter.
-// The manager brings one spare buffer a leaf.
+// Runs op(block, leaf, out) on every leaf in parallel, then makes the outputs the grid's values: every leaf
+// reads its neighbours as they were before, so that the order of leaves cannot matter. The manager brings one
+// spare buffer a leaf.
 template <class Op>
 void for_each_block(LeafManager& leaves, const Grid& grid, const Domain& domain, Op&& op) {
     const float background = grid.background();
@@ -75,8 +75,10 @@ void seed_new_voxels(LeafManager& leaves, const Grid& grid, const Domain& domain
         std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
         for (auto it = leaf.cbeginValueOn(); it; ++it) {
             const auto n = it.pos();
-            if (!(std::abs(*it) >= background)) continue;  // in the band before it grew, or not a number: reported later
-            const int at = B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
+            if (!(std::abs(*it) >= background))
+                continue;  // in the band before it grew, or not a number: reported later
+            const int at =
+                B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
             float nearest = background;
             for (int stride : B::kStride)
                 for (int step : {-stride, stride}) {
@@ -90,7 +92,7 @@ void seed_new_voxels(LeafManager& leaves, const Grid& grid, const Domain& domain
     });
     // The inactive voxels of leaves made just now still need their side.
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
-    leaves.foreach([&](Leaf& leaf, std::size_t) {
+    leaves.foreach ([&](Leaf& leaf, std::size_t) {
         if (!leaf.isEmpty()) flood(leaf);
     });
 }
@@ -106,30 +108,30 @@ Differences differences(const B& block, int at, int stride) {
             block.value[static_cast<std::size_t>(at + stride)] - v};
 }
 
-// The value of a node next to the front, scaled so that |grad phi| = 1, as far as the surface is smooth there. Where it
-// is kinked, only the bound that the crossing on each grid edge puts on the distance is kept.
+// The value of a node next to the front, scaled so that |grad phi| = 1. Slopes count as too flat or too steep
+// only if both one-sided differences say so: at kinks and in curved regions they disagree, and nothing may
+// creep there.
 float rescaled(const B& block, int at, float v, float dx) {
-    constexpr float kTolerance = 0.02f;  // of |grad phi|: smaller errors are left alone, so that nothing creeps
-    constexpr float kKink = 0.35f;       // change of slope across a node, from which the surface counts as kinked
-    float squared = 0.0f, kink = 0.0f, steepest = dx * (1.0f + kTolerance);
+    constexpr float kTolerance = 0.02f;  // of |grad phi|: smaller errors are left alone, too
+    float steep = 0.0f, flat = 0.0f, crossed = 0.0f;
     for (int stride : B::kStride) {
         const auto [minus, plus] = differences(block, at, stride);
+        const float a = std::abs(minus) / dx, b = std::abs(plus) / dx;
+        steep += std::min(a, b) * std::min(a, b);
+        flat += std::max(a, b) * std::max(a, b);
         // An edge that the front crosses is longer than the distances of both its ends together.
-        if (std::abs(minus) > std::abs(v)) steepest = std::max(steepest, std::abs(minus));
-        if (std::abs(plus) > std::abs(v)) steepest = std::max(steepest, std::abs(plus));
-        const float slope = 0.5f * (minus + plus) / dx;
-        squared += slope * slope;
-        kink = std::max(kink, std::abs(plus - minus) / dx);
+        if (a * dx > std::abs(v)) crossed = std::max(crossed, a);
+        if (b * dx > std::abs(v)) crossed = std::max(crossed, b);
     }
-    const float gradient = std::sqrt(squared);
-    const float excess = gradient - std::clamp(gradient, 1.0f - kTolerance, 1.0f + kTolerance);
-    const float weight = std::max(0.0f, 1.0f - kink / kKink);
-    const float bound = steepest / (dx * (1.0f + kTolerance));
-    return v / (bound > 1.0f ? std::max(bound, 1.0f + weight * excess) : 1.0f + weight * excess);
+    const float most = std::max(std::sqrt(steep), crossed), least = std::sqrt(flat);
+    if (most > 1.0f + kTolerance) return v * (1.0f + kTolerance) / most;
+    // A node at rest between two fronts has no slope at all; it must not be thrown away.
+    if (least < 1.0f - kTolerance) return v * std::min(2.0f, (1.0f - kTolerance) / std::max(least, 0.1f));
+    return v;
 }
 
-// Solves sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the smallest
-// arrive first and a later one only counts where it would be passed.
+// Solves sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the
+// smallest arrive first and a later one only counts where it would be passed.
 float upwind_distance(std::array<std::array<float, 2>, 3>& terms, int count) {
     std::sort(terms.begin(), terms.begin() + count, [](const auto& p, const auto& q) { return p[0] < q[0]; });
     float u = 0.0f, sum_w = 0.0f, sum_wa = 0.0f, sum_waa = 0.0f;
@@ -146,12 +148,15 @@ float upwind_distance(std::array<std::array<float, 2>, 3>& terms, int count) {
     return u;
 }
 
-// Distance of a node away from the front from its upwind neighbours, in units of dx; `side` is the node's sign.
+// Distance of a node away from the front from its upwind neighbours, in units of dx; `side` is the node's
+// sign.
 float solved(const B& block, int at, float side, float dx, float background) {
     std::array<std::array<float, 2>, 3> terms;
     int count = 0;
     for (int stride : B::kStride) {
-        const auto value = [&](int offset) { return side * block.value[static_cast<std::size_t>(at + offset)]; };
+        const auto value = [&](int offset) {
+            return side * block.value[static_cast<std::size_t>(at + offset)];
+        };
         const int step = value(-stride) < value(stride) ? -stride : stride;
         const float near = value(step), far = value(2 * step);
         if (near >= background) continue;
@@ -170,14 +175,16 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     grow_band(grid, domain);
     if (grid.activeVoxelCount() == 0)
-        throw NumericsError("the surface has vanished: no material boundary is left in the domain; shorten the step");
+        throw NumericsError(
+            "the surface has vanished: no material boundary is left in the domain; shorten the step");
     LeafManager leaves(grid.tree(), 1);
     seed_new_voxels(leaves, grid, domain);
     std::atomic<bool> finite{true};
     for (int pass = 0; pass < passes; ++pass) {
         for_each_block(leaves, grid, domain, [&](B& block, Leaf& leaf, float* out) {
             std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
-            // Nodes by distance, half a cell a bucket: within the leaf each sees its upwind neighbours' new values.
+            // Nodes by distance, half a cell a bucket: within the leaf each sees its upwind neighbours' new
+            // values.
             constexpr int kBuckets = 8;
             std::array<std::uint16_t, Leaf::SIZE> order;
             std::array<std::uint16_t, kBuckets + 1> start{};
@@ -192,7 +199,8 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
                 bucket[it.pos()] = static_cast<std::uint8_t>(std::min(kBuckets - 1.0f, 2.0f * d / dx));
                 ++start[bucket[it.pos()] + 1u];
             }
-            for (std::size_t b = 0; b < kBuckets; ++b) start[b + 1] = static_cast<std::uint16_t>(start[b + 1] + start[b]);
+            for (std::size_t b = 0; b < kBuckets; ++b)
+                start[b + 1] = static_cast<std::uint16_t>(start[b + 1] + start[b]);
             const std::size_t count = start[kBuckets];
             for (auto it = leaf.cbeginValueOn(); it; ++it)
                 order[start[bucket[it.pos()]]++] = static_cast<std::uint16_t>(it.pos());
@@ -201,11 +209,13 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
             std::size_t other_count = 0;
             for (std::size_t k = 0; k < count; ++k) {
                 const unsigned n = order[k];
-                const int at = B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
+                const int at =
+                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
                 bool at_front = false;
                 for (int stride : B::kStride)
                     for (int step : {-stride, stride})
-                        at_front |= (block.value[static_cast<std::size_t>(at + step)] < 0.0f) != (v[n] < 0.0f);
+                        at_front |=
+                            (block.value[static_cast<std::size_t>(at + step)] < 0.0f) != (v[n] < 0.0f);
                 if (at_front)
                     out[n] = rescaled(block, at, v[n], dx);
                 else
@@ -214,18 +224,21 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
             for (std::size_t k = 0; k < count; ++k) {
                 const unsigned n = order[k];
                 block.value[static_cast<std::size_t>(
-                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7)))] = out[n];
+                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7)))] =
+                    out[n];
             }
             for (std::size_t k = 0; k < other_count; ++k) {
                 const unsigned n = others[k];
-                const int at = B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
+                const int at =
+                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
                 const float side = v[n] < 0.0f ? -1.0f : 1.0f;
                 out[n] = side * solved(block, at, side, dx, background);
                 block.value[static_cast<std::size_t>(at)] = out[n];
             }
         });
         if (!finite)
-            throw NumericsError("a level set value is not finite: a speed or a flux was; check the recipe's rates");
+            throw NumericsError(
+                "a level set value is not finite: a speed or a flux was; check the recipe's rates");
     }
     trim_band(grid, domain);
 }

@@ -5,13 +5,14 @@ namespace sidewall::levelset {
 
 /// Makes \p grid a signed distance again without moving its front, and fits the narrow band to the front.
 ///
-/// Nodes next to the front (a neighbour of the other sign) keep their value but for a factor that brings |grad phi|
-/// back to 1 where the surface is smooth; so the zero crossings stay where they are (Russo and Smereka, J. Comput.
-/// Phys. 163 (2000) 51, name the problem this avoids). All others get the second-order upwind solution of
-/// |grad phi| = 1 from them (Sethian, SIAM Rev. 41 (1999) 199, section 3.3). New band voxels are made where the front
-/// came nearer, far ones are dropped.
+/// Nodes next to the front (a neighbour of the other sign) keep their value but for a factor that brings
+/// |grad phi| back to 1 where the surface is smooth; so the zero crossings stay where they are (Russo and
+/// Smereka, J. Comput. Phys. 163 (2000) 51, name the problem this avoids). All others get the second-order
+/// upwind solution of |grad phi| = 1 from them (Sethian, SIAM Rev. 41 (1999) 199, section 3.3). New band
+/// voxels are made where the front came nearer, far ones are dropped.
 ///
-/// \param passes  sweeps over all leaves; a value travels a leaf a pass, so 1 or 2 do between time steps of at most
+/// \param passes  sweeps over all leaves; a value travels a leaf a pass, so 1 or 2 do between time steps of
+/// at most
 ///                half a cell, 4 make a distance of any function with the right front.
 /// \throws NumericsError if a value is not finite or no front is left.
 /// \note Parallel; the same bits on any number of threads.

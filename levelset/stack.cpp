@@ -18,27 +18,31 @@ namespace {
 void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     const auto snap = static_cast<float>(kExposed * domain.spacing);
     const float background = phi.background();
-    // A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it stays out.
+    // A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it
+    // stays out.
     std::vector<std::pair<openvdb::Coord, float>> exposed;
     const auto layer = phi.getConstUnsafeAccessor();
     for (auto leaf = surface.tree().cbeginLeaf(); leaf; ++leaf) {
         const Leaf* own = layer.probeConstLeaf(leaf->origin());
         if (own && own->getValueMask() == leaf->getValueMask()) continue;
         for (auto it = leaf->cbeginValueOn(); it; ++it)
-            if (!(own && own->isValueOn(it.pos())) && inside(phi, it.getCoord())) exposed.emplace_back(it.getCoord(), *it);
+            if (!(own && own->isValueOn(it.pos())) && inside(phi, it.getCoord()))
+                exposed.emplace_back(it.getCoord(), *it);
     }
     auto writer = phi.getAccessor();
     for (const auto& [c, v] : exposed) writer.setValueOn(c, v);
     openvdb::tree::LeafManager<Grid::TreeType> leaves(phi.tree());
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(phi.tree());
-    leaves.foreach([&](Leaf& leaf, std::size_t) {
+    leaves.foreach ([&](Leaf& leaf, std::size_t) {
         flood(leaf);  // a leaf made just now has the outside background everywhere else
         const auto top = surface.getConstUnsafeAccessor();
         const Leaf* above = top.probeConstLeaf(leaf.origin());
         float* value = leaf.buffer().data();
         for (auto it = leaf.beginValueOn(); it; ++it) {
             const openvdb::Index n = it.pos();
-            const float s = above ? above->getValue(n) : inside(surface, it.getCoord()) ? -background : background;
+            const float s = above                            ? above->getValue(n)
+                            : inside(surface, it.getCoord()) ? -background
+                                                             : background;
             if (value[n] < s + snap) value[n] = s;
         }
     });
@@ -62,7 +66,8 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
         };
         Layer layer{material, sample_grid(domain, united, low - margin, high + margin)};
         if (layer.phi->activeVoxelCount() == 0)
-            throw GeometryError("a layer has no surface inside the domain: check its shape, position and size");
+            throw GeometryError(
+                "a layer has no surface inside the domain: check its shape, position and size");
         redistance(*layer.phi, domain, 4);
         stack.layers.push_back(layer);
     }
@@ -86,7 +91,9 @@ void cut_layers(MaterialStack& stack) {
 std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {
     const double surface = distance_at(stack.top(), stack.domain, point);
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-        if (distance_at(*stack.layers[k].phi, stack.domain, point) - surface <= kExposed * stack.domain.spacing) return k;
+        if (distance_at(*stack.layers[k].phi, stack.domain, point) - surface <=
+            kExposed * stack.domain.spacing)
+            return k;
     return stack.layers.size() - 1;
 }
 

@@ -15,8 +15,9 @@ struct Layer {
     Grid::Ptr phi;
 };
 
-/// Materials bottom up. Each level set wraps those below it, so that phi of a layer is nowhere above the phi of the one
-/// below, and where a lower layer is exposed both hold the same values. The last layer's front is the wafer's surface.
+/// Materials bottom up. Each level set wraps those below it, so that phi of a layer is nowhere above the phi
+/// of the one below, and where a lower layer is exposed both hold the same values. The last layer's front is
+/// the wafer's surface.
 struct MaterialStack {
     Domain domain;
     std::vector<Layer> layers;
@@ -28,14 +29,16 @@ struct MaterialStack {
 /// A layer counts as exposed where it lies at most this far (in dx) below the surface.
 inline constexpr double kExposed = 0.02;
 
-/// The stack of the given bodies, bottom up, each united with all below. \throws GeometryError for a shape that makes
-/// no surface in the domain, FileError for a mesh file that cannot be read.
+/// The stack of the given bodies, bottom up, each united with all below. \throws GeometryError for a shape
+/// that makes no surface in the domain, FileError for a mesh file that cannot be read.
 MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies);
 
-/// Puts a film of \p material, still without thickness, on everything, unless it is the uppermost layer already.
+/// Puts a film of \p material, still without thickness, on everything, unless it is the uppermost layer
+/// already.
 void begin_film(MaterialStack& stack, int material);
 
-/// Cuts every layer by the surface after it moved. Layers nearer to it than kExposed coincide with it from then on.
+/// Cuts every layer by the surface after it moved. Layers nearer to it than kExposed coincide with it from
+/// then on.
 void cut_layers(MaterialStack& stack);
 
 /// Index of the layer exposed at a world point on the surface.

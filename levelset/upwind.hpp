@@ -3,7 +3,8 @@
 #include <array>
 #include <cmath>
 
-// One-sided differences and Hamiltonians for eight neighbouring nodes at once: plain loops that compilers vectorise.
+// One-sided differences and Hamiltonians for eight neighbouring nodes at once: plain loops that compilers
+// vectorise.
 namespace sidewall::levelset {
 
 inline constexpr int kLanes = 8;
@@ -26,7 +27,8 @@ inline void one_sided_1(const float* v, int stride, OneSided& d) {
 // Weights' guard against 0/0, for differences of order 1 (phi is scaled by dx).
 inline constexpr float kWenoEpsilon = 1e-6f;
 
-/// Third-order WENO of the differences a, b, c in upwind order (Jiang and Peng, SIAM J. Sci. Comput. 21 (2000) 2126).
+/// Third-order WENO of the differences a, b, c in upwind order (Jiang and Peng, SIAM J. Sci. Comput. 21
+/// (2000) 2126).
 inline float weno3(float a, float b, float c) {
     const float smooth = kWenoEpsilon + (c - b) * (c - b), rough = kWenoEpsilon + (b - a) * (b - a);
     const float r = rough / smooth;  // ratio of smoothness indicators
@@ -34,8 +36,8 @@ inline float weno3(float a, float b, float c) {
     return 0.5f * (b + c) - 0.5f * w * (a - 2.0f * b + c);
 }
 
-/// Fifth-order WENO of five consecutive differences in upwind order; the value at the node between c and d. Jiang and
-/// Peng (2000), equations 2.9 to 2.12.
+/// Fifth-order WENO of five consecutive differences in upwind order; the value at the node between c and d.
+/// Jiang and Peng (2000), equations 2.9 to 2.12.
 inline float weno5(float a, float b, float c, float d, float e) {
     const auto square = [](float x) { return x * x; };
     const float s0 = 13.0f / 12.0f * square(a - 2.0f * b + c) + 0.25f * square(a - 4.0f * b + 3.0f * c);
@@ -50,7 +52,8 @@ inline float weno5(float a, float b, float c, float d, float e) {
     return (w0 * q0 + w1 * q1 + w2 * q2) / (w0 + w1 + w2);
 }
 
-/// As one_sided_1, by WENO3; \p inv_dx scales to slopes of order 1, so that the weights do not depend on units.
+/// As one_sided_1, by WENO3; \p inv_dx scales to slopes of order 1, so that the weights do not depend on
+/// units.
 inline void one_sided_3(const float* v, int stride, float inv_dx, float dx, OneSided& d) {
     for (int z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::size_t>(z);
@@ -66,14 +69,15 @@ inline void one_sided_5(const float* v, int stride, float inv_dx, float dx, OneS
     for (int z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::size_t>(z);
         const auto slope = [&](int k) { return (v[z + (k + 1) * stride] - v[z + k * stride]) * inv_dx; };
-        const float m3 = slope(-3), m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1), p2 = slope(2);
+        const float m3 = slope(-3), m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1),
+                    p2 = slope(2);
         d.minus[n] = dx * weno5(m3, m2, m1, p0, p1);
         d.plus[n] = dx * weno5(p2, p1, p0, m1, m2);
     }
 }
 
-/// Adds one axis to the squared upwind gradient, for speeds of either sign. Engquist and Osher, Math. Comput. 36 (1981)
-/// 321, sum both upwind differences; Godunov takes the larger.
+/// Adds one axis to the squared upwind gradient, for speeds of either sign. Engquist and Osher, Math. Comput.
+/// 36 (1981) 321, sum both upwind differences; Godunov takes the larger.
 inline void add_upwind_square(const OneSided& d, bool godunov, Row& growing, Row& etching) {
     for (std::size_t n = 0; n < kLanes; ++n) {
         const float mp = std::max(d.minus[n], 0.0f), mn = std::min(d.minus[n], 0.0f);

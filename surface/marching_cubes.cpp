@@ -18,13 +18,14 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 
 struct CoordHash {
     std::size_t operator()(const openvdb::Coord& c) const {
-        return static_cast<std::size_t>(c.x() / 8) * 73856093u ^ static_cast<std::size_t>(c.y() / 8) * 19349663u ^
+        return static_cast<std::size_t>(c.x() / 8) * 73856093u ^
+               static_cast<std::size_t>(c.y() / 8) * 19349663u ^
                static_cast<std::size_t>(c.z() / 8) * 83492791u;
     }
 };
 
-// A leaf's own edges (from each node towards +x, +y, +z) that the surface crosses, as bit sets. A vertex's number is the
-// leaf's first number plus the rank of its bit, so no per-edge table is needed.
+// A leaf's own edges (from each node towards +x, +y, +z) that the surface crosses, as bit sets. A vertex's
+// number is the leaf's first number plus the rank of its bit, so no per-edge table is needed.
 struct LeafEdges {
     std::array<std::array<std::uint64_t, 8>, 3> crossed{};
     std::array<std::array<std::uint32_t, 8>, 3> rank{};  // set bits before each word
@@ -61,9 +62,11 @@ struct Cells {
                 p == 0 ? &leaf : grid.probeConstLeaf(o.offsetBy(8 * (p & 1), 8 * (p >> 1 & 1), 8 * (p >> 2)));
         for (int x = 0; x < kSide; ++x)
             for (int y = 0; y < kSide; ++y) {
-                const bool inside_box = o.x() + x >= 0 && o.y() + y >= 0 && o.x() + x <= box.cells[0] && o.y() + y <= box.cells[1];
+                const bool inside_box = o.x() + x >= 0 && o.y() + y >= 0 && o.x() + x <= box.cells[0] &&
+                                        o.y() + y <= box.cells[1];
                 for (int z = 0; z < kSide; ++z) {
-                    const Leaf* source = part[static_cast<std::size_t>((x >> 3) | (y >> 3) << 1 | (z >> 3) << 2)];
+                    const Leaf* source =
+                        part[static_cast<std::size_t>((x >> 3) | (y >> 3) << 1 | (z >> 3) << 2)];
                     const auto n = static_cast<openvdb::Index>((x & 7) << 6 | (y & 7) << 3 | (z & 7));
                     value[static_cast<std::size_t>(at(x, y, z))] =
                         inside_box && source && source->isValueOn(n) ? source->buffer().data()[n] : unknown;
@@ -119,7 +122,9 @@ TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& bo
                     const int node = x << 6 | y << 3 | z;
                     const float next[3] = {cells(x + 1, y, z), cells(x, y + 1, z), cells(x, y, z + 1)};
                     for (std::size_t a = 0; a < 3; ++a)
-                        if (crossed(v, next[a])) own.crossed[a][static_cast<std::size_t>(node >> 6)] |= std::uint64_t{1} << (node & 63);
+                        if (crossed(v, next[a]))
+                            own.crossed[a][static_cast<std::size_t>(node >> 6)] |= std::uint64_t{1}
+                                                                                   << (node & 63);
                     if (o.x() + x >= box.cells[0] || o.y() + y >= box.cells[1]) continue;
                     bool cut = false;
                     const int pattern = cell_pattern(cells, x, y, z, cut);
@@ -127,11 +132,13 @@ TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& bo
                     if (pattern < 0)
                         complete = false;
                     else
-                        own.triangles += static_cast<std::uint32_t>(table[static_cast<std::size_t>(pattern)].size() / 3);
+                        own.triangles +=
+                            static_cast<std::uint32_t>(table[static_cast<std::size_t>(pattern)].size() / 3);
                 }
     });
     if (!complete)
-        throw NumericsError("the narrow band does not enclose the surface; re-distance the level set before extracting");
+        throw NumericsError(
+            "the narrow band does not enclose the surface; re-distance the level set before extracting");
 
     std::uint32_t vertex_count = 0, triangle_count = 0;
     std::unordered_map<openvdb::Coord, std::uint32_t, CoordHash> index;
@@ -164,7 +171,8 @@ TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& bo
         std::uint32_t vertex = own.first_vertex, triangle = own.first_triangle;
         for (int axis = 0; axis < 3; ++axis)
             for (std::size_t w = 0; w < 8; ++w)
-                for (std::uint64_t bits = own.crossed[static_cast<std::size_t>(axis)][w]; bits != 0; bits &= bits - 1) {
+                for (std::uint64_t bits = own.crossed[static_cast<std::size_t>(axis)][w]; bits != 0;
+                     bits &= bits - 1) {
                     const int node = static_cast<int>(w) << 6 | std::countr_zero(bits);
                     const int local[3] = {node >> 6, node >> 3 & 7, node & 7};
                     const auto a = static_cast<double>(cells(local[0], local[1], local[2]));
@@ -185,12 +193,14 @@ TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& bo
                     const auto vertex_on = [&](int edge) {
                         const int corner = edge_corner(edge);
                         const int i = x + (corner & 1), j = y + (corner >> 1 & 1), k = z + (corner >> 2);
-                        const LeafEdges* leaf = owner[static_cast<std::size_t>((i >> 3) | (j >> 3) << 1 | (k >> 3) << 2)];
+                        const LeafEdges* leaf =
+                            owner[static_cast<std::size_t>((i >> 3) | (j >> 3) << 1 | (k >> 3) << 2)];
                         return leaf ? leaf->vertex(edge / 4, (i & 7) << 6 | (j & 7) << 3 | (k & 7)) : kNone;
                     };
                     const auto& list = table[static_cast<std::size_t>(pattern)];
                     for (std::size_t e = 0; e < list.size(); e += 3)
-                        mesh.triangles[triangle++] = {vertex_on(list[e]), vertex_on(list[e + 1]), vertex_on(list[e + 2])};
+                        mesh.triangles[triangle++] = {vertex_on(list[e]), vertex_on(list[e + 1]),
+                                                      vertex_on(list[e + 2])};
                 }
     });
     return mesh;

@@ -9,7 +9,8 @@
 
 namespace sidewall::surface {
 
-/// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on the sides.
+/// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on
+/// the sides.
 struct LateralGrid {
     std::array<double, 2> min{};  ///< world x, y of node 0
     std::array<double, 2> max{};  ///< world x, y of node cells: boundary vertices get these very numbers
@@ -21,17 +22,18 @@ struct LateralGrid {
 inline constexpr double kNodeClearance = 1e-3;
 
 /// Extracts the zero level of \p phi (negative inside; active voxels are the narrow band) by marching cubes
-/// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes, whichever cell looks at them, and no polygon
-/// is cut along a face: the mesh is watertight and manifold but for its boundary on the sides.
+/// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes, whichever cell looks at them, and
+/// no polygon is cut along a face: the mesh is watertight and manifold but for its boundary on the sides.
 ///
-/// \returns vertices in world units, triangles counter-clockwise seen from the positive side; the order depends on the
+/// \returns vertices in world units, triangles counter-clockwise seen from the positive side; the order
+/// depends on the
 ///          grid alone.
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
 TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& box);
 
-/// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c has x = c & 1,
-/// y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.
+/// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c
+/// has x = c & 1, y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.
 const std::array<std::vector<std::uint8_t>, 256>& marching_cubes_table();
 
 /// First corner of a cell edge; the second is the first + (1 << edge / 4).

@@ -3,8 +3,8 @@
 
 #include "surface/marching_cubes.hpp"
 
-// The table is derived, not copied: walk each face of the cell, join where the walk enters and leaves the inside, chain
-// the joins to polygons, and cut the polygons without touching a face.
+// The table is derived, not copied: walk each face of the cell, join where the walk enters and leaves the
+// inside, chain the joins to polygons, and cut the polygons without touching a face.
 namespace sidewall::surface {
 namespace {
 
@@ -35,8 +35,8 @@ bool share_face(int e, int f) {
     return false;
 }
 
-// Polygons around the inside corners. On a face every run of inside corners gives one segment, from where the walk
-// enters it to where it leaves: two inside corners across a diagonal stay apart.
+// Polygons around the inside corners. On a face every run of inside corners gives one segment, from where the
+// walk enters it to where it leaves: two inside corners across a diagonal stay apart.
 std::vector<Loop> loops(int pattern) {
     std::array<int, 12> next;
     next.fill(-1);
@@ -78,8 +78,10 @@ double diagonal_cost(int e, int f) {
     return squared;
 }
 
-// The cheapest triangulation of loop[first..last], by dynamic programming over the third vertex (small: plain recursion).
-double triangulate(const Loop& loop, std::size_t first, std::size_t last, std::vector<std::uint8_t>& triangles) {
+// The cheapest triangulation of loop[first..last], by dynamic programming over the third vertex (small: plain
+// recursion).
+double triangulate(const Loop& loop, std::size_t first, std::size_t last,
+                   std::vector<std::uint8_t>& triangles) {
     if (last - first < 2) return 0.0;
     double best = std::numeric_limits<double>::infinity();
     std::vector<std::uint8_t> best_triangles;

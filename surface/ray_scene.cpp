@@ -38,12 +38,13 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-    auto* indices =
-        static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                            3 * sizeof(std::uint32_t), mesh.triangles.size()));
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(std::uint32_t), mesh.triangles.size()));
     if (!positions || !indices) throw NumericsError("Embree ran out of memory for the mesh");
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        for (int k = 0; k < 3; ++k) positions[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(mesh.vertices[i][k]);
+        for (int k = 0; k < 3; ++k)
+            positions[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(mesh.vertices[i][k]);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         std::copy(mesh.triangles[t].begin(), mesh.triangles[t].end(), indices + 3 * t);
     rtcCommitGeometry(geometry);
@@ -82,7 +83,8 @@ RTCRay make_ray(const Vec3& origin, const Vec3& direction, double t_min, double 
 
 }  // namespace
 
-SurfaceHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
+SurfaceHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min,
+                                 double t_max) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     RTCRayHit query{};

@@ -21,8 +21,8 @@ struct SurfaceHit {
     explicit operator bool() const { return triangle != kNoTriangle; }
 };
 
-/// The one wrapper around Embree: a bounding volume hierarchy over a mesh, for closest hits and closest points.
-/// Queries are const and may run in parallel. The mesh is copied in single precision.
+/// The one wrapper around Embree: a bounding volume hierarchy over a mesh, for closest hits and closest
+/// points. Queries are const and may run in parallel. The mesh is copied in single precision.
 class RayScene {
   public:
     enum class Quality { medium, high };
@@ -45,7 +45,8 @@ class RayScene {
     /// z of the highest vertex.
     double top() const;
 
-    /// Embree's own scene, for loops that trace packets. Robust flag set. Geometry id 0, primitive = triangle.
+    /// Embree's own scene, for loops that trace packets. Robust flag set. Geometry id 0, primitive =
+    /// triangle.
     RTCSceneTy* handle() const;
 
   private:

@@ -7,8 +7,8 @@ namespace sidewall {
 namespace {
 
 const Attribute* find(const std::vector<Attribute>& attributes, std::string_view name) {
-    const auto it =
-        std::find_if(attributes.begin(), attributes.end(), [&](const Attribute& a) { return a.name == name; });
+    const auto it = std::find_if(attributes.begin(), attributes.end(),
+                                 [&](const Attribute& a) { return a.name == name; });
     return it == attributes.end() ? nullptr : &*it;
 }
 

@@ -18,9 +18,9 @@ enum class Scalar { float32, float64, int32 };
 /// A named value per vertex or per triangle.
 struct Attribute {
     std::string name;
-    int components = 1;           ///< values an element
+    int components = 1;  ///< values an element
     Scalar type = Scalar::float64;
-    std::vector<double> values;   ///< components * elements, element by element
+    std::vector<double> values;  ///< components * elements, element by element
 };
 
 /// A triangle surface on plain arrays. World units; normals point out of the material.

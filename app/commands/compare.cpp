@@ -18,24 +18,31 @@ struct CompareArguments {
 
 void add_compare_command(CLI::App& program) {
     CLI::App* command = program.add_subcommand(
-        "compare", "Run a recipe raw, with Lindstrom-Turk and with region simplification: run time against error");
+        "compare",
+        "Run a recipe raw, with Lindstrom-Turk and with region simplification: run time against error");
     const auto recipe = add_recipe_options(*command);
     const auto arguments = std::make_shared<CompareArguments>();
-    command->add_option("-o,--output", arguments->output, "Folder for results (default: results/<recipe>-compare)")
+    command
+        ->add_option("-o,--output", arguments->output,
+                     "Folder for results (default: results/<recipe>-compare)")
         ->type_name("DIR");
-    command->add_option("--json", arguments->json, "Also write the comparison there; - for standard output")->type_name("FILE");
+    command->add_option("--json", arguments->json, "Also write the comparison there; - for standard output")
+        ->type_name("FILE");
     command->callback([recipe, arguments] {
         const Recipe parsed = load_recipe(recipe->file, recipe->overrides);
-        const std::filesystem::path output =
-            arguments->output.empty() ? default_output(recipe->file).concat("-compare") : std::filesystem::path(arguments->output);
+        const std::filesystem::path output = arguments->output.empty()
+                                                 ? default_output(recipe->file).concat("-compare")
+                                                 : std::filesystem::path(arguments->output);
         const bool quiet = arguments->json == "-";
         const Json comparison = compare_methods(parsed, output, quiet);
         if (!arguments->json.empty()) write_json(arguments->json, comparison);
         if (quiet) return;
-        fmt::print("{}\ndistance: of the final surface from the raw run's, in grid spacings of {:.4g} {}; noise floor: raw "
-                   "with another seed\nresults in {}\n",
-                   compare_table(comparison), comparison["grid_spacing"].get<double>(),
-                   comparison["length_unit"].get<std::string>(), output.string());
+        fmt::print(
+            "{}\ndistance: of the final surface from the raw run's, in grid spacings of {:.4g} {}; noise "
+            "floor: raw "
+            "with another seed\nresults in {}\n",
+            compare_table(comparison), comparison["grid_spacing"].get<double>(),
+            comparison["length_unit"].get<std::string>(), output.string());
     });
 }
 

@@ -13,11 +13,12 @@ namespace {
 void print_report(const RunResult& result, const RunOptions& options) {
     const Json& s = result.summary;
     const std::string length = s["length_unit"], time = s["time_unit"];
-    fmt::print("{} {} of process in {} time steps, {} triangles traced of {} extracted\n", s["time"].get<double>(), time,
-               s["time_steps"].get<int>(), s["mesh"]["simplified"]["triangles"].get<int>(),
-               s["mesh"]["raw"]["triangles"].get<int>());
+    fmt::print("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
+               s["time"].get<double>(), time, s["time_steps"].get<int>(),
+               s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
     for (const auto& [name, value] : s["metrology"].items())
-        fmt::print("  {:<12} {}\n", name, value.is_null() ? "none" : fmt::format("{:.5g} {}", value.get<double>(), length));
+        fmt::print("  {:<12} {}\n", name,
+                   value.is_null() ? "none" : fmt::format("{:.5g} {}", value.get<double>(), length));
     fmt::print("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
     for_each_phase([&](const char* name, double Timing::*phase) {
         fmt::print("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
@@ -34,10 +35,12 @@ std::filesystem::path default_output(const std::string& recipe_file) {
 }
 
 void add_run_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand("run", "Run a recipe and write surfaces, profiles, timeline and summary");
+    CLI::App* command =
+        program.add_subcommand("run", "Run a recipe and write surfaces, profiles, timeline and summary");
     const auto recipe = add_recipe_options(*command);
     const auto options = std::make_shared<RunOptions>();
-    command->add_option("-o,--output", options->output, "Folder for results (default: results/<recipe>)")->type_name("DIR");
+    command->add_option("-o,--output", options->output, "Folder for results (default: results/<recipe>)")
+        ->type_name("DIR");
     command->add_flag("--resume", options->resume, "Go on from the folder's checkpoint");
     command->add_flag("--quiet", options->quiet, "No progress and no report");
     command->callback([recipe, options] {

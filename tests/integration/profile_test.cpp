@@ -9,8 +9,8 @@
 #include "surface/cut.hpp"
 #include "tests/integration/program.hpp"
 
-// Final profiles of the shipped recipes against closed forms and another simulator. Trenches run on a strip two cells
-// thick: with mirrored sides it is the same infinite trench.
+// Final profiles of the shipped recipes against closed forms and another simulator. Trenches run on a strip
+// two cells thick: with mirrored sides it is the same infinite trench.
 using namespace sidewall;
 
 namespace {
@@ -34,7 +34,8 @@ struct Run {
             for (std::size_t k = 0; k + 1 < line.points.size() + (line.closed ? 1 : 0); ++k) {
                 const Vec3 &p = line.points[k], &e = line.points[(k + 1) % line.points.size()];
                 const Point a(p.x(), p.z()), ab(e.x() - p.x(), e.z() - p.z());
-                const double t = ab.squaredNorm() > 0 ? std::clamp((q - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) : 0.0;
+                const double t =
+                    ab.squaredNorm() > 0 ? std::clamp((q - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) : 0.0;
                 nearest = std::min(nearest, (q - a - t * ab).norm());
             }
         return nearest;
@@ -45,8 +46,8 @@ Run run(const std::string& name, const std::vector<std::string>& overrides) {
     const test::Folder folder;
     const app::Recipe recipe = app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/" + name, overrides);
     const app::RunResult result = app::run_recipe(recipe, {.output = folder.path, .quiet = true});
-    return {result.summary["grid_spacing"].get<double>(), surface::cut_by_plane(result.surface, surface::parse_plane("y=0")),
-            result.surface};
+    return {result.summary["grid_spacing"].get<double>(),
+            surface::cut_by_plane(result.surface, surface::parse_plane("y=0")), result.surface};
 }
 
 }  // namespace
@@ -64,16 +65,18 @@ TEST_CASE("the trench deposition closes over the void that another simulator fin
     }
     REQUIRE(reference.size() > 200);
     for (const std::string method : {"none", "region"}) {
-        const Run result = run("trench_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]", "flux.rays=50000",
-                                                          "simplify.method=" + method});
+        const Run result = run("trench_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]",
+                                                          "flux.rays=50000", "simplify.method=" + method});
         double void_error = 0, top_error = 0, seam_error = 0;
         for (const Point& p : reference) {
             if (std::abs(p.x()) > 5.0) continue;  // the other simulator's ghost cells
             const double d = result.distance(p) / result.dx;
             if (p.y() > 3.0)
-                (std::abs(p.x()) > 1.0 ? top_error : seam_error) = std::max(std::abs(p.x()) > 1.0 ? top_error : seam_error, d);
+                (std::abs(p.x()) > 1.0 ? top_error : seam_error) =
+                    std::max(std::abs(p.x()) > 1.0 ? top_error : seam_error, d);
             else
-                (p.y() < -1.0 ? void_error : seam_error) = std::max(p.y() < -1.0 ? void_error : seam_error, d);
+                (p.y() < -1.0 ? void_error : seam_error) =
+                    std::max(p.y() < -1.0 ? void_error : seam_error, d);
         }
         CAPTURE(method, void_error, top_error, seam_error);
         CHECK(void_error < 0.6);
@@ -108,7 +111,8 @@ TEST_CASE("the directional etch of a hole has straight walls, its closed-form fl
     double wall = 0, floor = 0, mask = 0;
     for (const Vec3& p : result.surface.vertices) {
         const double r = std::hypot(p.x(), p.y()), d = -p.z();
-        if (d > 0.1 && d < 3.15 - 3 * result.dx) wall = std::max(wall, std::abs(r - (1.0 + 0.05 * (3.0 - d / 1.05))));
+        if (d > 0.1 && d < 3.15 - 3 * result.dx)
+            wall = std::max(wall, std::abs(r - (1.0 + 0.05 * (3.0 - d / 1.05))));
         if (d > 0.1 && r < 1.0 - 2 * result.dx) floor = std::max(floor, std::abs(d - 3.15));
         if (p.z() > result.dx && p.z() < 0.6 - result.dx) mask = std::max(mask, std::abs(r - 1.0));
         if (p.z() > 0.3 && r > 1.0 + result.dx) mask = std::max(mask, std::abs(p.z() - 0.6));

@@ -34,15 +34,18 @@ struct Outcome {
     std::string output;  ///< standard output and standard error
 };
 
-/// Runs `sidewall ARGUMENTS` in \p folder under a time limit, which shows as exit code 124; a crash as 128 and more.
-inline Outcome run_program(const std::filesystem::path& folder, const std::string& arguments, int seconds = 30) {
+/// Runs `sidewall ARGUMENTS` in \p folder under a time limit, which shows as exit code 124; a crash as 128
+/// and more.
+inline Outcome run_program(const std::filesystem::path& folder, const std::string& arguments,
+                           int seconds = 30) {
     const std::string command = "cd '" + folder.string() + "' && timeout -k 1 " + std::to_string(seconds) +
                                 " '" SIDEWALL_PROGRAM "' " + arguments + " 2>&1 </dev/null";
     Outcome outcome;
     FILE* pipe = popen(command.c_str(), "r");
     REQUIRE(pipe != nullptr);
     char buffer[4096];
-    for (std::size_t n = 0; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;) outcome.output.append(buffer, n);
+    for (std::size_t n = 0; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;)
+        outcome.output.append(buffer, n);
     const int status = pclose(pipe);
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
     return outcome;

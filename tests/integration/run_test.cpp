@@ -38,8 +38,9 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
     for (const std::string method : {"none", "region"}) {
         const std::string recipe = kRecipe + " --set simplify.method=" + method;
         for (const std::string run : {"first", "again", "one"}) {
-            const auto outcome =
-                run_program(folder.path, "run " + recipe + " -o " + run + (run == "one" ? " --threads 1" : " --threads 2"), 120);
+            const auto outcome = run_program(
+                folder.path,
+                "run " + recipe + " -o " + run + (run == "one" ? " --threads 1" : " --threads 2"), 120);
             INFO(outcome.output);
             REQUIRE(outcome.exit_code == 0);
         }
@@ -50,15 +51,17 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
 
         // Interrupted as soon as the timeline shows some steps, then resumed.
         const fs::path stopped = folder.path / "stopped";
-        const std::string start = "cd '" + folder.path.string() + "' && exec '" SIDEWALL_PROGRAM "' run " + recipe +
-                                  " -o stopped >stopped.log 2>&1 </dev/null";
+        const std::string start = "cd '" + folder.path.string() + "' && exec '" SIDEWALL_PROGRAM "' run " +
+                                  recipe + " -o stopped >stopped.log 2>&1 </dev/null";
         const pid_t child = fork();
         REQUIRE(child >= 0);
         if (child == 0) {
             execl("/bin/sh", "sh", "-c", start.c_str(), static_cast<char*>(nullptr));
             _exit(127);
         }
-        for (int tick = 0; tick < 6000 && (!fs::exists(stopped / "timeline.csv") || lines(stopped / "timeline.csv") < 3); ++tick)
+        for (int tick = 0;
+             tick < 6000 && (!fs::exists(stopped / "timeline.csv") || lines(stopped / "timeline.csv") < 3);
+             ++tick)
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         kill(child, SIGINT);
         int status = 0;
@@ -78,7 +81,8 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
 
 TEST_CASE("a checkpoint of another recipe is refused") {
     const Folder folder;
-    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code == 0);
+    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code ==
+            0);
     const auto outcome = run_program(folder.path, "run " + kRecipe + " -o out --resume", 60);
     CHECK(outcome.exit_code == 3);
     CHECK(outcome.output.find("run without --resume") != std::string::npos);
@@ -88,18 +92,19 @@ TEST_CASE("a run leaves everything the format promises") {
     const Folder folder;
     const auto outcome = run_program(folder.path, "run " + kRecipe + " -o out", 60);
     REQUIRE(outcome.exit_code == 0);
-    for (const char* name : {"summary.json", "timeline.csv", "surface.pvd", "surface_0000.vtp", "checkpoint.vdb",
-                             "recipe.toml", "profile_0000.csv"})
+    for (const char* name : {"summary.json", "timeline.csv", "surface.pvd", "surface_0000.vtp",
+                             "checkpoint.vdb", "recipe.toml", "profile_0000.csv"})
         CHECK(fs::exists(folder.path / "out" / name));
     const auto summary = nlohmann::json::parse(read_bytes(folder.path / "out" / "summary.json"));
     for (const char* key : {"version", "recipe", "seed", "threads", "steps", "timing", "mesh", "metrology"})
         CHECK(summary.contains(key));
-    for (const char* phase : {"extract", "features", "simplify", "bvh", "trace", "rates", "extend", "advect", "redistance",
-                              "output", "total"})
+    for (const char* phase : {"extract", "features", "simplify", "bvh", "trace", "rates", "extend", "advect",
+                              "redistance", "output", "total"})
         CHECK(summary["timing"][phase].is_number());
     CHECK(summary["mesh"]["simplified"]["vertices"] < summary["mesh"]["raw"]["vertices"]);
     // A second run into the same folder starts afresh: no surface of a longer run stays behind.
-    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code == 0);
+    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code ==
+            0);
     CHECK_FALSE(fs::exists(folder.path / "out" / "surface_0002.vtp"));
 }
 
@@ -108,12 +113,14 @@ TEST_CASE("compare ends with a table of raw, Lindstrom-Turk and region, and the 
     const auto outcome = run_program(folder.path, "compare " + kRecipe + " -o out", 240);
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
-    for (const char* word : {"raw", "lindstrom-turk", "region", "noise floor", "trace [s]", "triangles", "distance max [dx]"})
+    for (const char* word :
+         {"raw", "lindstrom-turk", "region", "noise floor", "trace [s]", "triangles", "distance max [dx]"})
         CHECK(outcome.output.find(word) != std::string::npos);
     const auto json = nlohmann::json::parse(read_bytes(folder.path / "out" / "compare.json"));
     REQUIRE(json["variants"].size() == 3);
     CHECK(json["variants"][0]["final"]["hausdorff_max"] == 0.0);
-    CHECK(json["variants"][2]["mesh"]["simplified"]["triangles"] < json["variants"][0]["mesh"]["simplified"]["triangles"]);
+    CHECK(json["variants"][2]["mesh"]["simplified"]["triangles"] <
+          json["variants"][0]["mesh"]["simplified"]["triangles"]);
     CHECK(json["noise_floor"]["hausdorff_mean"] > 0.0);
 }
 

@@ -29,7 +29,8 @@ void check_surface(const TriangleMesh& mesh, long euler, std::size_t loops) {
     if (loops > 0) CHECK(surface::boundary_on_rectangle(mesh, topology));
 }
 
-// Values in [-1, 1] at every node of a box, so that every sign pattern occurs; the outermost nodes are outside.
+// Values in [-1, 1] at every node of a box, so that every sign pattern occurs; the outermost nodes are
+// outside.
 Grid::Ptr noise_grid(const Domain& domain, unsigned seed) {
     const Grid::Ptr grid = make_grid(domain);
     std::mt19937 random(seed);
@@ -49,9 +50,13 @@ Grid::Ptr noise_grid(const Domain& domain, unsigned seed) {
 
 TEST_CASE("extracted surfaces have the Euler number and the boundary of what they show") {
     const Domain domain = test::unit_domain(40);
-    SECTION("sphere") { check_surface(extract_surface(*test::sphere_grid(domain, 12.3), domain), 2, 0); }
+    SECTION("sphere") {
+        check_surface(extract_surface(*test::sphere_grid(domain, 12.3), domain), 2, 0);
+    }
     SECTION("torus") {
-        const auto torus = [](const Vec3& p) { return std::hypot(std::hypot(p.x(), p.y()) - 11.0, p.z()) - 4.5; };
+        const auto torus = [](const Vec3& p) {
+            return std::hypot(std::hypot(p.x(), p.y()) - 11.0, p.z()) - 4.5;
+        };
         check_surface(extract_surface(*sample_grid(domain, torus, -6, 6), domain), 0, 0);
     }
     SECTION("plane on grid nodes") {
@@ -119,7 +124,8 @@ TEST_CASE("extraction gives the same bytes with 1 and 2 threads") {
         meshes[threads - 1] = extract_surface(*grid, domain);
     }
     REQUIRE(meshes[0].vertices.size() == meshes[1].vertices.size());
-    CHECK(std::memcmp(meshes[0].vertices.data(), meshes[1].vertices.data(), meshes[0].vertices.size() * sizeof(Vec3)) == 0);
+    CHECK(std::memcmp(meshes[0].vertices.data(), meshes[1].vertices.data(),
+                      meshes[0].vertices.size() * sizeof(Vec3)) == 0);
     CHECK(meshes[0].triangles == meshes[1].triangles);
 }
 
@@ -128,7 +134,8 @@ TEST_CASE("the surface of a sphere lies on it to second order") {
     for (int level = 0; level < 2; ++level) {
         const double radius = 10.0 * (1 + level);
         const Domain domain = test::unit_domain(static_cast<int>(2 * radius) + 10);
-        error[level] = test::radius_error(extract_surface(*test::sphere_grid(domain, radius), domain), radius).max;
+        error[level] =
+            test::radius_error(extract_surface(*test::sphere_grid(domain, radius), domain), radius).max;
     }
     // Linear interpolation along an edge errs by at most dx^2 / (8 r), and the clearance of nodes by 1e-3 dx.
     CHECK(error[0] < 1.0 / 80.0 + surface::kNodeClearance);

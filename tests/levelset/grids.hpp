@@ -16,7 +16,8 @@ inline levelset::Domain unit_domain(int cells, Side side = Side::reflective) {
     return levelset::make_domain({double(cells), double(cells)}, 1.0, {side, side});
 }
 
-inline levelset::Grid::Ptr sphere_grid(const levelset::Domain& domain, double radius, const Vec3& centre = Vec3::Zero()) {
+inline levelset::Grid::Ptr sphere_grid(const levelset::Domain& domain, double radius,
+                                       const Vec3& centre = Vec3::Zero()) {
     return levelset::sample_grid(
         domain, [=](const Vec3& p) { return (p - centre).norm() - radius; }, centre.z() - radius - 4,
         centre.z() + radius + 4);
@@ -44,11 +45,13 @@ inline RadiusError radius_error(const TriangleMesh& mesh, double radius) {
 
 /// Moves the stack's surface for \p duration under \p speed(layer, normal), in time steps of at most cfl dx.
 inline void move(levelset::MaterialStack& stack, double duration, const levelset::AdvectionOptions& options,
-                 const std::function<double(std::size_t layer, const Vec3& normal)>& speed, bool depends_on_normal = false) {
+                 const std::function<double(std::size_t layer, const Vec3& normal)>& speed,
+                 bool depends_on_normal = false) {
     for (double time = 0.0; time < duration - 1e-12;) {
         const auto motion = levelset::make_motion(
             stack, levelset::extend_without_mesh(stack.top(), stack.domain),
-            [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); }, depends_on_normal);
+            [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); },
+            depends_on_normal);
         const double fastest = levelset::max_speed(stack, motion);
         const double left = duration - time;
         const double steps = std::ceil(left * fastest / (options.cfl * stack.domain.spacing) * (1.0 - 1e-9));

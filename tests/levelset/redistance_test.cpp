@@ -28,7 +28,8 @@ TEST_CASE("a function with the right front becomes a signed distance, second ord
     for (int level = 0; level < 2; ++level) {
         const double radius = 20.0 * (1 + level);
         const Domain domain = test::unit_domain(static_cast<int>(2 * radius + 12));
-        // Three times too flat on one side of the sphere and 1.5 times too steep on the other; the front is exact.
+        // Three times too flat on one side of the sphere and 1.5 times too steep on the other; the front is
+        // exact.
         const Grid::Ptr grid = sample_grid(
             domain,
             [=](const Vec3& p) {
@@ -45,7 +46,8 @@ TEST_CASE("a function with the right front becomes a signed distance, second ord
             error[level] = std::max(error[level], std::abs(double(*it) - (p.norm() - radius)));
         }
     }
-    // The re-scaling's tolerance of 2 % over the cell next to the front, and curvature errors that fall with dx / r.
+    // The re-scaling's tolerance of 2 % over the cell next to the front, and curvature errors that fall with
+    // dx / r.
     CHECK(error[1] < 0.05);
     CHECK(error[0] < 0.08);
 }

@@ -9,8 +9,8 @@
 #include "levelset/body.hpp"
 #include "levelset/checkpoint.hpp"
 #include "levelset/curvature.hpp"
-#include "surface/error.hpp"
 #include "surface/distance.hpp"
+#include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
 #include "tests/levelset/grids.hpp"
 
@@ -65,7 +65,8 @@ TEST_CASE("shapes have the sizes they were given") {
         return sum;
     };
     const double pi = std::numbers::pi, slope = std::tan(5.0 * pi / 180.0);
-    // Marching cubes cuts edges and corners by a fraction of a cell: an error of O(dx) of the edge length, here below 1.5 %.
+    // Marching cubes cuts edges and corners by a fraction of a cell: an error of O(dx) of the edge length,
+    // here below 1.5 %.
     Shape s;
     s.depth = 15.2;
     s.width = 12.4;
@@ -99,7 +100,8 @@ TEST_CASE("a closed mesh file becomes the body it encloses") {
     shape.file = path.string();
     const TriangleMesh again = extract_surface(make_stack(domain, {{0, shape}}).top(), domain);
     std::filesystem::remove(path);
-    // Facets lie inside the sphere by at most 1 / (8 r) per cell of edge length; twice that after two extractions.
+    // Facets lie inside the sphere by at most 1 / (8 r) per cell of edge length; twice that after two
+    // extractions.
     const auto error = test::radius_error(again, 11.4);
     CHECK(error.max < 3.0 / (8.0 * 11.4) + 0.01);
 }
@@ -139,7 +141,8 @@ TEST_CASE("a plane has no features and a mirrored trench has its edges") {
     const auto flags = feature_flags(curvature(trench.top(), domain, mesh), 1.0, 0.2);
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
         const Vec3& p = mesh.vertices[v];
-        const double edge = std::hypot(std::abs(p.x()) - 8.5, std::min(std::abs(p.z()), std::abs(p.z() + 20.3)));
+        const double edge =
+            std::hypot(std::abs(p.x()) - 8.5, std::min(std::abs(p.z()), std::abs(p.z() + 20.3)));
         CAPTURE(p.x(), p.z());
         if (edge > 3.0) CHECK(flags[v] == 0);
         if (edge < 0.3) CHECK(flags[v] == 1);
