@@ -112,7 +112,7 @@ std::vector<Field> fields(FluxSection& flux) {
          &flux.relative_error,
          "",
          "not available yet: give rays",
-         {.min = 0.0, .max = 1.0, .above_min = true}},
+         {.min = 0.0, .max = 0.5, .above_min = true}},
     };
 }
 
@@ -152,7 +152,7 @@ std::vector<Field> fields(levelset::AdvectionOptions& advection) {
          &advection.cfl,
          "",
          "grid spacings the front may move a time step",
-         {.min = 0.0, .max = 1.0, .above_min = true}},
+         {.min = 0.0, .max = 0.5, .above_min = true}},
     };
 }
 

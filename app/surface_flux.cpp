@@ -12,7 +12,9 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kTolerableLeakage = 1e-5;  // share of the rays; more means a torn surface
+// More leaks than these mean a torn surface; single ones are rounding where two sheets touch.
+constexpr double kTolerableLeakage = 1e-5;  // share of the rays
+constexpr double kTolerableLeaks = 10.0;
 
 simplify::Options simplify_options(const SimplifySection& section, double spacing) {
     simplify::Options options;
@@ -29,6 +31,21 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
     return options;
 }
 
+// A particle that leaves through a periodic side must find the same surface on the opposite one.
+TriangleMesh with_fixed_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
+    TriangleMesh mesh = raw;
+    Attribute fixed{"fixed", 1, Scalar::int32, std::vector<double>(raw.vertices.size(), 0.0)};
+    for (std::size_t v = 0; v < raw.vertices.size(); ++v)
+        for (int axis = 0; axis < 2; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            const double x = raw.vertices[v][axis];
+            if (domain.side[a] == levelset::Side::periodic && (x == domain.min[a] || x == domain.max[a]))
+                fixed.values[v] = 1.0;
+        }
+    mesh.vertex_attributes.push_back(std::move(fixed));
+    return mesh;
+}
+
 TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, const TriangleMesh& raw,
                     Timing& timing) {
     const double spacing = stack.domain.spacing;
@@ -40,7 +57,7 @@ TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, 
                                            recipe.simplify.feature_parameter);
     }
     const PhaseClock clock(timing.simplify);
-    return simplify::simplify(raw, features, options).mesh;
+    return simplify::simplify(with_fixed_sides(stack.domain, raw), features, options).mesh;
 }
 
 std::vector<std::int32_t> materials_of(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
@@ -95,7 +112,8 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
                                                   options));
         const auto& result = surface.fluxes.back();
         surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge));
-        if (static_cast<double>(result.leaked) > kTolerableLeakage * static_cast<double>(result.emitted))
+        if (static_cast<double>(result.leaked) >
+            kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
             throw NumericsError(
                 fmt::format("species {}: {} of {} particles leaked through the surface; use a smaller "
                             "grid_spacing or a milder simplification",

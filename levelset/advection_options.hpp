@@ -12,7 +12,8 @@ enum class TimeIntegration : std::uint8_t { euler, rk2, rk3 };
 struct AdvectionOptions {
     Scheme scheme = Scheme::engquist_osher;
     TimeIntegration time_integration = TimeIntegration::euler;
-    double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a step, in (0, 1]
+    double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a step, in (0, 0.5]:
+                       ///< beyond, the schemes are unstable
     bool operator==(const AdvectionOptions&) const = default;
 };
 

@@ -37,7 +37,7 @@ struct State {
     Vector low, high;  ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
     std::vector<std::uint8_t> boundary;  ///< lies on the open boundary
     std::vector<std::uint8_t> sides;     ///< SideBits, of boundary vertices
-    std::vector<std::uint8_t> frozen;    ///< on a material border
+    std::vector<std::uint8_t> frozen;    ///< on a material border, or fixed by the caller
     std::vector<std::uint8_t> feature, region;
     std::vector<std::uint32_t> source;  ///< input vertex whose position it has, or kMoved
     std::uint32_t next_source = kMoved;

@@ -107,6 +107,9 @@ struct CollapseEngine::Impl {
         state.feature.assign(n, 0);
         state.region.assign(n, 0);
         state.frozen = material_borders(input);
+        if (const Attribute* fixed = input.vertex_attribute("fixed"))
+            for (std::size_t v = 0; v < std::min(n, fixed->values.size()); ++v)
+                if (fixed->values[v] != 0.0) state.frozen[v] = 1;
         state.source.resize(n);
         for (std::uint32_t v = 0; v < n; ++v) state.source[v] = v;
         find_boundary();

@@ -25,6 +25,8 @@ struct CollapsePass {
 /// to
 ///   the last bit, corners stay, and an edge that ends on the boundary collapses onto its boundary vertex.
 /// - Vertices where triangles of different `material` meet: edges that touch them stay.
+/// - Vertices whose attribute `fixed` is not zero, likewise: both sides of a periodic domain must keep the
+/// same curve.
 /// - Orientation: no triangle turns by 90 degrees or more in a collapse.
 /// - Shape: the worst triangle around an edge gets no worse once it is a sliver, and none becomes degenerate.
 /// - Manifoldness and Euler number (link condition).
