@@ -25,8 +25,10 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     for (auto leaf = surface.tree().cbeginLeaf(); leaf; ++leaf) {
         const Leaf* own = layer.probeConstLeaf(leaf->origin());
         if (own && own->getValueMask() == leaf->getValueMask()) continue;
+        // A missing leaf lies wholly on one side.
+        if (!own && !inside(phi, leaf->cbeginValueOn().getCoord())) continue;
         for (auto it = leaf->cbeginValueOn(); it; ++it)
-            if (!(own && own->isValueOn(it.pos())) && inside(phi, it.getCoord()))
+            if (!own || (!own->isValueOn(it.pos()) && own->getValue(it.pos()) < 0.0f))
                 exposed.emplace_back(it.getCoord(), *it);
     }
     auto writer = phi.getAccessor();
@@ -37,12 +39,13 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
         flood(leaf);  // a leaf made just now has the outside background everywhere else
         const auto top = surface.getConstUnsafeAccessor();
         const Leaf* above = top.probeConstLeaf(leaf.origin());
+        const auto first = leaf.cbeginValueOn();
+        if (!first) return;
+        const float far = !above && inside(surface, first.getCoord()) ? -background : background;
         float* value = leaf.buffer().data();
         for (auto it = leaf.beginValueOn(); it; ++it) {
             const openvdb::Index n = it.pos();
-            const float s = above                            ? above->getValue(n)
-                            : inside(surface, it.getCoord()) ? -background
-                                                             : background;
+            const float s = above ? above->getValue(n) : far;
             if (value[n] < s + snap) value[n] = s;
         }
     });
