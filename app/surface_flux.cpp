@@ -97,6 +97,7 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
         const PhaseClock clock(timing.bvh);
         surface.scene.emplace(surface.traced());
     }
+    if (model.species.empty()) return surface;
     const PhaseClock clock(timing.trace);
     surface.materials = materials_of(stack, surface.traced());
     surface.wedges = flux::make_wedges(surface.traced(), surface.materials);

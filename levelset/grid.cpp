@@ -6,6 +6,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -71,12 +72,15 @@ Grid::Ptr sample_grid(const Domain& domain, const std::function<double(const Vec
 
 bool inside(const Grid& grid, const openvdb::Coord& ijk) {
     const auto accessor = grid.getConstUnsafeAccessor();
-    if (const Leaf* leaf = accessor.probeConstLeaf(ijk)) return leaf->getValue(ijk) < 0.0f;
-    openvdb::CoordBBox box;
-    if (!grid.tree().evalLeafBoundingBox(box)) return false;
-    openvdb::Coord c(ijk.x(), ijk.y(), std::max(((ijk.z() >> 3) + 1) << 3, box.min().z()));
-    for (; c.z() <= box.max().z(); c.z() += 8)
+    openvdb::CoordBBox range;  // of the root's children: cheap, and no leaf lies beyond
+    grid.tree().getIndexRange(range);
+    for (openvdb::Coord c = ijk; c.z() <= range.max().z();) {
         if (const Leaf* leaf = accessor.probeConstLeaf(c)) return leaf->getValue(c) < 0.0f;
+        // Up to the next leaf that can exist, past the whole node that is missing here.
+        constexpr int kSize[] = {4096, 128, 8};
+        const int size = kSize[std::clamp(accessor.getValueDepth(c), 0, 2)];
+        c.setZ((c.z() & ~(size - 1)) + size);
+    }
     return false;
 }
 

@@ -57,7 +57,11 @@ void grow_band(Grid& grid, const Domain& domain) {
             }
         }
         auto accessor = grid.getAccessor();
-        for (const auto& c : wrapped) accessor.setValueOn(c, accessor.getValue(c));
+        for (const auto& c : wrapped) {
+            const float value =
+                accessor.getValue(c);  // a copy: making a leaf overwrites the tile it comes from
+            accessor.setValueOn(c, value);
+        }
     }
     // Off the domain nothing is active; nodes there would otherwise grow sideways for ever.
     for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
