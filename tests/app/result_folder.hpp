@@ -1,30 +1,12 @@
 #pragma once
-#include <unistd.h>
-
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 
 #include "surface/mesh_io.hpp"
+#include "tests/folder.hpp"
 
 // A small folder like the ones that `run` writes.
 namespace sidewall::test {
-
-/// Removed with everything in it.
-struct Folder {
-    std::filesystem::path path;
-    Folder() {
-        std::string name = (std::filesystem::temp_directory_path() / "sidewall_app_XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    ~Folder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path, ignored);
-    }
-};
 
 /// A surface over [-1, 1]^2 that follows a profile of (x, z), with one material.
 inline TriangleMesh profile_mesh(const std::vector<std::pair<double, double>>& profile, double material) {

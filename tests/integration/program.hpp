@@ -1,5 +1,4 @@
 #pragma once
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,24 +9,10 @@
 #include <iterator>
 #include <string>
 
+#include "tests/folder.hpp"
+
 // Running the program itself, in folders of its own.
 namespace sidewall::test {
-
-/// An empty folder, removed with everything in it.
-struct Folder {
-    std::filesystem::path path;
-    Folder() {
-        std::string name = (std::filesystem::temp_directory_path() / "sidewall_test_XXXXXX").string();
-        REQUIRE(mkdtemp(name.data()) != nullptr);
-        path = name;
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    ~Folder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path, ignored);
-    }
-};
 
 struct Outcome {
     int exit_code = -1;
