@@ -112,7 +112,8 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
                                                   model.species[k], surface.materials, surface.wedges,
                                                   options));
         const auto& result = surface.fluxes.back();
-        surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge));
+        surface.wedge_flux.push_back(
+            flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge, result.arrivals));
         if (static_cast<double>(result.leaked) >
             kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
             throw NumericsError(

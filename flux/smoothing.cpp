@@ -3,32 +3,71 @@
 #include <tbb/parallel_for.h>
 
 namespace sidewall::flux {
+namespace {
+
+// What arrives on some triangles, and their area.
+struct Catch {
+    double arrivals = 0.0, area = 0.0;
+    void add(const Catch& other) {
+        arrivals += other.arrivals;
+        area += other.area;
+    }
+    double mean() const { return area > 0.0 ? arrivals / area : 0.0; }
+};
+
+// Around every vertex: its own triangles, and where those are smaller than `enough`, rings around them.
+std::vector<Catch> catch_around(const TriangleMesh& mesh, const std::vector<Catch>& triangle, double enough) {
+    std::vector<Catch> around(mesh.vertices.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (const std::uint32_t v : mesh.triangles[t]) around[v].add(triangle[t]);
+    // Marching cubes' clusters of tiny triangles are a ring or two wide; few rays make everything small.
+    constexpr int kMostRings = 8;
+    for (int ring = 0; ring < kMostRings; ++ring) {
+        const std::vector<Catch> before = around;
+        bool grown = false;
+        for (const Triangle& t : mesh.triangles)
+            for (std::size_t k = 0; k < 3; ++k) {
+                const std::uint32_t v = t[k];
+                if (before[v].area >= enough) continue;
+                around[v].add(before[t[(k + 1) % 3]]);
+                around[v].add(before[t[(k + 2) % 3]]);
+                grown = true;
+            }
+        if (!grown) break;
+    }
+    return around;
+}
+
+}  // namespace
 
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
-                                  double resolution) {
+                                  std::uint64_t arrivals, double resolution) {
     const std::vector<double>& flux = wedge_flux.flux;
-    std::vector<double> sum(wedges.count(), 0.0), area(wedges.count(), 0.0);
-    double total = 0.0, total_area = 0.0;
+    std::vector<Catch> triangle(mesh.triangles.size()), own(wedges.count());
+    Catch total;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const std::uint32_t* corner = &wedges.corner[3 * t];
-        const double a = triangle_area(mesh, t);
-        const double arrivals = a * (flux[corner[0]] + flux[corner[1]] + flux[corner[2]]) / 3.0;
-        for (int k = 0; k < 3; ++k) {
-            sum[corner[k]] += arrivals;
-            area[corner[k]] += a;
-        }
-        total += arrivals;
-        total_area += a;
+        const double area = triangle_area(mesh, t);
+        triangle[t] = {area * (flux[corner[0]] + flux[corner[1]] + flux[corner[2]]) / 3.0, area};
+        for (int k = 0; k < 3; ++k) own[corner[k]].add(triangle[t]);
+        total.add(triangle[t]);
     }
-    const double tau = total_area > 0.0 ? resolution * total / total_area : 0.0;
+    constexpr double kArrivals = 10.0;
+    const double enough = arrivals > 0 ? kArrivals * total.area / static_cast<double>(arrivals) : 0.0;
+    const std::vector<Catch> around = catch_around(mesh, triangle, enough);
+
+    const double tau = resolution * total.mean();
     std::vector<double> smooth(flux);
-    tbb::parallel_for(std::size_t{0}, smooth.size(), [&](std::size_t w) {
-        const double variance = wedge_flux.error[w] * wedge_flux.error[w];
-        // A wedge that no ray has met knows nothing, not even its error.
-        const double share = flux[w] == 0.0               ? 1.0
-                             : variance + tau * tau > 0.0 ? variance / (variance + tau * tau)
-                                                          : 0.0;
-        if (area[w] > 0.0) smooth[w] += share * (sum[w] / area[w] - flux[w]);
+    tbb::parallel_for(std::size_t{0}, mesh.vertices.size(), [&](std::size_t v) {
+        for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) {
+            const double variance = wedge_flux.error[w] * wedge_flux.error[w];
+            // A wedge that no ray has met knows nothing, not even its error.
+            const double share = flux[w] == 0.0               ? 1.0
+                                 : variance + tau * tau > 0.0 ? variance / (variance + tau * tau)
+                                                              : 0.0;
+            const double mean = own[w].area < enough ? around[v].mean() : own[w].mean();
+            smooth[w] += share * (mean - flux[w]);
+        }
     });
     return smooth;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <vector>
 
 #include "flux/tally.hpp"
@@ -12,9 +13,13 @@ namespace sidewall::flux {
 /// Each wedge moves towards the area-weighted mean of the linear flux over its own triangles, by the share
 /// sigma^2 / (sigma^2 + tau^2): sigma its standard error, tau \p resolution times the surface's mean flux.
 /// Where the tally is sharper than tau it stays, so that coarse triangles with many hits are not blurred; the
-/// tiny wedges of marching cubes, which a single ray can raise tenfold, take their neighbours' value.
+/// tiny wedges of marching cubes, which a single ray can raise tenfold, take their neighbours' value. Where a
+/// wedge's triangles are so small that the average flux brings them fewer than ten arrivals, no hit means
+/// nothing: the mean is taken over as many rings of neighbours as it takes to expect ten.
+///
+/// \param arrivals  how many hits the tally holds, for the expectation above.
 /// Reported fluxes and errors are never smoothed. \note O(n), deterministic.
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
-                                  double resolution = 0.02);
+                                  std::uint64_t arrivals, double resolution = 0.02);
 
 }  // namespace sidewall::flux

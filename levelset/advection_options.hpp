@@ -10,7 +10,7 @@ enum class TimeIntegration : std::uint8_t { euler, rk2, rk3 };
 
 /// How the front is moved.
 struct AdvectionOptions {
-    Scheme scheme = Scheme::engquist_osher;
+    Scheme scheme = Scheme::weno3;
     TimeIntegration time_integration = TimeIntegration::euler;
     double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a step, in (0, 0.5]:
                        ///< beyond, the schemes are unstable

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "levelset/block.hpp"
+#include "levelset/leaf_triangles.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -31,17 +32,18 @@ Vec3 gradient_direction(const B& block, int at) {
     return length > 0.0 ? Vec3(g / length) : Vec3::Zero();
 }
 
-// Ray first: in a smooth region the foot point lies along the gradient, and a ray costs a third of a search.
-SurfaceSample find_sample(const surface::RayScene& scene, const Vec3& point, double phi, const Vec3& normal,
-                          double dx) {
-    const double slack = 0.25 * dx;
-    const Vec3 direction = phi < 0.0 ? normal : Vec3(-normal);
-    surface::SurfaceHit hit;
-    if (normal != Vec3::Zero())
-        hit = scene.closest_hit(point - slack * direction, direction, 0.0, std::abs(phi) + 2.0 * slack);
-    if (!hit) hit = scene.closest_point(point, 2.0 * dx);
-    if (!hit) hit = scene.closest_point(point, 1e30);
-    return {hit.triangle, static_cast<float>(hit.u), static_cast<float>(hit.v), {}};
+// In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
+// the level set says, the whole mesh is searched.
+SurfaceSample find_sample(const LeafCells& cells, const surface::RayScene& scene, const openvdb::Coord& node,
+                          const Vec3& world, double phi, const Vec3& normal, double dx) {
+    if (normal != Vec3::Zero()) {
+        const Vec3 local(node.x() & 7, node.y() & 7, node.z() & 7);
+        if (const auto hit = cells.nearest_hit(local, normal, -phi / dx))
+            return {hit.triangle, hit.u, hit.v, node};
+    }
+    surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);
+    if (!hit) hit = scene.closest_point(world, 1e30);
+    return {hit.triangle, static_cast<float>(hit.u), static_cast<float>(hit.v), node};
 }
 
 openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
@@ -65,13 +67,24 @@ std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
             }
         }
         const std::int32_t found = lookup.getValue(best);
-        if (found >= 0 || best == c) return found;
+        if (found >= 0 || best == c) return std::max(found, -1);
         c = best;
     }
 }
 
-template <class FindSample>
-Extension build(const Grid& grid, const Domain& domain, FindSample&& find) {
+// A far node's foot, rounded to a node, until it is looked up: the offset from the node, coded in its entry.
+constexpr int kFarthest = 8, kCode = 2 * kFarthest + 1;
+
+std::int32_t encode(const openvdb::Coord& offset) {
+    return -2 - ((offset.x() + kFarthest) * kCode + offset.y() + kFarthest) * kCode - offset.z() - kFarthest;
+}
+
+openvdb::Coord decode(std::int32_t entry) {
+    const int code = -2 - entry;
+    return {code / kCode / kCode - kFarthest, code / kCode % kCode - kFarthest, code % kCode - kFarthest};
+}
+
+Extension build(const Grid& grid, const Domain& domain, const surface::RayScene* scene) {
     Extension extension{{}, std::make_shared<openvdb::Int32Tree>(grid.tree(), -1, openvdb::TopologyCopy())};
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNear * dx);
@@ -84,51 +97,54 @@ Extension build(const Grid& grid, const Domain& domain, FindSample&& find) {
     });
     for (std::size_t n = 0; n < leaves.leafCount(); ++n) first[n + 1] += first[n];
     extension.samples.resize(first.back());
+    const IndexMesh mesh =
+        scene ? to_index_space(domain, scene->vertices(), scene->triangles()) : IndexMesh{};
+    const LeafTriangles triangles = bin_by_leaf(leaves, mesh, LeafCells::kReach);
 
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 4), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
         B block;
+        LeafCells cells;
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = leaves.leaf(n);
-            if (first[n] == first[n + 1]) continue;
             load_block(accessor, domain, leaf, grid.background(), block);
-            auto& index = samples.leaf(n);
+            if (scene && first[n] != first[n + 1]) cells.fill(leaf.origin(), mesh, triangles.of(n));
+            std::int32_t* index = samples.leaf(n).buffer().data();
             std::uint32_t k = first[n];
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                if (std::abs(*it) > near) continue;
                 const openvdb::Coord c = it.getCoord();
-                const Vec3 point(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
-                                 domain.coordinate(2, c.z()));
-                const int at = B::at(c.x() & 7, c.y() & 7, c.z() & 7);
-                SurfaceSample& sample = extension.samples[k];
-                sample = find(point, static_cast<double>(*it), gradient_direction(block, at));
-                sample.node = c;
-                index.setValueOnly(it.pos(), static_cast<std::int32_t>(k++));
+                const auto phi = static_cast<double>(*it);
+                const Vec3 normal = gradient_direction(block, B::at(c.x() & 7, c.y() & 7, c.z() & 7));
+                if (std::abs(*it) <= near) {
+                    const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
+                                     domain.coordinate(2, c.z()));
+                    extension.samples[k] = scene ? find_sample(cells, *scene, c, world, phi, normal, dx)
+                                                 : SurfaceSample{0, 0.0f, 0.0f, c};
+                    index[it.pos()] = static_cast<std::int32_t>(k++);
+                } else {
+                    const Vec3 foot = -phi / dx * normal;
+                    index[it.pos()] = encode({static_cast<int>(std::floor(foot.x() + 0.5)),
+                                              static_cast<int>(std::floor(foot.y() + 0.5)),
+                                              static_cast<int>(std::floor(foot.z() + 0.5))});
+                }
             }
         }
     });
 
-    // Far nodes: walk down the gradient to the foot point and take the sample of the node beside it. Written
-    // to a second buffer, because neighbouring leaves are read meanwhile.
+    // Far nodes take the sample of the node beside their foot point. Written to a second buffer, because
+    // neighbouring leaves are read meanwhile.
     samples.rebuildAuxBuffers(1);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 4), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
         const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> lookup(*extension.sample_of);
-        B block;
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = leaves.leaf(n);
-            load_block(accessor, domain, leaf, grid.background(), block);
+            const std::int32_t* entry = samples.leaf(n).buffer().data();
             std::int32_t* out = samples.getBuffer(n, 1).data();
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                if (std::abs(*it) <= near) continue;
+                if (entry[it.pos()] >= 0) continue;
                 const openvdb::Coord c = it.getCoord();
-                const Vec3 foot = Vec3(c.x(), c.y(), c.z()) -
-                                  static_cast<double>(*it) / dx *
-                                      gradient_direction(block, B::at(c.x() & 7, c.y() & 7, c.z() & 7));
-                const openvdb::Coord q = own_node(
-                    domain, {static_cast<int>(std::lround(foot.x())), static_cast<int>(std::lround(foot.y())),
-                             static_cast<int>(std::lround(foot.z()))});
-                const std::int32_t found = lookup.getValue(q);
+                const std::int32_t found = lookup.getValue(own_node(domain, c + decode(entry[it.pos()])));
                 out[it.pos()] = found >= 0 ? found : descend(accessor, lookup, domain, c);
             }
         }
@@ -141,13 +157,11 @@ Extension build(const Grid& grid, const Domain& domain, FindSample&& find) {
 }  // namespace
 
 Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene) {
-    return build(grid, domain, [&](const Vec3& point, double phi, const Vec3& normal) {
-        return find_sample(scene, point, phi, normal, domain.spacing);
-    });
+    return build(grid, domain, &scene);
 }
 
 Extension extend_without_mesh(const Grid& grid, const Domain& domain) {
-    return build(grid, domain, [](const Vec3&, double, const Vec3&) { return SurfaceSample{}; });
+    return build(grid, domain, nullptr);
 }
 
 }  // namespace sidewall::levelset

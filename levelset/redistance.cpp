@@ -1,6 +1,7 @@
 #include "levelset/redistance.hpp"
 
 #include <openvdb/tools/Morphology.h>
+#include <openvdb/tools/Prune.h>
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "levelset/block.hpp"
+#include "levelset/upwind.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
@@ -18,23 +20,6 @@ namespace {
 
 using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 using B = Block<2>;
-
-// Runs op(block, leaf, out) on every leaf in parallel, then makes the outputs the grid's values: every leaf
-// reads its neighbours as they were before, so that the order of leaves cannot matter. The manager brings one
-// spare buffer a leaf.
-template <class Op>
-void for_each_block(LeafManager& leaves, const Grid& grid, const Domain& domain, Op&& op) {
-    const float background = grid.background();
-    tbb::parallel_for(leaves.leafRange(4), [&](const LeafManager::LeafRange& range) {
-        const auto accessor = grid.getConstUnsafeAccessor();
-        auto block = std::make_unique<B>();
-        for (auto leaf = range.begin(); leaf; ++leaf) {
-            load_block(accessor, domain, *leaf, background, *block);
-            op(*block, *leaf, leaf.buffer(1).data());
-        }
-    });
-    leaves.swapLeafBuffer(1);
-}
 
 // Activates the face neighbours of the band, across a periodic side too.
 void grow_band(Grid& grid, const Domain& domain) {
@@ -72,105 +57,170 @@ void grow_band(Grid& grid, const Domain& domain) {
     }
 }
 
-// Values for voxels the band has just reached: one cell beyond their nearest known neighbour, on its side.
-void seed_new_voxels(LeafManager& leaves, const Grid& grid, const Domain& domain) {
-    const float background = grid.background(), dx = static_cast<float>(domain.spacing);
-    for_each_block(leaves, grid, domain, [&](const B& block, Leaf& leaf, float* out) {
-        std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
-        for (auto it = leaf.cbeginValueOn(); it; ++it) {
-            const auto n = it.pos();
-            if (!(std::abs(*it) >= background))
-                continue;  // in the band before it grew, or not a number: reported later
-            const int at =
-                B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
-            float nearest = background;
-            for (int stride : B::kStride)
-                for (int step : {-stride, stride}) {
-                    const float v = block.value[static_cast<std::size_t>(at + step)];
-                    if (std::abs(v) < std::abs(nearest)) nearest = v;
-                }
-            // Just inside the background: known from now on, and on the side of the neighbour.
-            const float limit = std::nextafter(background, 0.0f);
-            out[n] = std::copysign(std::min(std::abs(nearest) + dx, limit), nearest);
-        }
-    });
-    // The inactive voxels of leaves made just now still need their side.
+bool has_distance(const Leaf& leaf, float background) {
+    const float* v = leaf.buffer().data();
+    bool any = false;
+    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) any |= !(std::abs(v[n]) >= background);
+    return any;
+}
+
+// Leaves that growing the band made hold the value of the tile they replace, whose sign means nothing: gives
+// their voxels the side of their neighbours.
+void sign_new_leaves(LeafManager& leaves, const Grid& grid, const Domain& domain) {
+    const float background = grid.background();
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
-    leaves.foreach ([&](Leaf& leaf, std::size_t) {
+    std::vector<std::uint8_t> made(leaves.leafCount());
+    leaves.foreach ([&](const Leaf& leaf, std::size_t n) { made[n] = !has_distance(leaf, background); });
+    // Each reads old leaves only, besides itself: a voxel just reached has a neighbour of the old band.
+    leaves.foreach ([&](Leaf& leaf, std::size_t n) {
+        if (!made[n]) return;
+        const auto accessor = grid.getConstUnsafeAccessor();
+        const openvdb::Coord origin = leaf.origin();
+        for (auto it = leaf.beginValueOn(); it; ++it) {
+            const openvdb::Coord c = it.getCoord();
+            float side = 0.0f;
+            for (int k = 0; k < 6; ++k) {
+                openvdb::Coord q = c;
+                q[k / 2] += k % 2 ? 1 : -1;
+                q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
+                if ((q & ~7) == origin) continue;
+                const Leaf* other = accessor.probeConstLeaf(q);
+                if (!other) continue;
+                const float v = other->getValue(q);
+                if (std::abs(v) < background) side = v;
+            }
+            // Just inside the background, so that the flood takes it for known.
+            it.setValue(std::copysign(std::nextafter(background, 0.0f), side));
+        }
         if (!leaf.isEmpty()) flood(leaf);
     });
 }
 
-// Signed differences to both neighbours along an axis.
-struct Differences {
-    float minus, plus;
+// The band's nodes among the eight of a row: those next to the front, and the others.
+struct Lanes {
+    std::array<std::uint8_t, kLanes> front, other;
 };
 
-Differences differences(const B& block, int at, int stride) {
-    const float v = block.value[static_cast<std::size_t>(at)];
-    return {v - block.value[static_cast<std::size_t>(at - stride)],
-            block.value[static_cast<std::size_t>(at + stride)] - v};
+// Moves the nodes that have a neighbour on the other side of the front from others to front.
+// \returns whether there are any.
+bool mark_front(const float* v, Lanes& lanes) {
+    bool any = false;
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        const auto n = static_cast<std::ptrdiff_t>(z);
+        const bool inside = v[n] < 0.0f;
+        bool front = false;
+        for (const int stride : B::kStride)
+            front |= ((v[n - stride] < 0.0f) != inside) | ((v[n + stride] < 0.0f) != inside);
+        lanes.front[z] = front ? lanes.other[z] : 0;
+        lanes.other[z] = front ? 0 : lanes.other[z];
+        any |= lanes.front[z] != 0;
+    }
+    return any;
 }
 
-// The value of a node next to the front, scaled so that |grad phi| = 1. Slopes count as too flat or too steep
+// Values of nodes next to the front, scaled so that |grad phi| = 1. Slopes count as too flat or too steep
 // only if both one-sided differences say so: at kinks and in curved regions they disagree, and nothing may
 // creep there.
-float rescaled(const B& block, int at, float v, float dx) {
+void rescale_row(const float* v, float inv_dx, Row& out) {
     constexpr float kTolerance = 0.02f;  // of |grad phi|: smaller errors are left alone, too
-    float steep = 0.0f, flat = 0.0f, crossed = 0.0f;
-    for (int stride : B::kStride) {
-        const auto [minus, plus] = differences(block, at, stride);
-        const float a = std::abs(minus) / dx, b = std::abs(plus) / dx;
-        steep += std::min(a, b) * std::min(a, b);
-        flat += std::max(a, b) * std::max(a, b);
-        // An edge that the front crosses is longer than the distances of both its ends together.
-        if (a * dx > std::abs(v)) crossed = std::max(crossed, a);
-        if (b * dx > std::abs(v)) crossed = std::max(crossed, b);
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        const auto n = static_cast<std::ptrdiff_t>(z);
+        const float value = v[n], distance = std::abs(value) * inv_dx;
+        float steep = 0.0f, flat = 0.0f, crossed = 0.0f;
+        for (const int stride : B::kStride) {
+            const float a = std::abs(value - v[n - stride]) * inv_dx,
+                        b = std::abs(v[n + stride] - value) * inv_dx;
+            const float low = std::min(a, b), high = std::max(a, b);
+            steep += low * low;
+            flat += high * high;
+            // An edge that the front crosses is longer than the distances of both its ends together.
+            crossed = std::max(crossed, a > distance ? a : 0.0f);
+            crossed = std::max(crossed, b > distance ? b : 0.0f);
+        }
+        const float most = std::max(std::sqrt(steep), crossed), least = std::sqrt(flat);
+        const float shrink = (1.0f + kTolerance) / std::max(most, 1.0f);
+        // A node at rest between two fronts has no slope at all; it must not be thrown away.
+        const float grow = std::min(2.0f, (1.0f - kTolerance) / std::max(least, 0.1f));
+        out[z] = value * (most > 1.0f + kTolerance ? shrink : least < 1.0f - kTolerance ? grow : 1.0f);
     }
-    const float most = std::max(std::sqrt(steep), crossed), least = std::sqrt(flat);
-    if (most > 1.0f + kTolerance) return v * (1.0f + kTolerance) / most;
-    // A node at rest between two fronts has no slope at all; it must not be thrown away.
-    if (least < 1.0f - kTolerance) return v * std::min(2.0f, (1.0f - kTolerance) / std::max(least, 0.1f));
-    return v;
 }
 
-// Solves sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the
-// smallest arrive first and a later one only counts where it would be passed.
-float upwind_distance(std::array<std::array<float, 2>, 3>& terms, int count) {
-    std::sort(terms.begin(), terms.begin() + count, [](const auto& p, const auto& q) { return p[0] < q[0]; });
-    float u = 0.0f, sum_w = 0.0f, sum_wa = 0.0f, sum_waa = 0.0f;
-    for (int k = 0; k < count; ++k) {
-        const auto [a, w] = terms[static_cast<std::size_t>(k)];
-        if (k > 0 && u <= a) break;
-        sum_w += w * w;
-        sum_wa += w * w * a;
-        sum_waa += w * w * a * a;
-        const float discriminant = sum_wa * sum_wa - sum_w * (sum_waa - 1.0f);
-        if (discriminant < 0.0f) break;
-        u = (sum_wa + std::sqrt(discriminant)) / sum_w;
-    }
-    return u;
-}
-
-// Distance of a node away from the front from its upwind neighbours, in units of dx; `side` is the node's
-// sign.
-float solved(const B& block, int at, float side, float dx, float background) {
-    std::array<std::array<float, 2>, 3> terms;
-    int count = 0;
-    for (int stride : B::kStride) {
-        const auto value = [&](int offset) {
-            return side * block.value[static_cast<std::size_t>(at + offset)];
+// Signed distance that the upwind neighbours of each node imply: solves
+// sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the smallest
+// arrive first and a later one only counts where it would be passed. Second order where the next node still
+// descends, first order where it is unknown or past a ridge.
+void solve_row(const float* v, float inv_dx, float dx, float background, Row& out) {
+    const float half_width = background * inv_dx;
+    constexpr float kUnknown = 1e6f;
+    constexpr float kSteepest = 1.5f;  // a steeper slope behind the neighbour is no distance to go by
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        const auto n = static_cast<std::ptrdiff_t>(z);
+        const float side = v[n] < 0.0f ? -inv_dx : inv_dx;
+        float a[3], w[3];  // arrival and squared weight, by axis
+        float nearest = half_width;
+        for (int axis = 0; axis < 3; ++axis) {
+            const int stride = B::kStride[axis];
+            const float minus = side * v[n - stride], plus = side * v[n + stride];
+            const float near = std::min(minus, plus);
+            const float far = minus < plus ? side * v[n - 2 * stride] : side * v[n + 2 * stride];
+            const bool second = (far < near) & (far > near - kSteepest);
+            nearest = std::min(nearest, near);
+            a[axis] = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
+            a[axis] = near >= half_width ? kUnknown : a[axis];
+            w[axis] = second ? 2.25f : 1.0f;
+        }
+        const auto order = [&](int i, int j) {
+            const bool swap = a[j] < a[i];
+            const float ai = swap ? a[j] : a[i], aj = swap ? a[i] : a[j];
+            const float wi = swap ? w[j] : w[i], wj = swap ? w[i] : w[j];
+            a[i] = ai, a[j] = aj, w[i] = wi, w[j] = wj;
         };
-        const int step = value(-stride) < value(stride) ? -stride : stride;
-        const float near = value(step), far = value(2 * step);
-        if (near >= background) continue;
-        // Second order where the next node still descends, first order where it is unknown or past a ridge.
-        const bool second = far < near && far > -background;
-        terms[static_cast<std::size_t>(count++)] =
-            second ? std::array{(4.0f * near - far) / (3.0f * dx), 1.5f} : std::array{near / dx, 1.0f};
+        order(0, 1);
+        order(1, 2);
+        order(0, 1);
+        // Relative to the first arrival, which keeps the digits.
+        const float b1 = a[1] - a[0], b2 = a[2] - a[0];
+        float u = 1.0f / std::sqrt(w[0]);
+        float sw = w[0] + w[1], swb = w[1] * b1, swbb = w[1] * b1 * b1;
+        float discriminant = swb * swb - sw * (swbb - 1.0f);
+        const bool two = (u > b1) & (discriminant >= 0.0f);
+        u = two ? (swb + std::sqrt(std::max(discriminant, 0.0f))) / sw : u;
+        sw += w[2], swb += w[2] * b2, swbb += w[2] * b2 * b2;
+        discriminant = swb * swb - sw * (swbb - 1.0f);
+        const bool three = two & (u > b2) & (discriminant >= 0.0f);
+        u = three ? (swb + std::sqrt(std::max(discriminant, 0.0f))) / sw : u;
+        // No farther than a cell beyond the nearest neighbour: an extrapolation over a kink could be.
+        out[z] = std::copysign(std::min(background, dx * std::min(a[0] + u, nearest + 1.0f)), side);
     }
-    if (count == 0) return background;
-    return std::min(background, dx * upwind_distance(terms, count));
+}
+
+void blend(const Row& values, const std::array<std::uint8_t, kLanes>& where, float* to) {
+    for (std::size_t z = 0; z < kLanes; ++z) to[z] = where[z] ? values[z] : to[z];
+}
+
+// One leaf's new values from the old ones in \p block; those next to the front change if \p rescale.
+void sweep(const Leaf& leaf, const B& block, float dx, float background, bool rescale, float* out) {
+    const float inv_dx = 1.0f / dx;
+    Lanes lanes;
+    Row values;
+    for (int row = 0; row < 64; ++row) {
+        const auto active = leaf.getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+        if (active == 0) continue;
+        for (std::size_t z = 0; z < kLanes; ++z) lanes.other[z] = active >> z & 1;
+        const float* v = &block.value[static_cast<std::size_t>(B::at(row >> 3, row & 7, 0))];
+        if (mark_front(v, lanes) && rescale) {
+            rescale_row(v, inv_dx, values);
+            blend(values, lanes.front, out + 8 * row);
+        }
+        solve_row(v, inv_dx, dx, background, values);
+        blend(values, lanes.other, out + 8 * row);
+    }
+}
+
+bool all_finite(const Leaf& leaf, float background) {
+    bool finite = true;
+    for (auto it = leaf.cbeginValueOn(); it; ++it) finite &= std::abs(*it) <= background;
+    return finite;
 }
 
 }  // namespace
@@ -178,73 +228,36 @@ float solved(const B& block, int at, float side, float dx, float background) {
 void redistance(Grid& grid, const Domain& domain, int passes) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     grow_band(grid, domain);
-    if (grid.activeVoxelCount() == 0)
+    LeafManager leaves(grid.tree(), 1);
+    if (leaves.leafCount() == 0)
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
-    LeafManager leaves(grid.tree(), 1);
-    seed_new_voxels(leaves, grid, domain);
+    sign_new_leaves(leaves, grid, domain);
     std::atomic<bool> finite{true};
     for (int pass = 0; pass < passes; ++pass) {
-        for_each_block(leaves, grid, domain, [&](B& block, Leaf& leaf, float* out) {
-            std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
-            // Nodes by distance, half a cell a bucket: within the leaf each sees its upwind neighbours' new
-            // values.
-            constexpr int kBuckets = 8;
-            std::array<std::uint16_t, Leaf::SIZE> order;
-            std::array<std::uint16_t, kBuckets + 1> start{};
-            std::array<std::uint8_t, Leaf::SIZE> bucket;
-            const float* v = leaf.buffer().data();
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                float d = std::abs(v[it.pos()]);
-                if (!(d <= background)) {
-                    finite = false;
-                    d = 0.0f;
-                }
-                bucket[it.pos()] = static_cast<std::uint8_t>(std::min(kBuckets - 1.0f, 2.0f * d / dx));
-                ++start[bucket[it.pos()] + 1u];
-            }
-            for (std::size_t b = 0; b < kBuckets; ++b)
-                start[b + 1] = static_cast<std::uint16_t>(start[b + 1] + start[b]);
-            const std::size_t count = start[kBuckets];
-            for (auto it = leaf.cbeginValueOn(); it; ++it)
-                order[start[bucket[it.pos()]]++] = static_cast<std::uint16_t>(it.pos());
-            // First the nodes next to the front, all from old values; then the others outwards.
-            std::array<std::uint16_t, Leaf::SIZE> others;
-            std::size_t other_count = 0;
-            for (std::size_t k = 0; k < count; ++k) {
-                const unsigned n = order[k];
-                const int at =
-                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
-                bool at_front = false;
-                for (int stride : B::kStride)
-                    for (int step : {-stride, stride})
-                        at_front |=
-                            (block.value[static_cast<std::size_t>(at + step)] < 0.0f) != (v[n] < 0.0f);
-                if (at_front)
-                    out[n] = rescaled(block, at, v[n], dx);
-                else
-                    others[other_count++] = static_cast<std::uint16_t>(n);
-            }
-            for (std::size_t k = 0; k < count; ++k) {
-                const unsigned n = order[k];
-                block.value[static_cast<std::size_t>(
-                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7)))] =
-                    out[n];
-            }
-            for (std::size_t k = 0; k < other_count; ++k) {
-                const unsigned n = others[k];
-                const int at =
-                    B::at(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7), static_cast<int>(n & 7));
-                const float side = v[n] < 0.0f ? -1.0f : 1.0f;
-                out[n] = side * solved(block, at, side, dx, background);
-                block.value[static_cast<std::size_t>(at)] = out[n];
+        const bool last = pass + 1 == passes;
+        // Every leaf reads its neighbours as they were before the pass, so that the order of leaves cannot
+        // matter.
+        tbb::parallel_for(leaves.leafRange(8), [&](const LeafManager::LeafRange& range) {
+            const auto accessor = grid.getConstUnsafeAccessor();
+            B block;
+            for (auto leaf = range.begin(); leaf; ++leaf) {
+                if (!all_finite(*leaf, background)) finite = false;
+                load_block(accessor, domain, *leaf, background, block);
+                float* out = leaf.buffer(1).data();
+                std::copy_n(leaf->buffer().data(), Leaf::SIZE, out);
+                sweep(*leaf, block, dx, background, pass == 0, out);
+                if (!last) continue;
+                for (auto it = leaf->beginValueOn(); it; ++it)
+                    if (std::abs(out[it.pos()]) >= background) it.setValueOff();
             }
         });
+        leaves.swapLeafBuffer(1);
         if (!finite)
             throw NumericsError(
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
     }
-    trim_band(grid, domain);
+    openvdb::tools::pruneInactive(grid.tree());
 }
 
 }  // namespace sidewall::levelset

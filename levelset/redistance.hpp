@@ -11,9 +11,9 @@ namespace sidewall::levelset {
 /// upwind solution of |grad phi| = 1 from them (Sethian, SIAM Rev. 41 (1999) 199, section 3.3). New band
 /// voxels are made where the front came nearer, far ones are dropped.
 ///
-/// \param passes  sweeps over all leaves; a value travels a leaf a pass, so 1 or 2 do between time steps of
-/// at most
-///                half a cell, 4 make a distance of any function with the right front.
+/// \param passes  sweeps over the band, each from the values before it, so that a distance travels a node a
+///                sweep and no result depends on where leaves begin: 2 do between time steps of at most half
+///                a cell, 8 make a distance of any function with the right front. The first one rescales.
 /// \throws NumericsError if a value is not finite or no front is left.
 /// \note Parallel; the same bits on any number of threads.
 void redistance(Grid& grid, const Domain& domain, int passes = 2);

@@ -71,7 +71,7 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
         if (layer.phi->activeVoxelCount() == 0)
             throw GeometryError(
                 "a layer has no surface inside the domain: check its shape, position and size");
-        redistance(*layer.phi, domain, 4);
+        redistance(*layer.phi, domain, 8);
         stack.layers.push_back(layer);
     }
     cut_layers(stack);

@@ -57,6 +57,14 @@ RayScene::~RayScene() = default;
 RayScene::RayScene(RayScene&&) noexcept = default;
 RayScene& RayScene::operator=(RayScene&&) noexcept = default;
 
+std::span<const Vec3> RayScene::vertices() const {
+    return impl_->vertices;
+}
+
+std::span<const Triangle> RayScene::triangles() const {
+    return impl_->triangles;
+}
+
 double RayScene::top() const {
     return impl_->top;
 }

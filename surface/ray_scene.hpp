@@ -1,7 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
-#include <optional>
+#include <span>
 
 #include "surface/triangle_mesh.hpp"
 
@@ -41,6 +41,10 @@ class RayScene {
     /// Surface point nearest to \p query within \p radius (computed in double precision on the original
     /// vertices); no triangle if none is that near.
     SurfaceHit closest_point(const Vec3& query, double radius) const;
+
+    /// The mesh as it was given, in double precision.
+    std::span<const Vec3> vertices() const;
+    std::span<const Triangle> triangles() const;
 
     /// z of the highest vertex.
     double top() const;

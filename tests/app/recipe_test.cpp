@@ -143,7 +143,7 @@ TEST_CASE("what a recipe leaves out has the documented default") {
     CHECK(recipe.simplify.method == "region");
     CHECK_FALSE(recipe.simplify.l0.has_value());
     CHECK(recipe.simplify.feature_parameter == 0.5);
-    CHECK(recipe.advection.scheme == levelset::Scheme::engquist_osher);
+    CHECK(recipe.advection.scheme == levelset::Scheme::weno3);
     CHECK(recipe.advection.time_integration == levelset::TimeIntegration::euler);
     CHECK(recipe.advection.cfl == 0.5);
     CHECK(recipe.layers.at(0).top == 0.0);
