@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "app/recipe_reader.hpp"
@@ -172,6 +173,18 @@ Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::str
     text << in.rdbuf();
     if (!in) throw FileError(fmt::format("{}: cannot be read: check its permissions", name));
     return parse_recipe(text.str(), name, overrides);
+}
+
+double metres_in(const std::string& length_unit) {
+    static const std::map<std::string, double, std::less<>> metres = {
+        {"nm", 1e-9}, {"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}};
+    return metres.at(length_unit);
+}
+
+double seconds_in(const std::string& time_unit) {
+    static const std::map<std::string, double, std::less<>> seconds = {
+        {"ms", 1e-3}, {"s", 1.0}, {"min", 60.0}, {"h", 3600.0}};
+    return seconds.at(time_unit);
 }
 
 levelset::Domain domain_of(const Recipe& recipe) {

@@ -37,7 +37,11 @@ struct Layer {
     double height = 0.0;
     std::array<double, 2> size{};
     double taper_deg = 0.0;
-    std::string file;                    ///< absolute in a parsed recipe
+    std::string file;              ///< mesh, mask; absolute in a parsed recipe
+    std::vector<Values> polygons;  ///< mask: in the recipe
+    std::string cell;              ///< mask: of the file; its only top cell if empty
+    std::int64_t gds_layer = 0, gds_datatype = 0;
+    bool openings = true;                ///< mask
     std::vector<std::string> materials;  ///< stack: one period, bottom up
     std::vector<double> thicknesses;     ///< stack: as many
     std::int64_t repeat = 1;             ///< stack: periods
@@ -46,9 +50,11 @@ struct Layer {
 
 /// One process step, or a loop over steps.
 struct Step {
-    std::string model;  ///< empty for a loop
-    std::string name;   ///< what reports call it; empty: the model's name
-    double duration = 0.0;
+    std::string model;      ///< empty for a loop
+    std::string name;       ///< what reports call it; empty: the model's name
+    double duration = 0.0;  ///< at most, if it has a stop condition (app/stop.hpp)
+    std::optional<double> stop_depth, stop_thickness;
+    std::string stop_material;
     std::int64_t repeat = 1;
     Values values;            ///< the model's keys
     std::vector<Step> steps;  ///< what a loop repeats
@@ -83,6 +89,7 @@ struct OutputSection {
 struct MetrologySection {
     std::vector<std::string> measures{"depth"};
     std::vector<double> cd_depths;  ///< below z = 0
+    double mask_bottom = 0.0;       ///< z, for the undercut
     std::string cut = "y=0";
     bool operator==(const MetrologySection&) const = default;
 };
@@ -118,6 +125,10 @@ Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::str
 
 /// The whole recipe as TOML with every default written out. Parses back to an equal recipe.
 std::string effective_recipe(const Recipe& recipe);
+
+/// Metres in a length unit, seconds in a time unit. \pre the unit is one that recipes accept.
+double metres_in(const std::string& length_unit);
+double seconds_in(const std::string& time_unit);
 
 /// The domain, its spacing rounded to divide both extents.
 levelset::Domain domain_of(const Recipe& recipe);

@@ -1,5 +1,6 @@
 #include "app/recipe_sections.hpp"
 
+#include "app/metrology.hpp"
 #include "app/models/model.hpp"
 
 namespace sidewall::app {
@@ -42,7 +43,8 @@ std::vector<Field> fields(Material& material) {
 }
 
 const std::vector<std::string>& shape_names() {
-    static const std::vector<std::string> names = {"plane", "trench", "hole", "fin", "box", "stack", "mesh"};
+    static const std::vector<std::string> names = {"plane", "trench", "hole", "fin",
+                                                   "box",   "stack",  "mesh", "mask"};
     return names;
 }
 
@@ -68,6 +70,18 @@ std::vector<Field> fields(Layer& layer) {
     add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
     add({"thickness", &layer.thickness, kLength, "instead of top: above the layer below", kNotNegative});
     if (layer.shape == "plane") return list;
+    if (layer.shape == "mask") {
+        static const std::vector<Key> polygon = {
+            {"points", std::vector<double>(), "length", "x and y of the corners in turn", required()}};
+        add({"polygons", &layer.polygons, "", "outlines, or give a file", {.keys = polygon}});
+        add({"file", &layer.file, "", "GDSII, beside the recipe, instead of polygons"});
+        add({"cell", &layer.cell, "", "of the file; default its only top cell"});
+        add({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
+        add({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
+        add({"openings", &layer.openings, "", "the polygons are open; else they are what stays"});
+        add({"position", std::span<double>(layer.position), kLength, "of the polygons' origin, x and y", {}});
+        return list;
+    }
     if (layer.shape == "trench" || layer.shape == "fin")
         add({"width", &layer.width, kLength, "along x, at the flat surface", required(kPositive)});
     if (layer.shape == "hole")
@@ -99,7 +113,18 @@ std::vector<Field> fields(Step& step) {
     list.insert(
         list.begin(),
         {"model", &step.model, "", "see the models below", {.required = true, .choices = model_names()}});
-    list.push_back({"duration", &step.duration, kTime, "process time", required(kPositive)});
+    if (model->make != nullptr) {  // a geometric step takes no time
+        list.push_back({"duration", &step.duration, kTime, "process time, at most", required(kPositive)});
+        list.push_back({"stop_depth", &step.stop_depth, kLength,
+                        "ends the step when the lowest point is that far below z = 0"});
+        list.push_back({"stop_material",
+                        &step.stop_material,
+                        "",
+                        "ends the step when this material is bare",
+                        {.material = true}});
+        list.push_back({"stop_thickness", &step.stop_thickness, kLength,
+                        "ends the step when the uppermost layer is that thick somewhere", kPositive});
+    }
     for (Field& field : bind(model->keys, step.values)) list.push_back(std::move(field));
     return list;
 }
@@ -169,8 +194,9 @@ std::vector<Field> fields(OutputSection& output) {
 
 std::vector<Field> fields(MetrologySection& metrology) {
     return {
-        {"measures", &metrology.measures, "", "what to measure", {.choices = {"depth", "cd"}}},
+        {"measures", &metrology.measures, "", "what to measure", {.choices = measure_names()}},
         {"cd_depths", &metrology.cd_depths, kLength, "below z = 0, where cd is taken", kNotNegative},
+        {"mask_bottom", &metrology.mask_bottom, kLength, "z below which undercut is measured"},
         {"cut", &metrology.cut, "", "vertical plane to measure in"},
     };
 }

@@ -25,24 +25,25 @@ double duration(const std::vector<Step>& steps) {
     return time;
 }
 
-Step read_step(const toml::table& table, const std::string& path, const Materials& materials);
+Step read_step(const toml::table& table, const std::string& path, const Recipe& recipe);
 
 std::vector<Step> read_list(const toml::table& parent, std::string_view key, const std::string& path,
-                            const Materials& materials) {
+                            const Recipe& recipe) {
     std::vector<Step> steps;
     const auto tables = tables_of(parent, key, path);
     for (std::size_t i = 0; i < tables.size(); ++i)
-        steps.push_back(read_step(*tables[i], fmt::format("{}[{}]", path, i), materials));
+        steps.push_back(read_step(*tables[i], fmt::format("{}[{}]", path, i), recipe));
     return steps;
 }
 
-Step read_step(const toml::table& table, const std::string& path, const Materials& materials) {
+Step read_step(const toml::table& table, const std::string& path, const Recipe& recipe) {
+    const Materials& materials = recipe.materials;
     Step step;
     if (const toml::node* steps = table.get("steps")) {
         if (table.contains("model"))
             fail(*steps, path + ".steps", "a step has a model or steps of its own, not both; drop one");
         read_fields(table, path, "a loop", fields(step), materials, {"steps"});
-        step.steps = read_list(table, "steps", path + ".steps", materials);
+        step.steps = read_list(table, "steps", path + ".steps", recipe);
         return step;
     }
     const Rule rule{.choices = model_names()};
@@ -51,7 +52,8 @@ Step read_step(const toml::table& table, const std::string& path, const Material
         fail_missing(table, path + ".model",
                      "missing: name a model that `sidewall models` lists, or give the step steps");
     read_fields(table, path, "a step of model " + step.model, fields(step), materials);
-    located(table, path, [&] { make_model(step, materials); });
+    if (find_model(step.model)->make != nullptr)
+        located(table, path, [&] { make_model(step, materials, recipe.domain); });
     return step;
 }
 
@@ -81,7 +83,7 @@ void unroll(const std::vector<Step>& steps, const std::string& number, const std
 }  // namespace
 
 void read_steps(const toml::table& root, Recipe& recipe) {
-    recipe.steps = read_list(root, "step", "step", recipe.materials);
+    recipe.steps = read_list(root, "step", "step", recipe);
     if (recipe.steps.empty())
         fail_missing(root, "step", "missing: a recipe needs something to do: add a [[step]]");
     if (const double count = unrolled(recipe.steps); count > kMostSteps)

@@ -10,10 +10,12 @@ namespace sidewall::app {
 namespace {
 
 std::string unit_text(const std::string& unit, const DomainSection& units) {
-    if (unit == "length") return units.length_unit;
-    if (unit == "time") return units.time_unit;
-    if (unit == "length/time") return units.length_unit + "/" + units.time_unit;
-    return unit;
+    std::string text = unit;
+    for (const auto& [word, name] :
+         {std::pair("length", units.length_unit), std::pair("time", units.time_unit)})
+        if (const std::size_t at = text.find(word); at != std::string::npos)
+            text.replace(at, std::string_view(word).size(), name);
+    return text;
 }
 
 // Sections are copied: fields bind to members that could be written, though only read here.
@@ -48,6 +50,7 @@ void collect(const Values& values, std::set<std::string>& names) {
 void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
     for (const Step& step : steps) {
         collect(step.values, names);
+        names.insert(step.stop_material);
         collect(step.steps, names);
     }
 }

@@ -39,7 +39,7 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
     RunState state;
     state.stack = std::move(checkpoint.stack);
     try {
-        const Json json = Json::parse(checkpoint.text);
+        const Json json = Json::from_cbor(checkpoint.text);
         if (json.at("recipe").get<std::string>() != effective_recipe(recipe))
             throw FileError("it was made by another recipe; compare with recipe.toml beside it");
         json.at("step").get_to(state.step);
@@ -49,6 +49,7 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
         json.at("saved").get_to(state.saved);
         json.at("rows").get_to(state.rows);
         json.at("time_steps").get_to(state.time_steps);
+        state.coverage = coverage_from_json(json.at("coverage"));
         state.files = json.at("files");
         state.timing = timing_from_json(json.at("timing"));
     } catch (const std::exception& error) {
@@ -67,9 +68,11 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"saved", state.saved},
                     {"rows", state.rows},
                     {"time_steps", state.time_steps},
+                    {"coverage", to_json(state.coverage)},
                     {"files", state.files},
                     {"timing", to_json(state.timing)}};
-    levelset::save_checkpoint(folder / "checkpoint.vdb", state.stack, json.dump());
+    const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
+    levelset::save_checkpoint(folder / "checkpoint.vdb", state.stack, {bytes.begin(), bytes.end()});
 }
 
 }  // namespace sidewall::app

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "app/coverage.hpp"
 #include "app/recipe.hpp"
 #include "app/timing.hpp"
 #include "levelset/stack.hpp"
@@ -19,6 +20,7 @@ struct RunState {
     std::size_t saved = 0;                ///< surfaces written
     std::size_t rows = 0;                 ///< of the timeline
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
+    CoverageField coverage;               ///< what the last time step left on the surface
     Json files = Json::array();           ///< what surface.pvd lists: {"time", "part", "file"}
     Timing timing;
 

@@ -28,14 +28,14 @@ bool is_ours(const std::string& name) {
            name == "checkpoint.vdb";
 }
 
-std::string timeline_header(const Recipe& recipe, const TriangleMesh& surface) {
+std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
     const auto& length = recipe.domain.length_unit;
     const auto& time = recipe.domain.time_unit;
     std::string header = fmt::format(
         "step,name,time [{0}],dt [{0}],max_speed [{1}/{0}],raw_vertices,raw_triangles,simplified_vertices,"
         "simplified_triangles,segments,leaked,relative_error",
         time, length);
-    for (const Measure& m : measure(recipe, surface)) header += fmt::format(",{} [{}]", m.name, length);
+    for (const Measure& m : measures) header += fmt::format(",{} [{}]", m.name, m.unit);
     return header + "\n";
 }
 
@@ -72,10 +72,12 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
     mesh.triangle_attributes.push_back(
         material_attribute({surface.materials.begin(), surface.materials.end()}));
     for (std::size_t k = 0; k < model.species.size(); ++k) {
-        mesh.triangle_attributes.push_back(
-            {"flux_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.flux});
-        mesh.triangle_attributes.push_back(
-            {"flux_error_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.error});
+        const auto names = flux::tally_names(model.species[k]);
+        for (std::size_t j = 0; j < names.size(); ++j) {
+            const flux::FluxField& counted = surface.fluxes[k].tally(j).triangle;
+            mesh.triangle_attributes.push_back({"flux_" + names[j], 1, Scalar::float64, counted.flux});
+            mesh.triangle_attributes.push_back({"flux_error_" + names[j], 1, Scalar::float64, counted.error});
+        }
     }
     return mesh;
 }
@@ -84,36 +86,36 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
 TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
                          const SurfaceFlux& surface) {
     TriangleMesh mesh = surface.raw;
-    const std::size_t n = mesh.triangles.size(), species = model.species.size();
+    std::vector<std::string> names;  // of fluxes, then coverages
+    for (const std::string& name : flux_names(model.species)) names.push_back("flux_" + name);
+    const std::size_t n = mesh.triangles.size(), tallies = names.size();
+    for (const std::string& name : model.coverages.names) names.push_back("coverage_" + name);
     std::vector<double> material(n), rate(n);
-    std::vector<std::vector<double>> flux(species, std::vector<double>(n));
+    std::vector<std::vector<double>> values(names.size(), std::vector<double>(n));
     const std::vector<Vec3> traced_normals =
         surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
         const Vec3 centroid = triangle_centroid(mesh, t);
         SurfacePoint point{
             levelset::exposed_material(stack, centroid), {}, area_vector(mesh, t).normalized(), true};
-        std::vector<double> here(species);
+        std::vector<double> here(names.size());
         if (surface.scene) {
             surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
             if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
-            for (std::size_t k = 0; k < species; ++k) {
-                here[k] =
-                    flux::interpolate(surface.wedges, surface.wedge_flux[k], hit.triangle, hit.u, hit.v);
-                flux[k][t] = here[k];
-            }
+            interpolate(surface, hit.triangle, hit.u, hit.v, here);
+            for (std::size_t k = 0; k < names.size(); ++k) values[k][t] = here[k];
             if (model.visibility)
                 point.visible = visible(surface, hit.point, traced_normals[hit.triangle], *model.visibility,
                                         stack.domain.spacing);
         }
-        point.flux = here;
+        point.flux = std::span(here).first(tallies);
+        point.coverage = std::span(here).subspan(tallies);
         material[t] = point.material;
         rate[t] = model.speed(point);
     });
     mesh.triangle_attributes.push_back(material_attribute(std::move(material)));
-    for (std::size_t k = 0; k < species; ++k)
-        mesh.triangle_attributes.push_back(
-            {"flux_" + model.species[k].name, 1, Scalar::float64, std::move(flux[k])});
+    for (std::size_t k = 0; k < names.size(); ++k)
+        mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(values[k])});
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
     return mesh;
 }
@@ -208,9 +210,10 @@ void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& sur
         fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{:.6g}", state.step + 1, field(step.name),
                     state.time, dt, speed, surface.raw.vertices.size(), surface.raw.triangles.size(),
                     traced.vertices.size(), traced.triangles.size(), segments, leaked, error);
-    for (const Measure& m : measure(recipe_, surface.raw)) row += fmt::format(",{:.9g}", m.value);
+    const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
+    for (const Measure& m : measures) row += fmt::format(",{:.9g}", m.value);
     std::ofstream out(path, std::ios::app | std::ios::binary);
-    if (state.rows == 0) out << timeline_header(recipe_, surface.raw);
+    if (state.rows == 0) out << timeline_header(recipe_, measures);
     out << row << "\n";
     out.flush();
     if (!out) throw IoError(fmt::format("{}: cannot write; check space and permissions", path.string()));
@@ -249,7 +252,25 @@ Json RunWriter::finish(const RunState& state, const std::vector<Step>& steps, co
                                        {"leaked", flux.leaked},
                                        {"relative_error", number(flux.relative_error)}});
     summary["metrology"] = Json::object();
-    for (const Measure& m : measure(recipe_, surface.raw)) summary["metrology"][m.name] = number(m.value);
+    summary["metrology_units"] = Json::object();
+    const auto report = [&](const std::string& name, double value, const std::string& unit) {
+        summary["metrology"][name] = number(value);
+        summary["metrology_units"][name] = unit;
+    };
+    for (const Measure& m : measure(recipe_, state.stack, surface.raw)) report(m.name, m.value, m.unit);
+    // Against the recipe's layers at time 0.
+    const std::size_t materials = recipe_.materials.size();
+    const std::vector<double> before = material_volumes(initial_state(recipe_).stack, materials),
+                              after = material_volumes(state.stack, materials);
+    for (std::size_t m = 0; m < materials; ++m) {
+        const double change = after[m] - before[m];
+        if (before[m] == 0.0 && after[m] == 0.0) continue;
+        const std::string& name = recipe_.materials[m].name;
+        report("added_volume_" + name, std::max(0.0, change), recipe_.domain.length_unit + "^3");
+        report("removed_volume_" + name, std::max(0.0, -change), recipe_.domain.length_unit + "^3");
+    }
+    if (!surface.coverage.empty())
+        summary["coverage"] = Json{{"traces", surface.iterations}, {"mean_change", surface.coverage_change}};
     write_json((options_.output / "summary.json").string(), summary);
     return summary;
 }

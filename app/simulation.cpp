@@ -9,6 +9,7 @@
 #include "app/metrology.hpp"
 #include "app/run_state.hpp"
 #include "app/run_writer.hpp"
+#include "app/stop.hpp"
 #include "app/surface_flux.hpp"
 #include "levelset/extract.hpp"
 #include "surface/error.hpp"
@@ -30,10 +31,22 @@ double time_step(double left, double speed, double spacing, double cfl) {
     return left / std::max(1.0, steps);
 }
 
+// The longest time step towards a stop condition: it may overshoot by a twentieth of a grid spacing, but not
+// creep.
+double approach(double distance, double speed, double spacing, double cfl) {
+    return speed > 0.0 ? std::max(distance, 0.1 * cfl * spacing) / speed
+                       : std::numeric_limits<double>::infinity();
+}
+
 // Upwinding needs one speed a point; a speed that turns with the normal needs Lax-Friedrichs.
 levelset::AdvectionOptions scheme_for(const Model& model, levelset::AdvectionOptions options) {
     if (model.depends_on_normal) options.scheme = levelset::Scheme::lax_friedrichs;
     return options;
+}
+
+// What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
+double fastest(const Model& model, double speed) {
+    return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
 }
 
 }  // namespace
@@ -53,28 +66,39 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     double total = 0.0;
     for (const Step& step : steps) total += step.duration;
     ProgressBar progress(options.title, total, recipe.domain.time_unit, !options.quiet);
-    Model model;
-    std::vector<flux::Species> species;
+    Model model;  // of the last step that takes time
+    model.speed = [](const SurfacePoint&) { return 0.0; };
     for (; state.step < steps.size(); state.enter(state.step + 1)) {
         const Step& step = steps[state.step];
-        model = make_model(step, recipe.materials);
+        if (const ModelEntry* entry = find_model(step.model); entry->apply != nullptr) {
+            entry->apply(step.values, recipe.materials, state.stack);
+            continue;
+        }
+        model = make_model(step, recipe.materials, recipe.domain);
         if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
         while (!state.reached(state.step_start + step.duration)) {
             const SurfaceFlux surface =
-                trace_surface(recipe, model, state.stack, state.time_step, state.timing, [&](double part) {
-                    progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
-                });
+                trace_surface(recipe, model, state.stack, state.coverage, state.time == state.step_start,
+                              state.time_step, state.timing, [&](double part) {
+                                  progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+                              });
+            const double to_stop = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
+            if (to_stop == 0.0) break;
             const levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (writer.due(state)) writer.save(state, model, surface);
 
             const double stop = next_stop(state, recipe, state.step_start, step.duration);
-            const double speed = levelset::max_speed(state.stack, motion);
-            const double dt = time_step(stop - state.time, speed, domain.spacing, recipe.advection.cfl);
+            const double speed = fastest(model, levelset::max_speed(state.stack, motion));
+            const double dt =
+                std::min(time_step(stop - state.time, speed, domain.spacing, recipe.advection.cfl),
+                         approach(to_stop, speed, domain.spacing, recipe.advection.cfl));
             writer.record(state, step, surface, dt, speed);
             const auto seconds =
                 levelset::advect(state.stack, motion, dt, scheme_for(model, recipe.advection));
             state.timing.advect += seconds.advect;
             state.timing.redistance += seconds.redistance;
+            state.coverage =
+                coverage_field(surface.traced(), surface.wedges, model.coverages.names, surface.coverage);
             state.advance(dt, stop);
             progress.update(state.time,
                             fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));
@@ -88,8 +112,13 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
             }
         }
     }
-    // The final surface, with the fluxes the last model would go on with.
-    const SurfaceFlux surface = trace_surface(recipe, model, state.stack, state.time_step, state.timing);
+    // The final surface, with the fluxes the last model would go on with; a run resumed here has made none
+    // yet.
+    for (const Step& step : steps)
+        if (find_model(step.model)->make != nullptr)
+            model = make_model(step, recipe.materials, recipe.domain);
+    const SurfaceFlux surface =
+        trace_surface(recipe, model, state.stack, state.coverage, false, state.time_step, state.timing);
     writer.save(state, model, surface);
     count_total();
     RunResult result{surface.raw, state.timing, {}};

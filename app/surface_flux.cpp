@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <cmath>
+
 #include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
@@ -76,10 +78,128 @@ flux::LateralBox lateral_box(const levelset::Domain& domain) {
     return box;
 }
 
+// Material of every wedge.
+std::vector<std::int32_t> wedge_materials(const SurfaceFlux& surface) {
+    std::vector<std::int32_t> materials(surface.wedges.count(), 0);
+    for (std::size_t c = 0; c < surface.wedges.corner.size(); ++c)
+        materials[surface.wedges.corner[c]] = surface.materials[c / 3];
+    return materials;
+}
+
+// Calls use(wedge, point) for every wedge in parallel, with its fluxes (none before the first trace) and
+// coverages.
+template <class Use>
+void each_wedge(const Model& model, const SurfaceFlux& surface, const std::vector<std::int32_t>& materials,
+                Use&& use) {
+    const std::size_t tallies = surface.wedge_flux.size(), coverages = model.coverages.names.size();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, materials.size(), 512), [&](const auto& range) {
+        std::vector<double> flux(tallies), theta(coverages);
+        for (std::size_t w = range.begin(); w != range.end(); ++w) {
+            for (std::size_t k = 0; k < tallies; ++k) flux[k] = surface.wedge_flux[k][w];
+            for (std::size_t k = 0; k < coverages; ++k) theta[k] = surface.coverage[k][w];
+            use(w, SurfacePoint{materials[w], flux, Vec3::UnitZ(), true, theta});
+        }
+    });
+}
+
+flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& species, std::uint32_t index,
+                               std::span<const double> sticking, const SurfaceFlux& surface,
+                               std::uint32_t time_step, const std::function<void(double)>& progress) {
+    flux::TraceOptions options;
+    options.rays = static_cast<std::uint64_t>(recipe.flux.rays);
+    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
+    options.step = time_step;
+    options.species_index = index;
+    options.sticking_by_wedge = sticking;
+    options.progress = progress;
+    const flux::FluxResult result = flux::trace_flux(surface.traced(), *surface.scene, surface.box, species,
+                                                     surface.materials, surface.wedges, options);
+    if (static_cast<double>(result.leaked) >
+        kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
+        throw NumericsError(fmt::format(
+            "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
+            "milder simplification",
+            species.name, result.leaked, result.emitted));
+    return result;
+}
+
+// Traces every species once, with the sticking that the coverages leave.
+void trace_all(const Recipe& recipe, const Model& model, std::uint32_t time_step,
+               const std::function<void(double)>& progress, const std::vector<std::int32_t>& materials,
+               SurfaceFlux& surface) {
+    std::vector<std::vector<double>> sticking(model.species.size());
+    if (model.sticking) {
+        for (auto& values : sticking) values.resize(materials.size());
+        each_wedge(model, surface, materials, [&](std::size_t w, const SurfacePoint& point) {
+            for (std::size_t k = 0; k < sticking.size(); ++k) sticking[k][w] = model.sticking(k, point);
+        });
+    }
+    surface.fluxes.clear();
+    surface.wedge_flux.clear();
+    for (std::uint32_t k = 0; k < model.species.size(); ++k) {
+        surface.fluxes.push_back(
+            trace_species(recipe, model.species[k], k, sticking[k], surface, time_step, progress));
+        const flux::FluxResult& result = surface.fluxes.back();
+        if (result.others.size() + 1 != flux::tally_count(model.species[k]))
+            throw NumericsError(
+                fmt::format("species {}: the tracer did not count its yields", model.species[k].name));
+        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally)
+            surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges,
+                                                             result.tally(tally).wedge, result.arrivals));
+    }
+    ++surface.iterations;
+}
+
+// Coverages after `time` of the fluxes just traced. Returns the largest of their mean changes.
+double react(const Model& model, double time, const std::vector<std::int32_t>& materials,
+             SurfaceFlux& surface) {
+    std::vector<std::vector<double>> next = surface.coverage;
+    each_wedge(model, surface, materials, [&](std::size_t w, const SurfacePoint& point) {
+        std::vector<double> theta(point.coverage.begin(), point.coverage.end());
+        model.coverages.react(point, time, theta);
+        for (std::size_t k = 0; k < theta.size(); ++k) next[k][w] = theta[k];
+    });
+    double most = 0.0;
+    for (std::size_t k = 0; k < next.size(); ++k) {
+        double change = 0.0, area = 0.0;
+        for (std::size_t w = 0; w < materials.size(); ++w) {
+            change += surface.wedges.area[w] * std::abs(next[k][w] - surface.coverage[k][w]);
+            area += surface.wedges.area[w];
+        }
+        most = std::max(most, area > 0.0 ? change / area : 0.0);
+    }
+    surface.coverage = std::move(next);
+    return most;
+}
+
+// Fluxes and coverages in turn. The random numbers stay the same, so what is left of a change is not noise.
+void settle_coverages(const Recipe& recipe, const Model& model, const CoverageField& carried, bool settle,
+                      std::uint32_t time_step, const std::function<void(double)>& progress,
+                      SurfaceFlux& surface) {
+    const std::vector<std::int32_t> materials = wedge_materials(surface);
+    const auto trace = [&] { trace_all(recipe, model, time_step, progress, materials, surface); };
+    const Coverages& coverages = model.coverages;
+    if (coverages.names.empty()) return trace();
+    if (coverages.pulse > 0.0) {
+        surface.coverage.assign(coverages.names.size(), std::vector<double>(materials.size(), 0.0));
+        for (int part = 0; part < coverages.parts; ++part) {
+            trace();
+            surface.coverage_change = react(model, coverages.pulse / coverages.parts, materials, surface);
+        }
+        return;
+    }
+    surface.coverage = carry(carried, coverages.names, surface.traced(), surface.wedges);
+    do {
+        trace();
+        surface.coverage_change = react(model, 0.0, materials, surface);
+    } while (settle && surface.coverage_change > coverages.tolerance &&
+             surface.iterations < coverages.most_iterations);
+}
+
 }  // namespace
 
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-                          std::uint32_t time_step, Timing& timing,
+                          const CoverageField& carried, bool settle, std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress) {
     SurfaceFlux surface;
     surface.box = lateral_box(stack.domain);
@@ -101,26 +221,7 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
     const PhaseClock clock(timing.trace);
     surface.materials = materials_of(stack, surface.traced());
     surface.wedges = flux::make_wedges(surface.traced(), surface.materials);
-    for (std::uint32_t k = 0; k < model.species.size(); ++k) {
-        flux::TraceOptions options;
-        options.rays = static_cast<std::uint64_t>(recipe.flux.rays);
-        options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-        options.step = time_step;
-        options.species_index = k;
-        options.progress = progress;
-        surface.fluxes.push_back(flux::trace_flux(surface.traced(), *surface.scene, surface.box,
-                                                  model.species[k], surface.materials, surface.wedges,
-                                                  options));
-        const auto& result = surface.fluxes.back();
-        surface.wedge_flux.push_back(
-            flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge, result.arrivals));
-        if (static_cast<double>(result.leaked) >
-            kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
-            throw NumericsError(
-                fmt::format("species {}: {} of {} particles leaked through the surface; use a smaller "
-                            "grid_spacing or a milder simplification",
-                            model.species[k].name, result.leaked, result.emitted));
-    }
+    settle_coverages(recipe, model, carried, settle, time_step, progress, surface);
     return surface;
 }
 
@@ -144,6 +245,15 @@ bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, 
     return false;
 }
 
+void interpolate(const SurfaceFlux& surface, std::uint32_t triangle, double u, double v,
+                 std::span<double> values) {
+    std::size_t n = 0;
+    for (const auto& flux : surface.wedge_flux)
+        values[n++] = flux::interpolate(surface.wedges, flux, triangle, u, v);
+    for (const auto& theta : surface.coverage)
+        values[n++] = flux::interpolate(surface.wedges, theta, triangle, u, v);
+}
+
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
                                 const SurfaceFlux& surface, Timing& timing) {
     levelset::Extension extension;
@@ -153,8 +263,9 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                   : levelset::extend_without_mesh(stack.top(), stack.domain);
     }
     const PhaseClock clock(timing.rates);
-    const std::size_t species = model.species.size(), count = extension.samples.size();
-    std::vector<double> flux(count * species);
+    const std::size_t tallies = surface.wedge_flux.size(), stride = tallies + surface.coverage.size(),
+                      count = extension.samples.size();
+    std::vector<double> values(count * stride);
     std::vector<std::uint8_t> seen(model.visibility ? count : 0);
     const std::vector<Vec3> normals =
         model.visibility ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
@@ -162,9 +273,7 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];
             const auto u = static_cast<double>(s.u), v = static_cast<double>(s.v);
-            for (std::size_t k = 0; k < species; ++k)
-                flux[n * species + k] =
-                    flux::interpolate(surface.wedges, surface.wedge_flux[k], s.triangle, u, v);
+            interpolate(surface, s.triangle, u, v, std::span(values).subspan(n * stride, stride));
             if (!model.visibility) continue;
             const auto [a, b, c] = surface.traced().triangles[s.triangle];
             const auto& x = surface.traced().vertices;
@@ -172,12 +281,11 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
             seen[n] = visible(surface, point, normals[s.triangle], *model.visibility, stack.domain.spacing);
         }
     });
-    auto speed = [&stack, speed_of = model.speed, species, flux = std::move(flux), seen = std::move(seen)](
-                     std::size_t sample, std::size_t layer, const Vec3& normal) {
-        const SurfacePoint point{stack.layers[layer].material,
-                                 std::span(flux).subspan(sample * species, species), normal,
-                                 seen.empty() || seen[sample] != 0};
-        return speed_of(point);
+    auto speed = [&stack, speed_of = model.speed, tallies, stride, values = std::move(values),
+                  seen = std::move(seen)](std::size_t sample, std::size_t layer, const Vec3& normal) {
+        const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
+        return speed_of({stack.layers[layer].material, here.first(tallies), normal,
+                         seen.empty() || seen[sample] != 0, here.subspan(tallies)});
     };
     return levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
 }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/coverage.hpp"
 #include "app/models/model.hpp"
 #include "app/recipe.hpp"
 #include "app/timing.hpp"
@@ -21,18 +22,28 @@ struct SurfaceFlux {
     flux::LateralBox box;
     flux::Wedges wedges;
     std::vector<flux::FluxResult> fluxes;         ///< one a species, as counted
-    std::vector<std::vector<double>> wedge_flux;  ///< by species and wedge, less its noise: what models see
+    std::vector<std::vector<double>> wedge_flux;  ///< by tally (tally_names) and wedge, less its noise
+    std::vector<std::vector<double>> coverage;    ///< by Model::coverages and wedge
+    int iterations = 0;                           ///< traces it took until the coverages had settled
+    double coverage_change = 0.0;                 ///< mean change of a coverage in the last of them
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };
 
-/// Extracts the surface, simplifies it as the recipe says if the model traces species, and traces them.
-/// \param time_step  counts over the whole run; keys the random numbers.
-/// \param progress   told the finished fraction of the tracing; may be empty.
-/// \throws NumericsError if particles leak through the surface.
+/// Extracts the surface, simplifies it as the recipe says if the model traces species, and traces them;
+/// coverages follow from the fluxes, and the next fluxes from them. \param carried    coverages of the
+/// surface before; those of the model's that it lacks begin at 0. \param settle     trace again until the
+/// coverages have settled; else one trace does. \param time_step  counts over the whole run; keys the random
+/// numbers. \param progress   told the finished fraction of the tracing; may be empty. \throws NumericsError
+/// if particles leak through the surface.
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-                          std::uint32_t time_step, Timing& timing,
+                          const CoverageField& carried, bool settle, std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress = {});
+
+/// Fluxes and coverages at a point of a traced triangle, barycentric weights \p u and \p v: first all
+/// tallies, then all coverages. \pre \p values has room for both.
+void interpolate(const SurfaceFlux& surface, std::uint32_t triangle, double u, double v,
+                 std::span<double> values);
 
 /// Fluxes to speeds on the grid: the motion of the next time step.
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,

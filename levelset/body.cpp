@@ -89,6 +89,51 @@ Body box(const Shape& shape, const Domain& domain) {
             shape.top, top};
 }
 
+// The polygons that reach the box, and on periodic axes their repetitions that do.
+std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain& domain) {
+    std::vector<Polygon> result = polygons;
+    for (std::size_t a = 0; a < 2; ++a) {
+        const double length = domain.max[a] - domain.min[a];
+        std::vector<Polygon> kept;
+        for (const Polygon& polygon : result) {
+            double low = std::numeric_limits<double>::infinity(), high = -low;
+            for (const auto& p : polygon) {
+                low = std::min(low, p[a]);
+                high = std::max(high, p[a]);
+            }
+            // Half a box around it keeps distances true within the box.
+            const double from = domain.min[a] - 0.5 * length, to = domain.max[a] + 0.5 * length;
+            const bool periodic = domain.side[a] == Side::periodic;
+            const double first = periodic ? std::ceil((from - high) / length) : 0.0,
+                         last = periodic ? std::floor((to - low) / length) : 0.0;
+            constexpr double kMostCopies = 1000.0;
+            if (last - first > kMostCopies)
+                throw GeometryError(
+                    "a mask's polygon is over 1000 times as wide as the periodic domain: check its unit");
+            for (double n = first; n <= last; n += 1.0) {
+                if (high + n * length < from || low + n * length > to) continue;
+                kept.push_back(polygon);
+                for (auto& p : kept.back()) p[a] += n * length;
+            }
+        }
+        result = std::move(kept);
+    }
+    return result;
+}
+
+Body mask(const Shape& shape, const Domain& domain) {
+    std::vector<Polygon> polygons = shape.polygons;
+    for (Polygon& polygon : polygons)
+        for (auto& p : polygon)
+            for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
+    return {
+        [polygons = repeated(polygons, domain), top = shape.top, openings = shape.openings](const Vec3& p) {
+            const double d = signed_distance(polygons, p.x(), p.y());
+            return std::max(p.z() - top, openings ? -d : d);
+        },
+        shape.top, shape.top};
+}
+
 // Normals of corners and edges, weighted by the angle under which each triangle is seen from them.
 struct PseudoNormals {
     std::vector<Vec3> vertex;
@@ -177,6 +222,8 @@ Body make_body(const Shape& shape, const Domain& domain) {
             return box(shape, domain);
         case ShapeKind::mesh:
             return mesh_body(shape);
+        case ShapeKind::mask:
+            return mask(shape, domain);
     }
     throw GeometryError("unknown shape");
 }

@@ -1,10 +1,13 @@
 #pragma once
 #include <array>
 #include <string>
+#include <vector>
+
+#include "levelset/polygon.hpp"
 
 namespace sidewall::levelset {
 
-enum class ShapeKind { plane, trench, hole, fin, box, mesh };
+enum class ShapeKind { plane, trench, hole, fin, box, mesh, mask };
 
 /// The body of one material layer. Lengths in world units, angles in degrees. A layer is always united with
 /// all layers below it, so a hole in a mask ends on the layer below however deep it is.
@@ -19,7 +22,9 @@ struct Shape {
     std::array<double, 2> size{0, 0};      ///< box: x, y lengths at its foot
     double taper_deg =
         0.0;  ///< walls from the vertical; positive narrows trench, hole (downwards), fin, box (upwards)
-    std::string file;  ///< mesh: closed or open surface file, same length unit
+    std::vector<Polygon> polygons;  ///< mask: in x and y
+    bool openings = true;           ///< mask: they are open, down to the layer below; else all but they is
+    std::string file;               ///< mesh: closed or open surface file, same length unit
 };
 
 }  // namespace sidewall::levelset

@@ -12,13 +12,15 @@ namespace {
 
 void print_report(const RunResult& result, const RunOptions& options) {
     const Json& s = result.summary;
-    const std::string length = s["length_unit"], time = s["time_unit"];
+    const std::string time = s["time_unit"];
     fmt::print("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
                s["time"].get<double>(), time, s["time_steps"].get<int>(),
                s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
     for (const auto& [name, value] : s["metrology"].items())
-        fmt::print("  {:<12} {}\n", name,
-                   value.is_null() ? "none" : fmt::format("{:.5g} {}", value.get<double>(), length));
+        fmt::print("  {:<20} {}\n", name,
+                   value.is_null() ? "none"
+                                   : fmt::format("{:.5g} {}", value.get<double>(),
+                                                 s["metrology_units"][name].get<std::string>()));
     fmt::print("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
     for_each_phase([&](const char* name, double Timing::*phase) {
         fmt::print("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,

@@ -8,26 +8,52 @@
 
 #include "app/recipe.hpp"
 #include "flux/tracer.hpp"
+#include "levelset/stack.hpp"
 #include "surface/vec3.hpp"
 
 namespace sidewall::app {
 
 /// What a model sees of a point on the surface.
 struct SurfacePoint {
-    int material = 0;              ///< id of the material under the point
-    std::span<const double> flux;  ///< one a species, 1 on an open flat plane
-    Vec3 normal = Vec3::UnitZ();   ///< unit, out of the material
+    int material = 0;  ///< id of the material under the point
+    /// Every tally of every species in turn (flux::tally_names), relative to an open flat plane: arrivals
+    /// there are 1, yields the mean yield of a hit.
+    std::span<const double> flux;
+    Vec3 normal = Vec3::UnitZ();  ///< unit, out of the material
     bool visible = true;  ///< the source is in line of sight; only asked where Model::visibility is set
+    std::span<const double> coverage = {};  ///< as Model::coverages names them
 };
 
-/// A process model ready to run: which species to trace, and the speed they cause.
+/// What is adsorbed on the surface: fractions of its sites, which live on the surface and are carried to the
+/// next one. Fluxes and coverages depend on each other.
+struct Coverages {
+    std::vector<std::string> names;
+    /// Brings \p theta to what it is after \p time (the recipe's unit) of the fluxes at the point. Where
+    /// coverages settle faster than the surface moves, their steady state, whatever the time.
+    std::function<void(const SurfacePoint&, double time, std::span<double> theta)> react;
+    double tolerance = 1e-3;   ///< at a step's start fluxes are traced until the mean change is below it
+    int most_iterations = 20;  ///< or this often
+    /// Pulsed processes: every time step traces one pulse of this length (the recipe's unit) from a bare
+    /// surface, in equal parts, each with the coverages at its beginning. 0: steady state.
+    double pulse = 0.0;
+    int parts = 1;
+};
+
+/// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.
 struct Model {
     std::vector<flux::Species> species;
+    Coverages coverages;  ///< none by default
+    /// Sticking of species \p k where coverages decide it; empty: as the species says. Its fluxes do not
+    /// enter.
+    std::function<double(std::size_t k, const SurfacePoint&)> sticking;
     std::optional<Vec3> visibility;  ///< unit, towards the source, where line of sight counts
     bool depends_on_normal = false;  ///< V is V(n): needs a scheme with dissipation bounds
-    std::function<double(const SurfacePoint&)> speed;  ///< length per time; positive grows, negative etches
-    std::optional<int> deposit;                        ///< material id of the film that grows
-    std::optional<double> max_speed;                   ///< bound of |V|, where fluxes do not enter
+    std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
+    bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
+    std::optional<int> deposit;  ///< material id of the film that grows
+    /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
+    /// sharper.
+    std::optional<double> max_speed;
 };
 
 /// A model that recipes can name. Each lives in its own file of app/models/ and has a line in model.cpp.
@@ -36,7 +62,9 @@ struct ModelEntry {
     std::string doc;
     std::vector<Key> keys;
     /// \throws KeyError where keys that are each right do not fit together.
-    Model (*make)(const Values& values, const Materials& materials);
+    Model (*make)(const Values& values, const Materials& materials) = nullptr;
+    /// Geometric steps have this instead: they take no time and trace nothing.
+    void (*apply)(const Values& values, const Materials& materials, levelset::MaterialStack& stack) = nullptr;
 };
 
 /// All models, in the order they are listed.
@@ -47,9 +75,16 @@ const ModelEntry* find_model(std::string_view name);
 
 std::vector<std::string> model_names();
 
-/// The model of a step, with its materials resolved. \pre the step is not a loop and comes from a parsed
-/// recipe.
+/// The model of a step, with its materials resolved. \pre the step is no loop, its model not geometric, and
+/// it comes from a parsed recipe.
 Model make_model(const Step& step, const Materials& materials);
+
+/// The same with its speed in the recipe's units. \throws KeyError if its beams and the domain's sides
+/// disagree.
+Model make_model(const Step& step, const Materials& materials, const DomainSection& domain);
+
+/// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).
+std::vector<std::string> flux_names(const std::vector<flux::Species>& species);
 
 /// The key `deposit`, which every model that can grow a film has.
 Key deposit_key();

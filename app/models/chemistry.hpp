@@ -1,0 +1,69 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+// Surface kinetics as pure functions. Rates in sites per area and time, all in the same unit; any of them may
+// be zero, and the limits are taken exactly.
+namespace sidewall::app {
+
+/// Fractions of the sites held by an etchant and by what passivates the surface.
+struct PassivatedCoverage {
+    double etchant = 0.0;
+    double passivant = 0.0;
+};
+
+/// Steady state of two adsorbates that compete for free sites: gain (1 - etchant - passivant) = loss *
+/// coverage for each. With a = etchant_loss / etchant_gain and b = passivant_loss / passivant_gain it is
+/// etchant = 1 / (1 + a (1 + 1/b)), passivant = 1 / (1 + b (1 + 1/a)). Belen et al., JVST A 23, 99 (2005).
+inline PassivatedCoverage passivated_coverage(double etchant_gain, double etchant_loss, double passivant_gain,
+                                              double passivant_loss) {
+    const auto alone = [](double gain, double loss) { return gain > 0.0 ? gain / (gain + loss) : 0.0; };
+    if (passivant_gain <= 0.0) return {alone(etchant_gain, etchant_loss), 0.0};
+    if (etchant_gain <= 0.0) return {0.0, alone(passivant_gain, passivant_loss)};
+    if (passivant_loss <= 0.0 && etchant_loss > 0.0) return {0.0, 1.0};
+    if (etchant_loss <= 0.0 && passivant_loss > 0.0) return {1.0, 0.0};
+    if (etchant_loss <= 0.0)  // nothing ever leaves: first come, first served
+        return {etchant_gain / (etchant_gain + passivant_gain),
+                passivant_gain / (etchant_gain + passivant_gain)};
+    const double e = etchant_gain / etchant_loss, p = passivant_gain / passivant_loss;
+    return {e / (1.0 + e + p), p / (1.0 + e + p)};
+}
+
+/// Coverages of La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003).
+struct FluorocarbonCoverage {
+    double etchant = 0.0;             ///< on the substrate
+    double polymer = 0.0;             ///< 1: the surface is buried and polymer grows
+    double etchant_on_polymer = 0.0;  ///< of the polymer's sites
+};
+
+/// What arrives and leaves, per area and time; yields included.
+struct FluorocarbonRates {
+    double etchant = 0.0;             ///< Gamma_e beta_e
+    double etchant_on_polymer = 0.0;  ///< Gamma_e beta_ep
+    double polymer = 0.0;             ///< Gamma_p beta_p
+    double polymer_removal = 0.0;     ///< Y_p Gamma_i
+    double polymer_loss = 1.0;        ///< delta_p
+    double enhanced = 0.0;            ///< k_ie Y_ie Gamma_i
+    double evaporation = 0.0;         ///< k_ev F_ev
+};
+
+/// Their steady state.
+inline FluorocarbonCoverage fluorocarbon_coverage(const FluorocarbonRates& r) {
+    const auto ratio = [](double part, double whole) { return part > 0.0 ? part / whole : 0.0; };
+    FluorocarbonCoverage theta;
+    theta.etchant_on_polymer = ratio(r.etchant_on_polymer, r.etchant_on_polymer + r.polymer_removal);
+    const double loss = r.polymer_removal * theta.etchant_on_polymer + r.polymer_loss;
+    theta.polymer = r.polymer >= loss ? (r.polymer > 0.0 ? 1.0 : 0.0) : r.polymer / loss;
+    theta.etchant = ratio(r.etchant * (1.0 - theta.polymer), r.enhanced + r.evaporation + r.etchant);
+    return theta;
+}
+
+/// Coverage after \p time of d theta/dt = (gain (1 - theta) - loss theta) / sites, exactly.
+inline double pulsed_coverage(double theta, double gain, double loss, double sites, double time) {
+    const double rate = gain + loss;
+    if (rate <= 0.0) return theta;
+    const double steady = gain / rate;
+    return steady + (theta - steady) * std::exp(-rate * time / sites);
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,129 @@
+#include "app/models/crystal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/models/model.hpp"
+
+namespace sidewall::app {
+
+double crystal_rate(const Vec3& normal, const CrystalAxes& axes, const CrystalRates& r) {
+    std::array<double, 3> n{};
+    for (std::size_t k = 0; k < 3; ++k) n[k] = std::abs(normal.dot(axes[k]));
+    std::sort(n.begin(), n.end(), std::greater<>());
+    if (!(n[0] > 0.0)) return 0.0;
+    if (-n[0] + n[1] + 2.0 * n[2] < 0.0)
+        return (r.r100 * (n[0] - n[1] - 2.0 * n[2]) + r.r110 * (n[1] - n[2]) + 3.0 * r.r311 * n[2]) / n[0];
+    return (r.r111 * (0.5 * (n[1] - n[0]) + n[2]) + r.r110 * (n[1] - n[2]) + 1.5 * r.r311 * (n[0] - n[1])) /
+           n[0];
+}
+
+double crystal_bound(const CrystalAxes& axes, const CrystalRates& rates) {
+    const auto hamiltonian = [&](const Vec3& p) { return p.norm() * crystal_rate(p, axes, rates); };
+    constexpr int kTurns = 90;  // 2 degrees apart: within the guard of the true maximum
+    constexpr double kStep = 1e-4, kGuard = 1.05;
+    double most = 0.0;
+    for (int i = 0; i <= kTurns; ++i)
+        for (int j = 0; j < 2 * kTurns; ++j) {
+            const double polar = std::numbers::pi * i / kTurns, azimuth = std::numbers::pi * j / kTurns;
+            const Vec3 p(std::sin(polar) * std::cos(azimuth), std::sin(polar) * std::sin(azimuth),
+                         std::cos(polar));
+            double sum = 0.0;
+            for (int axis = 0; axis < 3; ++axis)
+                sum += std::abs(hamiltonian(p + kStep * Vec3::Unit(axis)) -
+                                hamiltonian(p - kStep * Vec3::Unit(axis))) /
+                       (2.0 * kStep);
+            most = std::max(most, sum);
+        }
+    return kGuard * most;
+}
+
+CrystalAxes crystal_axes(const Vec3& first, const Vec3& second) {
+    const Vec3 a = first.normalized(), b = (second - second.dot(a) * a).normalized();
+    if (!a.allFinite() || !b.allFinite() || std::abs(b.norm() - 1.0) > 1e-6)
+        return {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+    return {a, b, a.cross(b)};
+}
+
+namespace {
+
+CrystalAxes axes_of(const Values& values) {
+    const auto vector = [&](const char* key) {
+        const auto& n = values.get<std::vector<double>>(key);
+        return Vec3(n[0], n[1], n[2]);
+    };
+    const Vec3 first = vector("axis_100"), second = vector("axis_010");
+    if (!(first.norm() > 0.0)) throw KeyError("axis_100", "must not be zero");
+    if (!(first.cross(second).norm() > 1e-3 * first.norm() * second.norm()))
+        throw KeyError("axis_010", "must not be parallel to axis_100, or zero");
+    return crystal_axes(first, second);
+}
+
+std::vector<Key> crystal_keys(const char* what) {
+    const std::string doc = std::string(what) + " of ";
+    return {{"material",
+             std::string(),
+             "",
+             "the crystal; all else is inert",
+             {.required = true, .material = true}},
+            {"r100", 0.0, "length/time", doc + "<100> faces", required(kNotNegative)},
+            {"r110", 0.0, "length/time", doc + "<110> faces", required(kNotNegative)},
+            {"r111", 0.0, "length/time", doc + "<111> faces", required(kNotNegative)},
+            {"r311", 0.0, "length/time", doc + "<311> faces", required(kNotNegative)},
+            {"axis_100",
+             std::vector<double>{1.0, 1.0, 0.0},
+             "",
+             "a <100> axis of the crystal; the default is a (100) wafer whose x axis is <110>",
+             {.size = 3}},
+            {"axis_010", std::vector<double>{-1.0, 1.0, 0.0}, "", "another one", {.size = 3}}};
+}
+
+// V(n) on the materials marked, 0 elsewhere.
+Model crystal_model(const Values& values, std::vector<std::uint8_t> marked, double sign) {
+    const CrystalRates rates{values.get<double>("r100"), values.get<double>("r110"),
+                             values.get<double>("r111"), values.get<double>("r311")};
+    const CrystalAxes axes = axes_of(values);
+    Model model;
+    model.depends_on_normal = true;
+    model.max_speed = crystal_bound(axes, rates);
+    model.speed = [=, marked = std::move(marked)](const SurfacePoint& point) {
+        const bool moves = marked[static_cast<std::size_t>(point.material)] != 0;
+        return moves ? sign * crystal_rate(point.normal, axes, rates) : 0.0;
+    };
+    return model;
+}
+
+Model make_wet(const Values& values, const Materials& materials) {
+    std::vector<std::uint8_t> marked(materials.size(), 0);
+    marked[static_cast<std::size_t>(*material_id(materials, values.get<std::string>("material")))] = 1;
+    return crystal_model(values, std::move(marked), -1.0);
+}
+
+// The film is a crystal like the one it grows on.
+Model make_epitaxy(const Values& values, const Materials& materials) {
+    std::vector<std::uint8_t> marked(materials.size(), 0);
+    const std::optional<int> deposit = film(values, materials, true);
+    marked[static_cast<std::size_t>(*material_id(materials, values.get<std::string>("material")))] = 1;
+    marked[static_cast<std::size_t>(*deposit)] = 1;
+    Model model = crystal_model(values, std::move(marked), 1.0);
+    model.deposit = deposit;
+    return model;
+}
+
+}  // namespace
+
+ModelEntry wet() {
+    return {"wet",
+            "wet etching of a crystal: V by the face's direction, between <100>, <110>, <111> and <311>",
+            crystal_keys("etch rate"), make_wet};
+}
+
+ModelEntry epitaxy() {
+    std::vector<Key> keys = crystal_keys("growth rate");
+    keys.push_back(deposit_key());
+    return {"epitaxy", "selective epitaxy: a crystal grows on a crystal only, facets by direction",
+            std::move(keys), make_epitaxy};
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "app/models/ions.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Tallies of the one species.
+enum Tally : std::size_t { kIon, kSputter, kRedeposited };
+
+double polynomial(const std::vector<double>& coefficients, double cosine) {
+    double value = 0.0, sum = 0.0, power = 1.0;
+    for (const double a : coefficients) {
+        power *= cosine;
+        value += a * power;
+        sum += a;
+    }
+    return value / sum;
+}
+
+// V = -rate * yield-weighted flux / its value on a flat wafer + redeposition_rate * redeposited weight.
+Model make(const Values& values, const Materials& materials) {
+    const auto number = [&](const char* key) { return values.get<double>(key); };
+    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
+    const auto& coefficients = values.get<std::vector<double>>("yield");
+    double sum = 0.0;
+    for (const double a : coefficients) sum += a;
+    if (!(std::abs(sum) > 1e-9)) throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
+    const double tilt = number("tilt_deg") * std::numbers::pi / 180.0,
+                 azimuth = number("azimuth_deg") * std::numbers::pi / 180.0;
+    const double threshold = number("threshold"), energy = number("ion_energy");
+    const double flat = (std::sqrt(energy) - std::sqrt(threshold)) * polynomial(coefficients, std::cos(tilt));
+    if (threshold >= energy) throw KeyError("threshold", "must be below ion_energy, or nothing etches");
+    if (!(flat > 0.0)) throw KeyError("yield", "must be positive at the incidence tilt_deg");
+    const double redeposition = number("redeposition_rate");
+
+    Model model;
+    flux::Species ion = ion_species(values, threshold);
+    ion.beam = Vec3(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), -std::cos(tilt));
+    ion.rotating = values.get<bool>("rotating");
+    ion.yields = {{"sputter", flux::Angular::polynomial, threshold, {1.0}, coefficients}};
+    if (redeposition > 0.0)
+        ion.redeposition =
+            flux::Redeposition{ion.yields[0], flux::Reemission::coned,
+                               by_material_id(values.get<ByMaterial>("redeposition_sticking"), materials)};
+    model.species = {std::move(ion)};
+    model.deposit = film(values, materials, redeposition > 0.0);
+    model.speed = [=](const SurfacePoint& point) {
+        const double etch = rate[static_cast<std::size_t>(point.material)] * point.flux[kSputter] / flat;
+        return (redeposition > 0.0 ? redeposition * point.flux[kRedeposited] : 0.0) - etch;
+    };
+    return model;
+}
+
+std::vector<Key> keys() {
+    std::vector<Key> list = {
+        {"rate", ByMaterial{}, "length/time",
+         "etch rate of a flat wafer under this beam; 0 for materials a table leaves out",
+         required(kNotNegative)},
+        {"tilt_deg", 0.0, "degree", "of the beam from the wafer's normal", {.min = 0.0, .max = 85.0}},
+        {"azimuth_deg",
+         0.0,
+         "degree",
+         "0: the beam flies towards +x; 90: towards +y",
+         {.min = -360.0, .max = 360.0}},
+        {"rotating", false, "", "the wafer turns: every azimuth is as likely"},
+        {"threshold", 20.0, "eV", "E_th below which nothing is sputtered", kNotNegative},
+        {"yield",
+         std::vector<double>{10.3, 0.0, -9.3},
+         "",
+         "a_k of Y = sum a_k cos^k / sum a_k, k from 1; the default is (1 + 9.3 sin^2) cos",
+         {.required = false}},
+        {"redeposition_rate", 0.0, "length/time",
+         "growth where sputtered material lands, at weight 1; 0: none", kNotNegative},
+        {"redeposition_sticking", ByMaterial{1.0}, "", "of sputtered material", kProbability},
+        deposit_key(),
+    };
+    for (Key& key : ion_keys(1000.0)) list.push_back(std::move(key));
+    return list;
+}
+
+}  // namespace
+
+ModelEntry ion_beam() {
+    return {"ion_beam",
+            "ion-beam etching: V = -rate * yield-weighted flux, with a tilted beam and what redeposits",
+            keys(), make};
+}
+
+}  // namespace sidewall::app

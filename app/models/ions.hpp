@@ -1,0 +1,16 @@
+#pragma once
+#include "app/models/model.hpp"
+
+// What the plasma models share: the keys of their ions, and the numbers by material.
+namespace sidewall::app {
+
+/// ion_energy, ion_energy_spread, ion_exponent and the angles of reflection.
+std::vector<Key> ion_keys(double source_exponent = 500.0);
+
+/// The species they describe, without yields, that stops below \p threshold (eV).
+flux::Species ion_species(const Values& values, double threshold);
+
+/// sum(rates) / rho is in nm/s. By material id, 1e22 /cm^3.
+std::vector<double> densities(const Materials& materials);
+
+}  // namespace sidewall::app

@@ -1,0 +1,49 @@
+#include "app/stop.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "levelset/extract.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kNear = 1e-3;  // in grid spacings
+
+double lowest(const TriangleMesh& surface) {
+    double z = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : surface.vertices) z = std::min(z, p.z());
+    return z;
+}
+
+bool bare(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        if (levelset::exposed_material(stack, triangle_centroid(surface, t)) == material) return true;
+    return false;
+}
+
+double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
+    if (stack.layers.size() < 2) return 0.0;
+    const TriangleMesh below =
+        levelset::extract_surface(*stack.layers[stack.layers.size() - 2].phi, stack.domain);
+    if (below.triangles.empty()) return 0.0;
+    const surface::RayScene scene(below);
+    double most = 0.0;
+    for (const Vec3& p : surface.vertices) most = std::max(most, scene.closest_point(p, 1e30).distance);
+    return most;
+}
+
+}  // namespace
+
+double distance_to_stop(const Step& step, const Materials& materials, const levelset::MaterialStack& stack,
+                        const TriangleMesh& surface) {
+    double left = std::numeric_limits<double>::infinity();
+    if (step.stop_depth) left = std::min(left, *step.stop_depth + lowest(surface));
+    if (step.stop_thickness) left = std::min(left, *step.stop_thickness - thickest(stack, surface));
+    if (!step.stop_material.empty() && bare(stack, surface, *material_id(materials, step.stop_material)))
+        left = 0.0;
+    return left <= kNear * stack.domain.spacing ? 0.0 : left;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,255 @@
+#include "app/models/chemistry.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/models/crystal.hpp"
+#include "app/models/model.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+const std::string kWafer = R"([domain]
+extent = [4.0, 4.0]
+grid_spacing = 0.1
+boundary = "periodic"
+[[layer]]
+material = "Si"
+[[step]]
+)";
+
+struct Case {
+    Recipe recipe;
+    Model model;
+    SurfacePoint point(const char* material, std::span<const double> flux,
+                       std::span<const double> theta = {}) const {
+        return {*material_id(recipe.materials, material), flux, Vec3::UnitZ(), true, theta};
+    }
+    // Coverages that these fluxes lead to, then the speed.
+    double settled(const char* material, const std::vector<double>& flux, std::vector<double>& theta,
+                   double time = 0.0) const {
+        model.coverages.react(point(material, flux, theta), time, theta);
+        return model.speed(point(material, flux, theta));
+    }
+};
+
+Case step(const std::string& keys) {
+    Case result{parse_recipe(kWafer + keys, "step.toml"), {}};
+    result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("passivated coverages are the steady state, in every limit too") {
+    for (const double ge : {3.0, 1e-6, 1e6})
+        for (const double gp : {0.5, 1e-9, 1e7})
+            for (const double le : {2.0, 1e-5})
+                for (const double lp : {0.04, 30.0}) {
+                    const PassivatedCoverage theta = passivated_coverage(ge, le, gp, lp);
+                    const double a = le / ge, b = lp / gp;
+                    CHECK(theta.etchant == Approx(1.0 / (1.0 + a * (1.0 + 1.0 / b))).epsilon(1e-12));
+                    CHECK(theta.passivant == Approx(1.0 / (1.0 + b * (1.0 + 1.0 / a))).epsilon(1e-12));
+                }
+    const auto is = [](PassivatedCoverage theta, double etchant, double passivant) {
+        CHECK(theta.etchant == etchant);
+        CHECK(theta.passivant == passivant);
+    };
+    is(passivated_coverage(0, 2, 0, 3), 0, 0);
+    is(passivated_coverage(6, 2, 0, 3), 0.75, 0);  // no passivant: 1 / (1 + a)
+    is(passivated_coverage(6, 2, 0, 0), 0.75, 0);
+    is(passivated_coverage(0, 2, 1, 3), 0, 0.25);
+    is(passivated_coverage(6, 2, 1, 0), 0, 1);  // what never leaves takes every site
+    is(passivated_coverage(6, 0, 1, 3), 1, 0);
+    is(passivated_coverage(0, 0, 0, 0), 0, 0);
+    is(passivated_coverage(3, 0, 1, 0), 0.75, 0.25);
+}
+
+TEST_CASE("sf6_o2 on a flat wafer etches at the formula's rate, silicon and mask") {
+    for (const bool beta : {true, false}) {
+        const Case etch = step(std::string("model = \"sf6_o2\"\nduration = 1\ncoverage_beta = ") +
+                               (beta ? "true\n" : "false\n"));
+        // Ions at normal incidence and exactly 100 eV: the mean yields of a flat wafer.
+        const double root = std::sqrt(100.0), y_sp = 0.0337 * (root - std::sqrt(20.0)),
+                     y_ie = 7.0 * (root - std::sqrt(15.0)), y_p = 3.0 * (root - std::sqrt(10.0));
+        CHECK(flux_names(etch.model.species) == std::vector<std::string>{"ion", "ion_sputter", "ion_enhanced",
+                                                                         "ion_removal", "etchant", "oxygen"});
+        std::vector<double> theta(2, 0.0);
+        const double speed = etch.settled("Si", {1.0, y_sp, y_ie, y_p, 1.0, 1.0}, theta);
+        const double a = (300.0 + 2.0 * y_ie * 10.0) / ((beta ? 0.7 : 1.0) * 4500.0),
+                     b = (0.04 + y_p * 10.0) / 800.0;
+        CHECK(theta[0] == Approx(1.0 / (1.0 + a * (1.0 + 1.0 / b))).epsilon(1e-6));
+        CHECK(theta[1] == Approx(1.0 / (1.0 + b * (1.0 + 1.0 / a))).epsilon(1e-6));
+        const double nm_per_s = (75.0 * theta[0] + y_sp * 10.0 + theta[0] * y_ie * 10.0) / 5.02;
+        CHECK(speed == Approx(-1e-3 * nm_per_s).epsilon(1e-6));  // um/s
+        CHECK(etch.model.sticking(1, etch.point("Si", {}, theta)) ==
+              Approx(0.7 * (1.0 - theta[0] - theta[1])));
+        CHECK(etch.model.sticking(2, etch.point("Si", {}, theta)) == Approx(1.0 - theta[0] - theta[1]));
+        // The mask only sputters.
+        const double mask = 0.0139 * (root - std::sqrt(20.0));
+        CHECK(etch.settled("Mask", {1.0, mask, y_ie, y_p, 1.0, 1.0}, theta) ==
+              Approx(-1e-3 * mask * 10.0 / 500.0).epsilon(1e-6));
+    }
+    const Case nanometres = [] {
+        Case result{parse_recipe(R"([domain]
+extent = [4.0, 4.0]
+grid_spacing = 0.1
+length_unit = "nm"
+time_unit = "min"
+[[layer]]
+material = "Si"
+[[step]]
+model = "hbr_o2"
+duration = 1
+)",
+                                 "step.toml"),
+                    {}};
+        result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
+        return result;
+    }();
+    std::vector<double> theta(2, 0.0);
+    CHECK(nanometres.settled("Si", {1, 0, 0, 0, 1, 0},
+                             theta) ==  // no ions, no oxygen: thermal etching in nm/min
+          Approx(-60.0 * 75.0 / 5.02 / (1.0 + 300.0 / (0.1 * 4500.0))).epsilon(1e-9));
+}
+
+TEST_CASE("fluorocarbon coverages are the steady state, and decide between polymer and etching") {
+    const FluorocarbonCoverage theta = fluorocarbon_coverage({.etchant = 450,
+                                                              .etchant_on_polymer = 300,
+                                                              .polymer = 2.0,
+                                                              .polymer_removal = 12,
+                                                              .polymer_loss = 1,
+                                                              .enhanced = 20,
+                                                              .evaporation = 3});
+    CHECK(theta.etchant_on_polymer == Approx(300.0 / 312.0).epsilon(1e-12));
+    CHECK(theta.polymer == Approx(2.0 / (12.0 * 300.0 / 312.0 + 1.0)).epsilon(1e-12));
+    CHECK(theta.etchant == Approx(450.0 * (1.0 - theta.polymer) / (20.0 + 3.0 + 450.0)).epsilon(1e-12));
+    CHECK(fluorocarbon_coverage({.polymer = 5.0}).polymer == 1.0);
+    const FluorocarbonCoverage bare = fluorocarbon_coverage({});
+    CHECK(bare.etchant == 0.0);
+    CHECK(bare.polymer == 0.0);
+    CHECK(bare.etchant_on_polymer == 0.0);
+
+    const Case etch = step("model = \"fluorocarbon\"\nduration = 1\ndeposit = \"Polymer\"\n");
+    std::vector<double> sites(3, 0.0);
+    const double shadow = etch.settled("SiO2", {0, 0, 0, 0, 0.1, 1.0}, sites);  // polymer, no ions
+    CHECK(sites[1] == 1.0);
+    CHECK(shadow == Approx(1e-3 * 100.0 * 0.26 / 2.2).epsilon(1e-9));
+    const double y_ie = 0.0361 * (10.0 - 2.0), y_sp = 0.0139 * (10.0 - std::sqrt(18.0));
+    const double open = etch.settled("SiO2", {1, y_sp, y_ie, y_ie, 1.0, 0.02}, sites);
+    REQUIRE(sites[1] < 1.0);
+    const double evaporation = 0.0027895 * 500.0 * std::exp(-0.168 / (8.617333262e-5 * 300.0));
+    CHECK(open ==
+          Approx(-1e-3 * (sites[0] * (evaporation + 56.0 * y_ie) + (1.0 - sites[0]) * 56.0 * y_sp) / 2.2)
+              .epsilon(1e-6));
+}
+
+TEST_CASE("ion_beam: a plane tilted by theta etches by the yield curve, a flat wafer at the blanket rate") {
+    const double threshold = 20.0, energy = 100.0, root = std::sqrt(energy) - std::sqrt(threshold);
+    const auto y = [](double c) { return (1.0 + 9.3 * (1.0 - c * c)) * c; };
+    for (const double tilt : {0.0, 35.0, 60.0}) {
+        const Case beam = step("model = \"ion_beam\"\nduration = 1\nrate = { Si = 0.5 }\ntilt_deg = " +
+                               std::to_string(tilt) + "\n");
+        const flux::Species& ion = beam.model.species.at(0);
+        const double c = std::cos(tilt * std::acos(-1.0) / 180.0);
+        CHECK(-ion.beam.z() == Approx(c));
+        REQUIRE(ion.yields.size() == 1);
+        CHECK(beam.model.speed(beam.point("Si", std::vector<double>{1.0, root * y(c)})) ==
+              Approx(-0.5).epsilon(1e-9));
+        CHECK(beam.model.speed(beam.point("Mask", std::vector<double>{1.0, root * y(c)})) == 0.0);
+    }
+    const std::string keys = "duration = 1\nmodel = \"ion_beam\"\nrate = { Si = 1 }\ntilt_deg = 20\n";
+    std::string mirrored = kWafer;
+    mirrored.replace(mirrored.find("periodic"), 8, "reflective");
+    CHECK_THROWS_WITH(parse_recipe(mirrored + keys, "step.toml"), Catch::Contains("would mirror it"));
+    CHECK_NOTHROW(parse_recipe(mirrored + keys + "rotating = true\n", "step.toml"));
+}
+
+TEST_CASE("teos: V is rate flux^order, and sticking falls with the flux as the order says") {
+    const Case one = step(
+        "model = \"teos\"\nduration = 1\ndeposit = \"SiO2\"\n"
+        "precursors = [{ rate = 2, sticking = 0.2, order = 2 }]\n");
+    std::vector<double> theta(1, 0.0);
+    CHECK(one.settled("Si", {1.0}, theta) == 2.0);
+    CHECK(one.model.sticking(0, one.point("Si", {}, theta)) == 0.2);
+    CHECK(one.settled("Si", {0.5}, theta) == 0.5);
+    CHECK(one.model.sticking(0, one.point("Si", {}, theta)) == Approx(0.1));
+    const Case two = step(
+        "model = \"teos\"\nduration = 1\ndeposit = \"SiO2\"\n"
+        "precursors = [{ rate = 2 }, { rate = 1, order = 3 }]\n");
+    std::vector<double> both(2, 0.0);
+    CHECK(two.settled("Si", {0.5, 0.5}, both) == 1.125);
+}
+
+TEST_CASE("ald: coverage follows its differential equation, and growth a cycle saturates with the pulse") {
+    const double gain = 0.8, loss = 0.1, sites = 2.0;
+    double theta = 0.0;
+    for (int n = 0; n < 100000; ++n) theta += 3e-5 * (gain * (1.0 - theta) - loss * theta) / sites;
+    CHECK(pulsed_coverage(0.0, gain, loss, sites, 3.0) == Approx(theta).epsilon(1e-4));
+    CHECK(pulsed_coverage(pulsed_coverage(0.0, gain, loss, sites, 1.0), gain, loss, sites, 2.0) ==
+          Approx(pulsed_coverage(0.0, gain, loss, sites, 3.0)).epsilon(1e-12));
+    CHECK(pulsed_coverage(0.3, 0.0, 0.0, sites, 3.0) == 0.3);
+
+    double before = 0.0, gained = 1.0;
+    for (const char* pulse : {"0.1", "0.2", "0.4", "0.8", "6.4"}) {
+        const Case film = step(std::string("model = \"ald\"\nduration = 1\ndeposit = \"HfO2\"\npurge = 1\n"
+                                           "growth_per_cycle = 1e-4\nprecursor_flux = 10\npulse = ") +
+                               pulse + "\n");
+        std::vector<double> covered(1, 0.0);
+        const double speed = film.settled("Si", {1.0}, covered, film.model.coverages.pulse);
+        const double cycle = speed * (film.model.coverages.pulse + 1.0);
+        CHECK(cycle == Approx(1e-4 * (1.0 - std::exp(-10.0 * film.model.coverages.pulse))).epsilon(1e-9));
+        CHECK(cycle >= before);
+        gained = cycle - before;
+        before = cycle;
+    }
+    CHECK(gained < 1e-7);
+    CHECK(before == Approx(1e-4).epsilon(1e-6));
+}
+
+TEST_CASE("a crystal's four families of faces move at their rates, in any orientation") {
+    const CrystalRates rates{0.797, 1.455, 0.005, 1.436};
+    for (const CrystalAxes& axes :
+         {crystal_axes(Vec3::UnitX(), Vec3::UnitY()), crystal_axes({1, 1, 0}, {-1, 1, 0}),
+          crystal_axes({1, 2, 3}, {0, 1, 0})}) {
+        const auto face = [&](double a, double b, double c) {
+            return crystal_rate((a * axes[0] + b * axes[1] + c * axes[2]).normalized(), axes, rates);
+        };
+        for (const double s : {1.0, -1.0}) {
+            CHECK(face(s, 0, 0) == Approx(0.797));
+            CHECK(face(0, 0, s) == Approx(0.797));
+            CHECK(face(s, 1, 0) == Approx(1.455));
+            CHECK(face(0, 1, s) == Approx(1.455));
+            CHECK(face(1, s, 1) == Approx(0.005));
+            CHECK(face(1, 3 * s, 1) == Approx(1.436));
+            CHECK(face(1, 1, 3 * s) == Approx(1.436));
+        }
+        // Continuous: no jump between the two branches.
+        for (int n = 0; n < 400; ++n) {
+            const double t = n * 0.01;
+            CHECK(std::abs(face(std::cos(t), std::sin(t), 0.3) -
+                           face(std::cos(t + 1e-6), std::sin(t + 1e-6), 0.3)) < 1e-4);
+        }
+    }
+    // The bound holds for every normal, between the ones that it looks at.
+    const CrystalAxes axes = crystal_axes({1, 1, 0}, {-1, 1, 0});
+    const double bound = crystal_bound(axes, rates);
+    for (int i = 0; i < 3000; ++i) {
+        const double z = -1.0 + i / 1500.0, phi = 2.399963 * i;
+        const Vec3 n(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+        CHECK(std::abs(crystal_rate(n, axes, rates)) <= bound);
+    }
+    const Case wet =
+        step("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 2\nr110 = 1\nr111 = 1\nr311 = 1\n");
+    CHECK(wet.model.speed(wet.point("Si", {})) == -2.0);
+    CHECK(wet.model.speed(wet.point("SiO2", {})) == 0.0);
+    CHECK(wet.model.depends_on_normal);
+    const Case grown = step(
+        "model = \"epitaxy\"\nduration = 1\nmaterial = \"Si\"\nr100 = 1\nr110 = 1\nr111 = 0\nr311 = "
+        "1\ndeposit = \"SiGe\"\n");
+    CHECK(grown.model.speed(grown.point("Si", {})) == 1.0);
+    CHECK(grown.model.speed(grown.point("SiGe", {})) == 1.0);
+    CHECK(grown.model.speed(grown.point("SiO2", {})) == 0.0);
+}

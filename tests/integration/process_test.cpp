@@ -1,0 +1,136 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/simulation.hpp"
+#include "tests/integration/program.hpp"
+
+// Whole processes against what must hold: layers keep their volumes, steps stop where they should.
+using namespace sidewall;
+
+namespace {
+
+struct Outcome {
+    app::RunResult result;
+    double metrology(const std::string& name) const {
+        return result.summary["metrology"][name].get<double>();
+    }
+    double time() const { return result.summary["time"].get<double>(); }
+};
+
+Outcome run(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    const test::Folder folder;
+    const app::Recipe recipe = app::parse_recipe(text, "process.toml", overrides);
+    return {app::run_recipe(recipe, {.output = folder.path, .quiet = true})};
+}
+
+Outcome run_quick(const std::string& name, const std::vector<std::string>& overrides = {}) {
+    const test::Folder folder;
+    const app::Recipe recipe = app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name, overrides);
+    return {app::run_recipe(recipe, {.output = folder.path, .quiet = true})};
+}
+
+const std::string kStrip = R"([domain]
+extent = [2.0, 0.2]
+grid_spacing = 0.05
+boundary = ["reflective", "periodic"]
+[simplify]
+method = "none"
+[output]
+profiles = ["y=0"]
+)";
+
+}  // namespace
+
+TEST_CASE("an etch stop thinner than a cell stops the etch and keeps its volume") {
+    const Outcome etch = run(kStrip + R"([[layer]]
+material = "Si"
+[[layer]]
+material = "SiO2"
+thickness = 0.02
+[[layer]]
+material = "PolySi"
+thickness = 0.3
+[[step]]
+model = "directional"
+duration = 5.0
+directional = { Si = -0.5, PolySi = -0.5 }
+)");
+    CHECK(etch.metrology("depth") == Approx(-0.02).margin(1e-3));
+    CHECK(etch.metrology("removed_volume_PolySi") == Approx(0.3 * 0.4).epsilon(0.01));
+    CHECK(etch.metrology("removed_volume_SiO2") < 0.01 * 0.02 * 0.4);
+    CHECK(etch.metrology("removed_volume_Si") < 1e-6);
+}
+
+TEST_CASE("steps end at the depth, the material and the thickness they name") {
+    const std::string wafer =
+        kStrip + "[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.5\n";
+    const Outcome depth =
+        run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_depth = 0.123\n");
+    CHECK(depth.metrology("depth") == Approx(0.123).margin(0.05 * 0.05));
+    CHECK(depth.time() == Approx(6.23).epsilon(0.01));
+    const Outcome material =
+        run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_material = \"Si\"\n");
+    CHECK(material.metrology("depth") == Approx(0.0).margin(0.5 * 0.05));
+    CHECK(material.time() < 5.5);
+    const Outcome film = run(wafer +
+                             "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = 0.1\ndeposit = \"W\"\n"
+                             "stop_thickness = 0.321\n[metrology]\nmeasures = [\"film\"]\n");
+    CHECK(film.metrology("film_top") == Approx(0.321).margin(0.05 * 0.05));
+    CHECK(film.metrology("added_volume_W") == Approx(0.321 * 0.4).epsilon(0.01));
+    // Not reached: the whole duration.
+    CHECK(run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop_depth = 5.0\n")
+              .time() == 1.0);
+}
+
+TEST_CASE("step coverage grows as sticking falls") {
+    double before = 0.0;
+    for (const char* sticking : {"1.0", "0.3", "0.1", "0.02"}) {
+        const Outcome film =
+            run_quick("teos_trench.toml",
+                      {std::string("step[0].precursors=[{ rate = 0.2, sticking = ") + sticking + " }]"});
+        const double bottom = film.metrology("step_coverage_bottom");
+        CHECK(bottom > before);
+        CHECK(bottom < 1.05);
+        before = bottom;
+    }
+    CHECK(before > 0.8);
+}
+
+TEST_CASE(
+    "atomic layers coat a blanket wafer at growth a cycle times coverage, a deep hole less at its floor") {
+    const Outcome flat = run(R"([domain]
+extent = [40.0, 40.0]
+grid_spacing = 5.0
+length_unit = "nm"
+[[layer]]
+material = "Si"
+[[step]]
+model = "ald"
+duration = 100.0
+growth_per_cycle = 0.1
+pulse = 0.5
+purge = 1.5
+precursor_flux = 400.0
+sticking = 0.002
+sites = 0.5
+deposit = "HfO2"
+[flux]
+rays = 20000
+[simplify]
+method = "none"
+[metrology]
+measures = ["film"]
+)");
+    // 50 cycles, each to 1 - exp(-Gamma s t / s_0).
+    CHECK(flat.metrology("film_top") == Approx(50 * 0.1 * (1.0 - std::exp(-0.8))).epsilon(0.02));
+    const Outcome hole = run_quick("ald_hole.toml");
+    CHECK(hole.metrology("step_coverage_bottom") > 0.2);
+    CHECK(hole.metrology("step_coverage_bottom") < 1.02);
+}
+
+TEST_CASE("wet etching leaves the {111} walls of an inverted pyramid") {
+    const Outcome pit = run_quick("wet_etch_pit.toml");
+    CHECK(pit.metrology("depth") == Approx(2.0 * 0.797).epsilon(0.05));
+    CHECK(pit.metrology("sidewall_angle") == Approx(54.74).margin(6.0));
+    CHECK(pit.metrology("removed_volume_Mask") < 0.01 * 0.6 * 64.0);
+}

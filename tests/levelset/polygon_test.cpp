@@ -1,0 +1,36 @@
+#include "levelset/polygon.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "levelset/stack.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+TEST_CASE("the distance to a polygon is exact, whichever way round it runs") {
+    const Polygon there{{0, 0}, {2, 0}, {2, 1}, {0, 1}}, back{{0, 1}, {2, 1}, {2, 0}, {0, 0}};
+    for (const Polygon& box : {there, back}) {
+        CHECK(signed_distance({box}, 1.0, 0.25) == -0.25);
+        CHECK(signed_distance({box}, 5.0, 5.0) == Approx(5.0));
+        CHECK(signed_distance({box}, 1.0, 1.5) == 0.5);
+        CHECK(signed_distance({box}, 2.0, 0.5) == 0.0);
+    }
+    const Polygon other{{4, 0}, {5, 0}, {5, 1}};
+    CHECK(signed_distance({there, other}, 3.5, 0.0) == 0.5);
+    CHECK(signed_distance({}, 0.0, 0.0) == std::numeric_limits<double>::infinity());
+}
+
+TEST_CASE("a polygon across a periodic side opens the mask on both") {
+    const Domain domain = make_domain({4.0, 2.0}, 0.1, {Side::periodic, Side::reflective});
+    Shape mask{.kind = ShapeKind::mask, .top = 0.5};
+    mask.polygons = {{{1.5, -0.5}, {2.5, -0.5}, {2.5, 0.5}, {1.5, 0.5}}};
+    for (const bool openings : {true, false}) {
+        mask.openings = openings;
+        const MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, mask}});
+        const double open = openings ? 0.0 : 0.5;
+        for (const Vec3& p : {Vec3(1.8, 0.2, open), Vec3(-1.8, -0.2, open), Vec3(0.0, 0.0, 0.5 - open)})
+            CHECK(std::abs(distance_at(stack.top(), domain, p)) < 1e-3);
+    }
+}
