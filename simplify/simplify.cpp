@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"
 #include "simplify/region.hpp"
 #include "surface/error.hpp"
@@ -18,7 +19,9 @@ Result collapse(const TriangleMesh& mesh, std::span<const std::uint8_t> features
     const double base =
         base_length(mesh, region ? features : std::span<const std::uint8_t>{}, options.grid_spacing);
     if (region) return simplify_regions(mesh, features, resolve_region(options, base));
-    return simplify_lindstrom_turk(mesh, resolve_lindstrom_turk(options, base));
+    const LindstromTurkOptions plain = resolve_lindstrom_turk(options, base);
+    return options.method == Method::cgal_lindstrom_turk ? simplify_cgal_lindstrom_turk(mesh, plain)
+                                                         : simplify_lindstrom_turk(mesh, plain);
 }
 
 }  // namespace
