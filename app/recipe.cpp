@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/models/model.hpp"
 #include "app/recipe_reader.hpp"
 #include "app/recipe_sections.hpp"
 
@@ -118,6 +119,20 @@ double total_duration(const Recipe& recipe) {
     return total;
 }
 
+// Mirrored at a reflective side, a tilted beam would come from both sides.
+void check_beams(const Recipe& recipe) {
+    for (const Step& step : expanded_steps(recipe))
+        for (const flux::Species& species : make_model(step, recipe.materials).species)
+            for (std::size_t axis = 0; axis < 2; ++axis)
+                if (!species.rotating && species.beam[static_cast<Eigen::Index>(axis)] != 0.0 &&
+                    recipe.domain.boundary[axis] == levelset::Side::reflective)
+                    throw RecipeError(
+                        fmt::format("{}: step {}: species {}: its beam is tilted along {}, and the "
+                                    "reflective sides there would "
+                                    "mirror it: set domain.boundary to periodic there, or rotating = true",
+                                    recipe.file, step.name, species.name, "xy"[axis]));
+}
+
 }  // namespace
 
 Recipe parse_recipe(std::string_view text, const std::string& file,
@@ -132,9 +147,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_domain(root, recipe);
     read_layers(root, recipe);
     read_steps(root, recipe);
-    read_section(root, "flux", recipe.flux, recipe.materials, [&] {
-        if (recipe.flux.relative_error) throw KeyError("relative_error", "not available yet: give rays");
-    });
+    check_beams(recipe);
+    read_section(root, "flux", recipe.flux, recipe.materials, [] {});
     read_section(root, "simplify", recipe.simplify, recipe.materials,
                  [&] { check_simplify(recipe.simplify); });
     read_section(root, "advection", recipe.advection, recipe.materials, [] {});

@@ -56,9 +56,11 @@ struct Step {
 };
 
 struct FluxSection {
-    std::int64_t rays = 1'000'000;  ///< source rays a species and time step
+    std::int64_t rays = 1'000'000;          ///< source rays a species and time step
+    std::optional<double> relative_error;   ///< asked for instead of rays
+    std::int64_t max_rays = 1'000'000'000;  ///< that relative_error may spend
+    std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
-    std::optional<double> relative_error;  ///< never set in a parsed recipe
     bool operator==(const FluxSection&) const = default;
 };
 

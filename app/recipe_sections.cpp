@@ -107,12 +107,22 @@ std::vector<Field> fields(Step& step) {
 std::vector<Field> fields(FluxSection& flux) {
     return {
         {"rays", &flux.rays, "", "source rays a species and time step", {.min = 1.0, .max = 1e12}},
-        {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
         {"relative_error",
          &flux.relative_error,
          "",
-         "not available yet: give rays",
-         {.min = 0.0, .max = 0.5, .above_min = true}},
+         "instead of rays: trace until sum(area * standard error) / sum(area * flux) is this small",
+         {.min = 0.0, .max = 0.5, .above_min = true, .word = "none"}},
+        {"max_rays",
+         &flux.max_rays,
+         "",
+         "the most that relative_error may spend a species and time step",
+         {.min = 1.0, .max = 1e12}},
+        {"batches",
+         &flux.batches,
+         "",
+         "independent parts of the rays, whose scatter gives the standard errors",
+         {.min = 16.0, .max = 65536.0}},
+        {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
     };
 }
 

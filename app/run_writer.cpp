@@ -72,10 +72,18 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
     mesh.triangle_attributes.push_back(
         material_attribute({surface.materials.begin(), surface.materials.end()}));
     for (std::size_t k = 0; k < model.species.size(); ++k) {
-        mesh.triangle_attributes.push_back(
-            {"flux_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.flux});
-        mesh.triangle_attributes.push_back(
-            {"flux_error_" + model.species[k].name, 1, Scalar::float64, surface.fluxes[k].triangle.error});
+        const auto names = flux::tally_names(model.species[k]);
+        for (std::size_t tally = 0; tally < names.size(); ++tally) {
+            const flux::TallyFlux& flux = surface.fluxes[k].tally(tally);
+            const auto add = [&](const std::string& name, const flux::FluxField& field) {
+                mesh.triangle_attributes.push_back({"flux_" + name, 1, Scalar::float64, field.flux});
+                mesh.triangle_attributes.push_back({"flux_error_" + name, 1, Scalar::float64, field.error});
+            };
+            add(names[tally], flux.triangle);
+            for (const auto& [name, values] :
+                 {std::pair("flux_", &flux.vertex.flux), {"flux_error_", &flux.vertex.error}})
+                mesh.vertex_attributes.push_back({name + names[tally], 1, Scalar::float64, *values});
+        }
     }
     return mesh;
 }
@@ -84,20 +92,21 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
 TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
                          const SurfaceFlux& surface) {
     TriangleMesh mesh = surface.raw;
-    const std::size_t n = mesh.triangles.size(), species = model.species.size();
+    const auto names = flux_names(model.species);
+    const std::size_t n = mesh.triangles.size(), fluxes = surface.wedge_flux.size();
     std::vector<double> material(n), rate(n);
-    std::vector<std::vector<double>> flux(species, std::vector<double>(n));
+    std::vector<std::vector<double>> flux(fluxes, std::vector<double>(n));
     const std::vector<Vec3> traced_normals =
         surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
         const Vec3 centroid = triangle_centroid(mesh, t);
         SurfacePoint point{
             levelset::exposed_material(stack, centroid), {}, area_vector(mesh, t).normalized(), true};
-        std::vector<double> here(species);
+        std::vector<double> here(fluxes);
         if (surface.scene) {
             surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
             if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
-            for (std::size_t k = 0; k < species; ++k) {
+            for (std::size_t k = 0; k < fluxes; ++k) {
                 here[k] =
                     flux::interpolate(surface.wedges, surface.wedge_flux[k], hit.triangle, hit.u, hit.v);
                 flux[k][t] = here[k];
@@ -111,10 +120,14 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
         rate[t] = model.speed(point);
     });
     mesh.triangle_attributes.push_back(material_attribute(std::move(material)));
-    for (std::size_t k = 0; k < species; ++k)
-        mesh.triangle_attributes.push_back(
-            {"flux_" + model.species[k].name, 1, Scalar::float64, std::move(flux[k])});
+    for (std::size_t k = 0; k < fluxes; ++k)
+        mesh.triangle_attributes.push_back({"flux_" + names[k], 1, Scalar::float64, std::move(flux[k])});
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
+    // The traced mesh has its errors; here they stand if it is this one.
+    for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
+        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally)
+            mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,
+                                              Scalar::float64, surface.fluxes[k].tally(tally).vertex.error});
     return mesh;
 }
 

@@ -54,42 +54,53 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     for (const Step& step : steps) total += step.duration;
     ProgressBar progress(options.title, total, recipe.domain.time_unit, !options.quiet);
     Model model;
-    std::vector<flux::Species> species;
+    const auto stop = [&] {
+        count_total();
+        writer.checkpoint(state);
+        throw Interrupted(
+            fmt::format("stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume",
+                        state.time, total, recipe.domain.time_unit, recipe.file, options.output.string()));
+    };
+    const auto trace = [&] {
+        try {
+            return trace_surface(recipe, model, state.stack, state.time_step, state.timing, [&](double part) {
+                progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+            });
+        } catch (const Interrupted&) {
+            stop();
+            throw;
+        }
+    };
     for (; state.step < steps.size(); state.enter(state.step + 1)) {
         const Step& step = steps[state.step];
         model = make_model(step, recipe.materials);
         if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
         while (!state.reached(state.step_start + step.duration)) {
-            const SurfaceFlux surface =
-                trace_surface(recipe, model, state.stack, state.time_step, state.timing, [&](double part) {
-                    progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
-                });
+            const SurfaceFlux surface = trace();
             const levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (writer.due(state)) writer.save(state, model, surface);
 
-            const double stop = next_stop(state, recipe, state.step_start, step.duration);
+            const double until = next_stop(state, recipe, state.step_start, step.duration);
             const double speed = levelset::max_speed(state.stack, motion);
-            const double dt = time_step(stop - state.time, speed, domain.spacing, recipe.advection.cfl);
+            const double dt = time_step(until - state.time, speed, domain.spacing, recipe.advection.cfl);
             writer.record(state, step, surface, dt, speed);
             const auto seconds =
                 levelset::advect(state.stack, motion, dt, scheme_for(model, recipe.advection));
             state.timing.advect += seconds.advect;
             state.timing.redistance += seconds.redistance;
-            state.advance(dt, stop);
+            state.advance(dt, until);
             progress.update(state.time,
                             fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));
             count_total();
             if (interrupted() &&
-                !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration))) {
-                writer.checkpoint(state);
-                throw Interrupted(fmt::format(
-                    "stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume", state.time,
-                    total, recipe.domain.time_unit, recipe.file, options.output.string()));
-            }
+                !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration)))
+                stop();
         }
     }
-    // The final surface, with the fluxes the last model would go on with.
-    const SurfaceFlux surface = trace_surface(recipe, model, state.stack, state.time_step, state.timing);
+    // The final surface, with the fluxes the last model would go on with; a run resumed here has made none
+    // yet.
+    model = make_model(steps.back(), recipe.materials);
+    const SurfaceFlux surface = trace();
     writer.save(state, model, surface);
     count_total();
     RunResult result{surface.raw, state.timing, {}};

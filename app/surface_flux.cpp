@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include "app/output.hpp"
 #include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
@@ -76,6 +77,43 @@ flux::LateralBox lateral_box(const levelset::Domain& domain) {
     return box;
 }
 
+flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& species, std::uint32_t index,
+                               const SurfaceFlux& surface, std::uint32_t time_step,
+                               const std::function<void(double)>& progress) {
+    flux::TraceOptions options;
+    options.rays =
+        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
+    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
+    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
+    options.step = time_step;
+    options.species_index = index;
+    options.progress = progress;
+    options.stop = interrupted;
+    const auto traced = [&](auto&& trace) {
+        return trace(surface.traced(), *surface.scene, surface.box, species, surface.materials,
+                     surface.wedges, options);
+    };
+    const flux::FluxResult result =
+        recipe.flux.relative_error ? traced([&](auto&&... parts) {
+            return flux::trace_flux_to(*recipe.flux.relative_error, parts...);
+        })
+                                   : traced([](auto&&... parts) { return flux::trace_flux(parts...); });
+    if (static_cast<double>(result.leaked) >
+        kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
+        throw NumericsError(fmt::format(
+            "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
+            "milder simplification",
+            species.name, result.leaked, result.emitted));
+    if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
+        fmt::print(stderr,
+                   "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
+                   "for: allow "
+                   "more flux.max_rays or ask for less\n",
+                   time_step, species.name, result.relative_error, result.emitted,
+                   *recipe.flux.relative_error);
+    return result;
+}
+
 }  // namespace
 
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
@@ -102,24 +140,11 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
     surface.materials = materials_of(stack, surface.traced());
     surface.wedges = flux::make_wedges(surface.traced(), surface.materials);
     for (std::uint32_t k = 0; k < model.species.size(); ++k) {
-        flux::TraceOptions options;
-        options.rays = static_cast<std::uint64_t>(recipe.flux.rays);
-        options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-        options.step = time_step;
-        options.species_index = k;
-        options.progress = progress;
-        surface.fluxes.push_back(flux::trace_flux(surface.traced(), *surface.scene, surface.box,
-                                                  model.species[k], surface.materials, surface.wedges,
-                                                  options));
-        const auto& result = surface.fluxes.back();
-        surface.wedge_flux.push_back(
-            flux::smoothed_flux(surface.traced(), surface.wedges, result.wedge, result.arrivals));
-        if (static_cast<double>(result.leaked) >
-            kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
-            throw NumericsError(
-                fmt::format("species {}: {} of {} particles leaked through the surface; use a smaller "
-                            "grid_spacing or a milder simplification",
-                            model.species[k].name, result.leaked, result.emitted));
+        surface.fluxes.push_back(trace_species(recipe, model.species[k], k, surface, time_step, progress));
+        const flux::FluxResult& result = surface.fluxes.back();
+        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally)
+            surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges,
+                                                             result.tally(tally).wedge, result.arrivals));
     }
     return surface;
 }
@@ -153,8 +178,8 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                   : levelset::extend_without_mesh(stack.top(), stack.domain);
     }
     const PhaseClock clock(timing.rates);
-    const std::size_t species = model.species.size(), count = extension.samples.size();
-    std::vector<double> flux(count * species);
+    const std::size_t fluxes = surface.wedge_flux.size(), count = extension.samples.size();
+    std::vector<double> flux(count * fluxes);
     std::vector<std::uint8_t> seen(model.visibility ? count : 0);
     const std::vector<Vec3> normals =
         model.visibility ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
@@ -162,8 +187,8 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];
             const auto u = static_cast<double>(s.u), v = static_cast<double>(s.v);
-            for (std::size_t k = 0; k < species; ++k)
-                flux[n * species + k] =
+            for (std::size_t k = 0; k < fluxes; ++k)
+                flux[n * fluxes + k] =
                     flux::interpolate(surface.wedges, surface.wedge_flux[k], s.triangle, u, v);
             if (!model.visibility) continue;
             const auto [a, b, c] = surface.traced().triangles[s.triangle];
@@ -172,10 +197,10 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
             seen[n] = visible(surface, point, normals[s.triangle], *model.visibility, stack.domain.spacing);
         }
     });
-    auto speed = [&stack, speed_of = model.speed, species, flux = std::move(flux), seen = std::move(seen)](
+    auto speed = [&stack, speed_of = model.speed, fluxes, flux = std::move(flux), seen = std::move(seen)](
                      std::size_t sample, std::size_t layer, const Vec3& normal) {
         const SurfacePoint point{stack.layers[layer].material,
-                                 std::span(flux).subspan(sample * species, species), normal,
+                                 std::span(flux).subspan(sample * fluxes, fluxes), normal,
                                  seen.empty() || seen[sample] != 0};
         return speed_of(point);
     };

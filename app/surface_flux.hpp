@@ -20,8 +20,9 @@ struct SurfaceFlux {
     std::optional<surface::RayScene> scene;  ///< of the traced mesh; none if the model looks at no surface
     flux::LateralBox box;
     flux::Wedges wedges;
-    std::vector<flux::FluxResult> fluxes;         ///< one a species, as counted
-    std::vector<std::vector<double>> wedge_flux;  ///< by species and wedge, less its noise: what models see
+    std::vector<flux::FluxResult> fluxes;  ///< one a species, as counted
+    std::vector<std::vector<double>>
+        wedge_flux;  ///< by flux_names and wedge, less its noise: what models see
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };
@@ -29,7 +30,7 @@ struct SurfaceFlux {
 /// Extracts the surface, simplifies it as the recipe says if the model traces species, and traces them.
 /// \param time_step  counts over the whole run; keys the random numbers.
 /// \param progress   told the finished fraction of the tracing; may be empty.
-/// \throws NumericsError if particles leak through the surface.
+/// \throws NumericsError if particles leak through the surface, Interrupted if the user asked to stop.
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                           std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress = {});

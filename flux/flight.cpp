@@ -13,10 +13,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
 constexpr double kSkin = 0x1p-20;
-// How far rays reach over side planes, and how far from its start a particle may have slipped; in skins.
-constexpr double kOverlap = 8.0;
-// A triangle is met from behind only beyond this cosine: at grazing incidence rounding decides the sign.
-constexpr double kGrazing = 1e-4;
 // A flight of more segments than this is a particle caught in rounding.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
@@ -126,16 +122,13 @@ Vec3 outward_normal(const Stage& stage, std::uint32_t triangle) {
     return area_vector(stage.mesh, triangle).normalized();
 }
 
-Vec3 point_above(const Stage& stage, const Landing& landing, const Vec3& normal) {
+Vec3 landing_point(const Stage& stage, const Landing& landing) {
     // The surface that Embree sees has its vertices rounded to float.
     const auto vertex = [&](std::size_t k) -> Vec3 {
         return stage.mesh.vertices[stage.mesh.triangles[landing.triangle][k]].cast<float>().cast<double>();
     };
     const double u = landing.u, v = landing.v;
-    Vec3 point = (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2) + stage.skin * normal;
-    for (int axis = 0; axis < 2; ++axis)
-        point[axis] = std::clamp(point[axis], stage.box.min[axis], stage.box.max[axis]);
-    return point;
+    return (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2);
 }
 
 Landing fly(const Stage& stage, Particle particle) {
@@ -150,6 +143,7 @@ Landing fly(const Stage& stage, Particle particle) {
         const double exit = rise == 0.0
                                 ? kInfinity
                                 : ((rise > 0.0 ? stage.top : stage.bottom) - particle.position.z()) / rise;
+        landing.direction = particle.direction;
         const Met met = meet(stage, particle, back_up, std::min(side.distance, exit), landing);
         if (met == Met::front) {
             landing.end = End::hit;

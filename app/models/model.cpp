@@ -33,6 +33,13 @@ Model make_model(const Step& step, const Materials& materials) {
     return model->make(step.values, materials);
 }
 
+std::vector<std::string> flux_names(const std::vector<flux::Species>& species) {
+    std::vector<std::string> names;
+    for (const flux::Species& s : species)
+        for (std::string& name : flux::tally_names(s)) names.push_back(std::move(name));
+    return names;
+}
+
 Key deposit_key() {
     return {"deposit",
             std::string(),

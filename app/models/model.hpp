@@ -15,7 +15,7 @@ namespace sidewall::app {
 /// What a model sees of a point on the surface.
 struct SurfacePoint {
     int material = 0;              ///< id of the material under the point
-    std::span<const double> flux;  ///< one a species, 1 on an open flat plane
+    std::span<const double> flux;  ///< in the order of flux_names, 1 on an open flat plane
     Vec3 normal = Vec3::UnitZ();   ///< unit, out of the material
     bool visible = true;  ///< the source is in line of sight; only asked where Model::visibility is set
 };
@@ -29,6 +29,9 @@ struct Model {
     std::optional<int> deposit;                        ///< material id of the film that grows
     std::optional<double> max_speed;                   ///< bound of |V|, where fluxes do not enter
 };
+
+/// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).
+std::vector<std::string> flux_names(const std::vector<flux::Species>& species);
 
 /// A model that recipes can name. Each lives in its own file of app/models/ and has a line in model.cpp.
 struct ModelEntry {

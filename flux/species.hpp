@@ -1,0 +1,117 @@
+#pragma once
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "surface/vec3.hpp"
+
+// What a process model says about its particles: plain data, no code. Angles in radian, energies in eV,
+// fluxes relative to an open horizontal plane. "By material" is a value for every material id, or one for
+// all.
+namespace sidewall::flux {
+
+/// Energy at the source: normal(mean, sigma) truncated to positive values. Mean 0: a species without energy,
+/// whose yields then depend on the angle alone.
+struct Energy {
+    double mean = 0.0;
+    double sigma = 0.0;
+};
+
+/// What becomes of a particle that does not stick.
+enum class Reemission : unsigned char {
+    diffuse,   ///< Lambert about the surface normal: thermal neutrals
+    specular,  ///< mirrored
+    coned      ///< coned cosine about the mirrored direction: ions
+};
+
+/// Reflection of ions, parameters of Belen et al., JVST A 23, 99 (2005). Incidence is measured from the
+/// normal.
+struct Reflection {
+    Reemission kind = Reemission::diffuse;
+    /// Probability that a particle that does not stick is reflected: 0 below `from`, 1 above `to`, linear
+    /// between. With both 0 every one is (neutrals, mirrors). What is not reflected is absorbed.
+    double from = 0.0, to = 0.0;
+    double cone = 1.3962634;  ///< half-angle of the cone: pi/2 - min(incidence, cone)
+    /// Energy left: normal(E_peak E, spread E) truncated to [0, E]; see energy_peak in reflection.hpp.
+    double inflection = 1.55334303;
+    double exponent = 10.0;
+    double spread = 0.1;
+};
+
+/// How a yield depends on the incidence theta.
+enum class Angular : unsigned char {
+    none,        ///< 1
+    cosine,      ///< cos theta
+    sputter,     ///< max(0, (1 + B sin^2 theta) cos theta); coefficient = {B}
+    enhanced,    ///< 1 for cos theta >= 1/2, else max(0, 3 - 6 theta / pi)
+    polynomial,  ///< sum of a_k cos^k theta over k = 1, 2, ..., by the sum of a_k; coefficient = {a_1, a_2,
+                 ///< ...}
+    table        ///< linear between coefficient = values at equal steps of theta from 0 to pi/2
+};
+
+/// A tally beside the arrivals: every hit adds its weight times
+///     Y = A max(0, sqrt(E) - sqrt(threshold)) f(theta),
+/// and A f(theta) for a species without energy. So its flux is the yield-weighted flux, e.g. Y_ie Gamma_i /
+/// Gamma_i.
+struct Yield {
+    std::string name;  ///< labels results
+    Angular angular = Angular::none;
+    double threshold = 0.0;           ///< eV
+    std::vector<double> scale{1.0};   ///< A, by material
+    std::vector<double> coefficient;  ///< see Angular
+};
+
+/// What a hit sputters flies on as a second generation, of weight `yield`, and sticks where it lands with
+/// probability `sticking`, else it is re-emitted diffusely.
+struct Redeposition {
+    Yield yield;
+    Reemission direction =
+        Reemission::coned;              ///< it starts in; of coned and specular: about the ion's mirrored one
+    std::vector<double> sticking{1.0};  ///< by material
+};
+
+/// Particles of one kind.
+struct Species {
+    std::string name = "neutral";
+    double source_exponent = 1.0;  ///< n of the source's cos^n about `beam`: 1 thermal, 100 to 1000 ions
+    std::vector<double> sticking{
+        1.0};                    ///< probability in [0, 1], by material; 0 for ions, whose reflection decides
+    Vec3 beam = -Vec3::UnitZ();  ///< the source's axis, unit length, downwards; upward flights are dropped
+    bool rotating = false;       ///< the wafer turns: every azimuth of the beam is as likely
+    Energy energy{};
+    Reflection reflection{};
+    double stop_energy = 0.0;     ///< an ion that a reflection leaves with less is absorbed
+    std::vector<Yield> yields{};  ///< a tally each, beside the arrivals
+    std::optional<Redeposition> redeposition{};
+};
+
+/// Fluxes a species yields, in this order everywhere: arrivals, each of its yields, redeposition if it has
+/// any.
+inline std::size_t tally_count(const Species& species) {
+    return 1 + species.yields.size() + (species.redeposition ? 1 : 0);
+}
+
+/// Their names: the species' own, then "species_yield", then "species_redeposited".
+inline std::vector<std::string> tally_names(const Species& species) {
+    std::vector<std::string> names{species.name};
+    for (const Yield& yield : species.yields) names.push_back(species.name + "_" + yield.name);
+    if (species.redeposition) names.push_back(species.name + "_redeposited");
+    return names;
+}
+
+/// Ions of Belen et al.: n = 500, 100 +- 10 eV, coned reflection from 70 to 90 degrees, no yields yet.
+inline Species ion(std::string name, Energy energy = {100.0, 10.0}, double source_exponent = 500.0) {
+    Species species;
+    species.name = std::move(name);
+    species.source_exponent = source_exponent;
+    species.sticking = {0.0};
+    species.energy = energy;
+    species.reflection = {.kind = Reemission::coned,
+                          .from = 70.0 * std::numbers::pi / 180.0,
+                          .to = 90.0 * std::numbers::pi / 180.0};
+    return species;
+}
+
+}  // namespace sidewall::flux
