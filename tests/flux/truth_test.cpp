@@ -117,8 +117,11 @@ TEST_CASE("a simplified mesh of flat walls has the flux of the raw one") {
         if (method == simplify::Method::region) {
             options.l0 = 0.0;
             options.step = 0.15;
+            options.l_max = 0.6;
+        } else {
+            // The cheapest half: flat parts. Beyond, it would round off the corners.
+            options.target_vertices = raw.vertices.size() / 2;
         }
-        options.l_max = 0.6;
         mesh = simplify::simplify(raw, features, options).mesh;
         REQUIRE(10 * mesh.vertices.size() < 6 * raw.vertices.size());
     }
