@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -72,7 +73,8 @@ Met meet(const Stage& stage, const Particle& particle, double back_up, double re
             landing.v = static_cast<double>(query.hit.v);
             return back ? Met::back : Met::front;
         }
-        t_near = static_cast<double>(std::nextafter(query.ray.tfar, std::numeric_limits<float>::infinity()));
+        // Past the hit by more than its rounding: one step of float may find it again, for ever.
+        t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * stage.skin;
         if (!(t_near < t_far)) return Met::nothing;
     }
 }

@@ -245,11 +245,10 @@ void scatter_any(const Trace& trace, Flock& flock, Worker& w, const std::vector<
         const std::uint64_t weight = r.weight[row];
         const Hit hit = hit_of(trace, r, row);
         flock.tally.add(flock.bins, triangle, u, v, weight);
-        ++w.counts.arrivals;
-        for (std::size_t k = 0; k < species.yields.size(); ++k) {
+        for (std::size_t y = 0; y < species.yields.size(); ++y) {
             const double yield =
-                yield_of(species.yields[k], hit.material, has_energy, hit.energy, hit.cosine);
-            tallies[1 + k].add(*w.bins[1 + k], triangle, u, v, weight_of(weight, yield));
+                yield_of(species.yields[y], hit.material, has_energy, hit.energy, hit.cosine);
+            tallies[1 + y].add(*w.bins[1 + y], triangle, u, v, weight_of(weight, yield));
         }
         Event event = flock.event;
         event.ray = r.ray[row];

@@ -17,6 +17,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <ctime>
 #include <string>
 #include <vector>
@@ -142,7 +143,7 @@ struct Scene {
 };
 
 constexpr std::uint64_t kRays = 4'000'000;
-constexpr int kRepeats = 5;
+constexpr int kRepeats = 3;
 
 void against_embree(const Scene& s) {
     for (const double sticking : {1.0, 0.1}) {
@@ -238,7 +239,7 @@ void to_two_percent(const Scene& raw) {
             flux::trace_flux_to(kTarget, coarse.mesh, coarse.scene, coarse.box, {"bench", 1.0, {sticking}},
                                 {}, coarse.wedges, {.rays = 1'000'000'000});
         const double fast_seconds = cpu_seconds() - begin;
-        const auto truth = raw.trace(sticking, 20 * kRays);
+        const auto truth = raw.trace(sticking, 4 * kRays);
         fmt::print("{:<10}{:>9}{:>14.1f}{:>14.2f}{:>10.4f}{:>12.2f}{:>10.1f}{:>12.4f}\n", raw.name, sticking,
                    old_to_target, fast_seconds, fast.relative_error, simplification,
                    old_to_target / fast_seconds, error_at(raw, truth.vertex.flux, coarse, fast));
@@ -277,6 +278,7 @@ void many_rays(const Scene& s) {
 
 int main(int argc, char** argv) {
     openvdb::initialize();
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
     bool thorough = false;
     std::vector<std::string> files;
     for (int i = 1; i < argc; ++i) {

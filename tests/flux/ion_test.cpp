@@ -335,7 +335,9 @@ TEST_CASE("what a hit sputters lands where it flies to, with its own ledger") {
         CHECK(mean_of(mesh, result.others[0]) == Approx(0.8 * cosine * cosine).epsilon(0.002));
         CHECK(static_cast<double>(result.redeposited.emitted) ==
               Approx(0.8 * cosine * static_cast<double>(result.ledger.emitted)).epsilon(1e-4));
-        CHECK(result.redeposited.escaped == 0);
+        // But for what the beam's spread of 1e-3 lifts over the rim.
+        CHECK(static_cast<double>(result.redeposited.escaped) <
+              2e-3 * static_cast<double>(result.redeposited.emitted));
     }
     SECTION("diffuse, sticking 0.4: emission into an isosceles groove of 90 degrees") {
         beam.redeposition->direction = Reemission::diffuse;
