@@ -91,8 +91,8 @@ void check_simplify(const SimplifySection& simplify) {
         throw KeyError("l_max", fmt::format("must be at least l0 = {:g}", *simplify.l0));
     if (!simplify.weights.empty() && simplify.weights[0] + simplify.weights[1] + simplify.weights[2] <= 0.0)
         throw KeyError("weights", "must not all be 0");
-    if (simplify.max_error && simplify.method != "region-bounded")
-        throw KeyError("max_error", "is kept by method = \"region-bounded\" only");
+    if (simplify.max_error && simplify.method == "cgal-lindstrom-turk")
+        throw KeyError("max_error", "is not kept by method = \"cgal-lindstrom-turk\": use another method");
 }
 
 // A cut that misses the wafer would give an empty file without a word.

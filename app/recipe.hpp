@@ -65,12 +65,12 @@ struct FluxSection {
 /// Lengths in the recipe's unit; absent is "auto", the grid spacing or a multiple of it
 /// (simplify/options.hpp).
 struct SimplifySection {
-    std::string method = "region";
+    std::string method = "region-bounded";
     std::optional<double> l0, step, l_max;
-    double feature_parameter = 0.5;
-    std::vector<double> weights;       ///< volume, boundary, shape; empty: the method's own
-    std::int64_t target_vertices = 0;  ///< 0: none
-    std::optional<double> max_error;   ///< region-bounded only
+    std::optional<double> feature_parameter = 0.5;  ///< absent: from the curvature's distribution
+    std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own
+    std::int64_t target_vertices = 0;               ///< 0: none
+    std::optional<double> max_error;                ///< hard bound; not for CGAL's method
     bool operator==(const SimplifySection&) const = default;
 };
 

@@ -61,8 +61,8 @@ std::vector<Field> fields(Layer& layer) {
     }
     add({"material", &layer.material, "", "what the layer is made of", {.required = true, .material = true}});
     if (layer.shape == "mesh") {
-        add({"file", &layer.file, "", "closed or open surface, VTP or PLY, in the recipe's length unit",
-             required()});
+        add({"file", &layer.file, "",
+             "closed or open surface, VTP, PLY, STL or OBJ, in the recipe's length unit", required()});
         return list;
     }
     add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
@@ -128,7 +128,8 @@ std::vector<Field> fields(SimplifySection& simplify) {
         {"step", &simplify.step, kLength, "growth of that length a ring away from features", kLengthOrAuto},
         {"l_max", &simplify.l_max, kLength, "no longer edge collapses", kLengthOrAuto},
         {"feature_parameter", &simplify.feature_parameter, "",
-         "C: a feature has |H| > C/dx or |K| > (C/dx)^2", kPositive},
+         "C: a feature has |H| > C/dx or |K| > (C/dx)^2; auto: from the distribution of curvature",
+         kAboveZeroOrAuto},
         {"weights",
          &simplify.weights,
          "",
@@ -139,7 +140,9 @@ std::vector<Field> fields(SimplifySection& simplify) {
          "",
          "stop at this many; 0 = as the lengths say",
          {.min = 0.0, .max = 1e12}},
-        {"max_error", &simplify.max_error, kLength, "distance that region-bounded keeps", kAboveZeroOrAuto},
+        {"max_error", &simplify.max_error, kLength,
+         "hard bound on the distance to the extracted surface; auto: region-bounded 0.05 dx, others none",
+         kAboveZeroOrAuto},
     };
 }
 

@@ -7,6 +7,7 @@
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
 #include "simplify/simplify.hpp"
+#include "surface/curvature.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -51,10 +52,12 @@ TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, 
     const double spacing = stack.domain.spacing;
     const simplify::Options options = simplify_options(recipe.simplify, spacing);
     std::vector<std::uint8_t> features;
-    if (options.method == simplify::Method::region) {
+    if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
         const PhaseClock clock(timing.features);
-        features = levelset::feature_flags(levelset::curvature(stack.top(), stack.domain, raw), spacing,
-                                           recipe.simplify.feature_parameter);
+        const levelset::Curvature curvature = levelset::curvature(stack.top(), stack.domain, raw);
+        const double parameter = recipe.simplify.feature_parameter.value_or(
+            surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
+        features = levelset::feature_flags(curvature, spacing, parameter);
     }
     const PhaseClock clock(timing.simplify);
     return simplify::simplify(with_fixed_sides(stack.domain, raw), features, options).mesh;

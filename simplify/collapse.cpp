@@ -4,13 +4,18 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <mutex>
 #include <numeric>
+#include <optional>
 
 #include "simplify/blocks.hpp"
 #include "simplify/bucket_queue.hpp"
 #include "simplify/collapse_mesh.hpp"
+#include "simplify/deviation.hpp"
 #include "simplify/edge_cost.hpp"
 #include "simplify/materials.hpp"
 #include "surface/error.hpp"
@@ -25,19 +30,21 @@ constexpr std::uint32_t kAnywhere = 0xfffffffeu;
 // below this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
 constexpr double kMinHeight = 0.05;
 
-/// What a collapse does to one triangle that stays: its two other corners, and twice its area vector.
+/// Twice the area vector of a triangle that stays, before and after a collapse.
 struct Change {
-    std::uint32_t u, w;
     Vec3 before, after;
 };
 
 /// Everything around an edge that is about to collapse.
 struct Surroundings {
     Ring start, end;
+    std::array<MovedTriangle, 2 * Ring::kMost> moved;
     std::array<Change, 2 * Ring::kMost> changes;
-    std::size_t count = 0;
+    std::size_t count = 0;                ///< of the two above
+    std::array<std::uint32_t, 2> gone{};  ///< triangles that go
     std::array<std::uint32_t, 2> apex{};  ///< third corners of the triangles that go
     std::size_t apexes = 0;
+    Deviation::Plan plan;
 };
 
 /// One worker's queue; workers in different blocks share the mesh.
@@ -46,6 +53,7 @@ struct Worker {
     BucketQueue queue;
     std::uint32_t zone;       ///< block whose edges it takes, or kAnywhere
     std::size_t removed = 0;  ///< vertices, in all
+    std::size_t refused = 0;  ///< edges, by the error bound
     Surroundings around;
 };
 
@@ -62,9 +70,15 @@ struct CollapseEngine::Impl {
     Weights weights;
     CollapseMesh mesh;
     CollapsePass pass;
-    double max_length2 = 0.0;           ///< of the pass, in the mesh's scale
-    std::size_t vertices = 0;           ///< left
-    std::vector<std::uint32_t> source;  ///< input vertex whose position it has, or kMoved
+    double max_length2 = 0.0;                         ///< of the pass, in the mesh's scale
+    double max_error = kInfinity;                     ///< likewise
+    std::array<std::vector<float>, 2> max_length_at;  ///< per vertex, in its scale: graded, fixed
+    std::function<void(std::size_t)> progress;
+    std::mutex telling;
+    std::atomic<std::size_t> told = 0;   ///< vertices left, a thousand at a time
+    std::optional<Deviation> deviation;  ///< once a pass has bounded it
+    std::size_t vertices = 0;            ///< left
+    std::vector<std::uint32_t> source;   ///< input vertex whose position it has, or kMoved
     std::vector<BucketQueue::Bucket> where;
     Blocks blocks;
 
@@ -98,7 +112,14 @@ struct CollapseEngine::Impl {
         if ((s.flags | e.flags) & barred) return false;
         if (s.degree > Ring::kMost || e.degree > Ring::kMost) return false;
         if (!boundary_allows(s.flags, e.flags, mesh.opposite[h] == kNoHalfedge)) return false;
-        return (mesh.position(b) - mesh.position(a)).squaredNorm() < max_length2;
+        const double length2 = (mesh.position(b) - mesh.position(a)).squaredNorm();
+        if (!(length2 < max_length2)) return false;
+        double most = kInfinity;
+        if (!max_length_at[0].empty())
+            most = pass.length_factor * std::min(max_length_at[0][a], max_length_at[0][b]);
+        if (!max_length_at[1].empty())
+            most = std::min<double>(most, std::min(max_length_at[1][a], max_length_at[1][b]));
+        return length2 < most * most;
     }
 
     /// Queues an edge at its cost now, or takes it out.
@@ -124,6 +145,7 @@ struct CollapseEngine::Impl {
             if (mesh.opposite[CollapseMesh::next(side)] == kNoHalfedge &&
                 mesh.opposite[CollapseMesh::previous(side)] == kNoHalfedge)
                 return false;
+            s.gone[s.apexes] = side / 3;
             s.apex[s.apexes++] = c;
         }
         const std::size_t degree = s.start.size + s.end.size - 2 - s.apexes;
@@ -153,20 +175,28 @@ struct CollapseEngine::Impl {
                 worst_after = std::min(worst_after, height);
                 if (!(height > 0.0)) return false;
                 if (!(before.dot(after) > 0.0) && before.squaredNorm() > 0.0) return false;
-                s.changes[s.count++] = {u, w, before, after};
+                s.moved[s.count] = {ring->out[i] / 3, u, w};
+                s.changes[s.count++] = {before, after};
             }
         }
         return worst_after >= worst_before;
     }
 
-    /// Collapses an edge that examine() passed.
+    /// Whether all stays within the error bound; examine() has passed.
+    bool within_bound(std::uint32_t h, const Vec3& place, Surroundings& s) const {
+        return !deviation || deviation->within(max_error, mesh, mesh.start(h), mesh.end(h), place,
+                                               std::span(s.moved).first(s.count),
+                                               std::span(s.gone).first(s.apexes), s.plan);
+    }
+
+    /// Collapses an edge that passed both.
     void collapse(std::uint32_t h, const Vec3& place, const Surroundings& s) {
         const std::uint32_t a = mesh.start(h), b = mesh.end(h);
         const Vec3 from_a = mesh.position(a), from_b = mesh.position(b);
         VertexSums sums{place, {}, Vec3::Zero(), Vec3::Zero(), 0.0};
         for (std::size_t i = 0; i < s.count; ++i) {
             const Change& c = s.changes[i];
-            for (const std::uint32_t r : {c.u, c.w}) {
+            for (const std::uint32_t r : {s.moved[i].u, s.moved[i].w}) {
                 mesh.sums[r].planes.add_outer(c.after, 1.0);
                 mesh.sums[r].planes.add_outer(c.before, -1.0);
                 mesh.sums[r].normal += c.after - c.before;
@@ -202,11 +232,20 @@ struct CollapseEngine::Impl {
         };
         relink(s.start, b, from_a, false);
         relink(s.end, a, from_b, true);
+        if (deviation)
+            deviation->apply(a, std::span(s.moved).first(s.count), std::span(s.gone).first(s.apexes), s.plan);
+        for (std::vector<float>& lengths : max_length_at)
+            if (!lengths.empty()) lengths[a] = std::min(lengths[a], lengths[b]);
         source[a] = place == from_a ? source[a] : place == from_b ? source[b] : kMoved;
         mesh.unlink(h, s.end);
         mesh.sums[a] = sums;
         mesh.state[a].flags |= mesh.state[b].flags;
         mesh.state[a].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
+    }
+
+    bool gives_up(const Worker& worker, std::size_t removed) const {
+        constexpr std::size_t kPatience = 200;
+        return pass.give_up && worker.refused > worker.removed + removed + kPatience;
     }
 
     /// Collapses edges up to a bucket, cheapest first, at most \p quota. An edge whose cost has grown since
@@ -215,6 +254,7 @@ struct CollapseEngine::Impl {
         std::size_t removed = 0;
         std::uint32_t edge = 0;
         BucketQueue::Bucket bucket = 0;
+        if (gives_up(worker, 0)) return 0;
         while (removed < quota && worker.queue.pop(limit, edge, bucket)) {
             if (mesh.removed(edge) || !mesh.is_edge(edge) || !allows(edge, worker.zone)) continue;
             const Candidate candidate = edge_cost(mesh, edge, weights);
@@ -225,9 +265,16 @@ struct CollapseEngine::Impl {
                 continue;
             }
             if (!examine(edge, candidate.place, worker.around)) continue;
+            if (!within_bound(edge, candidate.place, worker.around)) {
+                ++worker.refused;
+                if (gives_up(worker, removed)) break;
+                continue;
+            }
             const std::uint32_t kept = mesh.start(edge);
             collapse(edge, candidate.place, worker.around);
             ++removed;
+            constexpr std::size_t kTell = 1024;
+            if (progress && removed % kTell == 0) tell(kTell);
             Ring& ring = worker.around.start;
             mesh.ring(kept, ring);
             for (std::uint32_t i = 0; i < ring.triangles; ++i) update(worker, ring.out[i]);
@@ -236,6 +283,14 @@ struct CollapseEngine::Impl {
         }
         worker.removed += removed;
         return removed;
+    }
+
+    /// Tells how many vertices are left; whoever comes while another one tells goes on.
+    void tell(std::size_t removed) {
+        const std::size_t left = told -= removed;
+        if (!telling.try_lock()) return;
+        progress(left);
+        telling.unlock();
     }
 
     /// All edges of a worker's zone into its queue.
@@ -331,12 +386,17 @@ struct CollapseEngine::Impl {
             const std::size_t removed = work(worker, BucketQueue::kLast, vertices - pass.target_vertices);
             vertices -= removed;
             std::fill(where.begin(), where.end(), BucketQueue::kNone);
-            if (removed == 0) break;
+            // A sweep that finds next to nothing is the last one, unless there is a target to meet.
+            const bool little = removed * 1000 <= vertices;
+            if (removed == 0 || (little && pass.target_vertices == 0) || gives_up(worker, 0)) break;
         }
     }
 
     void run() {
         max_length2 = pass.max_length * mesh.scale * pass.max_length * mesh.scale;
+        max_error = pass.max_error * mesh.scale;
+        if (std::isfinite(max_error) && !deviation) deviation.emplace(mesh);
+        told = vertices;
         vertices -= run_blocks(vertices - pass.target_vertices);
         run_everywhere();
     }
@@ -395,6 +455,23 @@ std::size_t CollapseEngine::run(const CollapsePass& pass) {
     if (before <= pass.target_vertices) return 0;
     impl_->run();
     return before - impl_->vertices;
+}
+
+void CollapseEngine::report_to(std::function<void(std::size_t)> progress) {
+    impl_->progress = std::move(progress);
+}
+
+void CollapseEngine::set_max_lengths(std::span<const double> graded, std::span<const double> fixed) {
+    const std::size_t n = impl_->input.vertices.size();
+    for (const auto& [lengths, kept] :
+         {std::pair{graded, &impl_->max_length_at[0]}, {fixed, &impl_->max_length_at[1]}}) {
+        if (lengths.size() != n && !lengths.empty())
+            throw GeometryError(
+                fmt::format("{} edge lengths for {} vertices: give one a vertex", lengths.size(), n));
+        kept->resize(lengths.size());
+        for (std::size_t v = 0; v < lengths.size(); ++v)
+            (*kept)[v] = static_cast<float>(lengths[v] * impl_->mesh.scale);
+    }
 }
 
 std::size_t CollapseEngine::vertex_count() const {

@@ -8,9 +8,9 @@ namespace {
 
 /// Strength of the pull towards the neighbours' middle, of the quadric's trace: enough to hold what rounding
 /// and grid noise leave undetermined.
-constexpr double kPull = 1e-3;
+constexpr double kPull = 1e-5;
 /// The trace of shape cost in every edge; edges are about one long.
-constexpr double kTieBreak = 1e-9;
+constexpr double kTieBreak = 1e-11;
 
 /// The quadratic form x H x - 2 g x + c, x relative to the edge's start: the sum of the squared volumes swept
 /// (times 36), and what bounds and pulls the place.

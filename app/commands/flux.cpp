@@ -284,7 +284,8 @@ void add_flux_command(CLI::App& program) {
     CLI::App* command =
         program.add_subcommand("flux", "Particle flux on a surface, by Monte Carlo ray tracing");
     command
-        ->add_option("mesh", arguments->mesh, "The surface: .vtp or .ply, normals out of the material, z up")
+        ->add_option("mesh", arguments->mesh,
+                     "The surface: .vtp, .ply, .stl or .obj, normals out of the material, z up")
         ->required()
         ->type_name("MESH");
     command->add_option("-o,--output", arguments->output, "Write flux, flux_error and area: .vtp or .csv")

@@ -1,7 +1,7 @@
 // The own collapse engine against CGAL and meshoptimizer on process-like surfaces: time, distance, slivers.
 //
 //   simplify_bench [--repeat N] [--no-cgal] [MESH=GRID_SPACING ...]
-//   simplify_bench --scaling
+//   simplify_bench --scaling [--repeat N]
 //
 // Without meshes it makes three of its own: a low relief of about 71 k vertices, an array of holes of aspect
 // ratio 10 of about 175 k, and the latter with a roughness of 0.03 dx. Times are medians of N runs (5), wall
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <numbers>
 #include <string>
@@ -61,13 +62,13 @@ double low_relief(const Vec3& p) {
     return -test::rounded_corner(-mesa, -floor, 2.6) * 0.98;
 }
 
-/// Holes 16 cells wide and 165 deep, bowed, with a rounded mouth and foot.
+/// Holes 15 cells wide and 158 deep, bowed, with a rounded mouth and foot.
 double deep_holes(const Vec3& p) {
-    constexpr double kPitch = 31.0, kDepth = 165.0;
+    constexpr double kPitch = 31.0, kDepth = 158.0;
     const double x = p.x() - kPitch * std::round(p.x() / kPitch),
                  y = p.y() - kPitch * std::round(p.y() / kPitch);
     const double bow = 0.9 * std::sin(std::numbers::pi * std::clamp(-p.z() / kDepth, 0.0, 1.0));
-    const double wall = 7.8 + bow - std::hypot(x, y);
+    const double wall = 7.2 + bow - std::hypot(x, y);
     const double bank = test::rounded_corner(wall, p.z(), 2.7);
     return -test::rounded_corner(-bank, -(p.z() + kDepth), 3.0) * 0.98;
 }
@@ -140,6 +141,14 @@ std::vector<Entry> methods(const Surface& s, const std::vector<std::uint8_t>& fe
                         },
                         false});
     }
+    list.push_back({"region-bounded .5/.5/0",
+                    [&s, &features](std::size_t target) {
+                        return simplify::simplify_regions_bounded(
+                                   s.mesh, features,
+                                   {.l0 = s.dx, .step = s.dx, .l_max = 3 * s.dx, .target_vertices = target})
+                            .mesh;
+                    },
+                    false});
     list.push_back({"region l0=dx .5/.5/0",
                     [&s, &features](std::size_t target) {
                         return simplify::simplify_regions(
@@ -188,22 +197,38 @@ void compare(const Surface& s, int repeat, bool cgal) {
     }
 }
 
+/// A line of /proc/self/status in bytes, e.g. VmRSS, or VmHWM: the most it was since reset_peak().
+double memory(const std::string& key) {
+    std::ifstream file("/proc/self/status");
+    for (std::string word; file >> word;)
+        if (double kilobytes = 0.0; word == key + ":" && file >> kilobytes) return 1024.0 * kilobytes;
+    return 0.0;
+}
 
-void scaling() {
-    fmt::print("lindstrom-turk, 90 % removed, low relief\n{:>10} {:>8} {:>8} {:>14} {:>14}\n", "vertices",
-               "1 thr s", "2 thr s", "us/vertex, 1", "us/vertex, 2");
-    for (const int cells : {246, 926, 1852}) {
+void reset_peak() {
+    std::ofstream("/proc/self/clear_refs") << 5;
+}
+
+void scaling(int repeat) {
+    fmt::print("lindstrom-turk, 90 % removed, low relief\n{:>10} {:>8} {:>8} {:>13} {:>13} {:>13}\n",
+               "vertices", "1 thr s", "2 thr s", "us/vertex, 1", "us/vertex, 2", "bytes/vertex");
+    for (const int cells : {228, 914, 1828}) {
         const TriangleMesh mesh = grow(cells, 0.0, 10.0, low_relief, 0.03);
         const double n = static_cast<double>(mesh.vertices.size());
+        const auto run = [&] {
+            simplify::simplify_lindstrom_turk(mesh, {.target_vertices = mesh.vertices.size() / 10});
+        };
+        reset_peak();
+        const double before = memory("VmRSS");
+        run();
+        const double bytes = memory("VmHWM") - before;
         std::array<double, 2> seconds{};
         for (const std::size_t threads : {1, 2}) {
             const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-            seconds[threads - 1] = median_seconds(3, [&] {
-                simplify::simplify_lindstrom_turk(mesh, {.target_vertices = mesh.vertices.size() / 10});
-            });
+            seconds[threads - 1] = median_seconds(repeat, run);
         }
-        fmt::print("{:>10} {:>8.3f} {:>8.3f} {:>14.3f} {:>14.3f}\n", n, seconds[0], seconds[1],
-                   1e6 * seconds[0] / n, 1e6 * seconds[1] / n);
+        fmt::print("{:>10} {:>8.3f} {:>8.3f} {:>13.3f} {:>13.3f} {:>13.0f}\n", n, seconds[0], seconds[1],
+                   1e6 * seconds[0] / n, 1e6 * seconds[1] / n, bytes / n);
         std::fflush(stdout);
     }
 }
@@ -213,15 +238,13 @@ void scaling() {
 int main(int argc, char** argv) {
     levelset::initialize();
     int repeat = 5;
-    bool cgal = true;
+    bool cgal = true, scale = false;
     std::vector<Surface> surfaces;
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
         if (word == "--scaling") {
-            scaling();
-            return 0;
-        }
-        if (word == "--no-cgal") {
+            scale = true;
+        } else if (word == "--no-cgal") {
             cgal = false;
         } else if (word == "--repeat" && i + 1 < argc) {
             repeat = std::max(1, std::atoi(argv[++i]));
@@ -235,11 +258,15 @@ int main(int argc, char** argv) {
             return 2;
         }
     }
+    if (scale) {
+        scaling(repeat);
+        return 0;
+    }
     if (surfaces.empty()) {
-        surfaces.push_back({"low relief", grow(246, 0.0, 10.0, low_relief, 0.0), 1.0});
-        surfaces.push_back({"deep holes", grow(124, -165.0, 0.0, deep_holes, 0.0), 1.0});
-        surfaces.push_back({"low relief, rough", grow(246, 0.0, 10.0, low_relief, 0.03), 1.0});
-        surfaces.push_back({"deep holes, rough", grow(124, -165.0, 0.0, deep_holes, 0.03), 1.0});
+        surfaces.push_back({"low relief", grow(228, 0.0, 10.0, low_relief, 0.0), 1.0});
+        surfaces.push_back({"deep holes", grow(124, -158.0, 0.0, deep_holes, 0.0), 1.0});
+        surfaces.push_back({"low relief, rough", grow(228, 0.0, 10.0, low_relief, 0.03), 1.0});
+        surfaces.push_back({"deep holes, rough", grow(124, -158.0, 0.0, deep_holes, 0.03), 1.0});
     }
     for (const Surface& s : surfaces) compare(s, repeat, cgal);
 }
