@@ -1,10 +1,11 @@
 // What the flux engine costs: against bare Embree on the same rays, against the first release's tracer, to a
 // given accuracy, and by threads.
 //
-//     flux_bench [--long] [MESH ...]
+//     flux_bench [--table embree|first|accuracy|threads|long] [MESH ...]
 //
-// Without meshes: two surfaces made here, low relief and deep features. --long adds 1e8 rays on each. Rates
-// are per CPU second of one thread, the best of several runs taken in turns.
+// Without meshes: two surfaces made here, low relief and deep features. All tables but
+// the long one, 1e8 rays on each surface, unless one is named. Rates are per CPU second of one thread, the
+// best of several runs taken in turns.
 #include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
@@ -279,14 +280,17 @@ void many_rays(const Scene& s) {
 int main(int argc, char** argv) {
     openvdb::initialize();
     std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
-    bool thorough = false;
+    std::string table;
     std::vector<std::string> files;
     for (int i = 1; i < argc; ++i) {
-        if (std::string(argv[i]) == "--long")
-            thorough = true;
+        if (std::string(argv[i]) == "--table" && i + 1 < argc)
+            table = argv[++i];
         else
             files.emplace_back(argv[i]);
     }
+    const auto wanted = [&](const std::string& name) {
+        return table.empty() ? name != "long" : table == name;
+    };
     std::vector<Scene> scenes;
     for (const std::string& file : files) scenes.emplace_back(file, surface::read_mesh(file));
     if (files.empty()) {
@@ -296,7 +300,7 @@ int main(int argc, char** argv) {
     for (const Scene& s : scenes)
         fmt::print("{}: {} vertices, {} triangles\n", s.name, s.mesh.vertices.size(),
                    s.mesh.triangles.size());
-    {
+    if (wanted("embree")) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
         fmt::print(
             "\nMillion segments a second: the engine, and Embree alone on the same "
@@ -304,21 +308,29 @@ int main(int argc, char** argv) {
             "{:>10}{:>10}{:>10}{:>11}\n",
             "surface", "sticking", "segments", "engine", "1 wide", "8 wide", "16 wide", "kept");
         for (const Scene& s : scenes) against_embree(s);
+    }
+    if (wanted("first")) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
         fmt::print(
             "\nMillion source rays a second: the first release's tracer, random and ordered source, and the "
             "engine\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
             "surface", "sticking", "random", "ordered", "engine", "to random", "to ordered");
         for (const Scene& s : scenes) against_first_light(s);
+    }
+    if (wanted("accuracy")) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
         fmt::print(
             "\nCPU seconds to a flux error of 2 %: first tracer on the raw mesh (from its error at {} rays), "
             "engine on a tenth of the vertices\n{:<10}{:>9}{:>14}{:>14}{:>10}{:>12}{:>10}{:>12}\n",
             kRays, "surface", "sticking", "first, raw", "engine", "error", "simplify", "ratio", "at raw");
         for (const Scene& s : scenes) to_two_percent(s);
     }
-    fmt::print("\nWall seconds by threads, {} rays\n{:<10}{:>9}{:>12}{:>12}{:>12}\n", kRays, "surface",
-               "sticking", "1", "2", "ratio");
-    for (const Scene& s : scenes) by_threads(s);
-    if (!thorough) return 0;
+    if (wanted("threads")) {
+        fmt::print("\nWall seconds by threads, {} rays\n{:<10}{:>9}{:>12}{:>12}{:>12}\n", kRays, "surface",
+                   "sticking", "1", "2", "ratio");
+        for (const Scene& s : scenes) by_threads(s);
+    }
+    if (!wanted("long")) return 0;
     fmt::print("\n1e8 rays, sticking 0.1\n{:<10}{:>12}{:>12}{:>9}{:>9}{:>10}{:>14}{:>12}\n", "surface",
                "rays", "segments", "leaked", "rescued", "ledger", "memory [MB]", "seconds");
     for (const Scene& s : scenes) many_rays(s);

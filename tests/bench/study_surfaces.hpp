@@ -43,7 +43,7 @@ inline TriangleMesh low_relief() {
 
 /// Deep: two trenches and four round holes, 1 wide and 10 deep. About 175 000 vertices.
 inline TriangleMesh deep_features() {
-    return extract(8.0, 8.0, -10.0, 0.0, 0.0615, [](double x, double y, double z) {
+    return extract(8.0, 8.0, -10.0, 0.0, 8.0 / 144.0, [](double x, double y, double z) {
         double opening = 1e9;  // distance to the features' outline, negative inside them
         for (const double centre : {-3.0, -1.0}) opening = std::min(opening, std::abs(x - centre) - 0.5);
         for (const double cx : {1.0, 3.0})
