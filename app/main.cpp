@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
     app::add_check_command(program);
     app::add_models_command(program);
     app::add_compare_command(program);
+    app::add_study_command(program);
     app::add_simplify_command(program);
     app::add_flux_command(program);
     app::add_inspect_command(program);

@@ -8,6 +8,7 @@
 #include <map>
 #include <sstream>
 
+#include "app/models/model.hpp"
 #include "app/recipe_reader.hpp"
 #include "app/recipe_sections.hpp"
 
@@ -92,8 +93,8 @@ void check_simplify(const SimplifySection& simplify) {
         throw KeyError("l_max", fmt::format("must be at least l0 = {:g}", *simplify.l0));
     if (!simplify.weights.empty() && simplify.weights[0] + simplify.weights[1] + simplify.weights[2] <= 0.0)
         throw KeyError("weights", "must not all be 0");
-    if (simplify.max_error && simplify.method != "region-bounded")
-        throw KeyError("max_error", "is kept by method = \"region-bounded\" only");
+    if (simplify.max_error && simplify.method == "cgal-lindstrom-turk")
+        throw KeyError("max_error", "is not kept by method = \"cgal-lindstrom-turk\": use another method");
 }
 
 // A cut that misses the wafer would give an empty file without a word.
@@ -119,6 +120,20 @@ double total_duration(const Recipe& recipe) {
     return total;
 }
 
+// Mirrored at a reflective side, a tilted beam would come from both sides.
+void check_beams(const Recipe& recipe) {
+    for (const Step& step : expanded_steps(recipe))
+        for (const flux::Species& species : make_model(step, recipe.materials).species)
+            for (std::size_t axis = 0; axis < 2; ++axis)
+                if (!species.rotating && species.beam[static_cast<Eigen::Index>(axis)] != 0.0 &&
+                    recipe.domain.boundary[axis] == levelset::Side::reflective)
+                    throw RecipeError(
+                        fmt::format("{}: step {}: species {}: its beam is tilted along {}, and the "
+                                    "reflective sides there would "
+                                    "mirror it: set domain.boundary to periodic there, or rotating = true",
+                                    recipe.file, step.name, species.name, "xy"[axis]));
+}
+
 }  // namespace
 
 Recipe parse_recipe(std::string_view text, const std::string& file,
@@ -133,9 +148,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_domain(root, recipe);
     read_layers(root, recipe);
     read_steps(root, recipe);
-    read_section(root, "flux", recipe.flux, recipe.materials, [&] {
-        if (recipe.flux.relative_error) throw KeyError("relative_error", "not available yet: give rays");
-    });
+    check_beams(recipe);
+    read_section(root, "flux", recipe.flux, recipe.materials, [] {});
     read_section(root, "simplify", recipe.simplify, recipe.materials,
                  [&] { check_simplify(recipe.simplify); });
     read_section(root, "advection", recipe.advection, recipe.materials, [] {});

@@ -62,21 +62,23 @@ struct Step {
 };
 
 struct FluxSection {
-    std::int64_t rays = 1'000'000;  ///< source rays a species and time step
+    std::int64_t rays = 1'000'000;          ///< source rays a species and time step
+    std::optional<double> relative_error;   ///< asked for instead of rays
+    std::int64_t max_rays = 1'000'000'000;  ///< that relative_error may spend
+    std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
-    std::optional<double> relative_error;  ///< never set in a parsed recipe
     bool operator==(const FluxSection&) const = default;
 };
 
 /// Lengths in the recipe's unit; absent is "auto", the grid spacing or a multiple of it
 /// (simplify/options.hpp).
 struct SimplifySection {
-    std::string method = "region";
+    std::string method = "region-bounded";
     std::optional<double> l0, step, l_max;
-    double feature_parameter = 0.5;
-    std::vector<double> weights;       ///< volume, boundary, shape; empty: the method's own
-    std::int64_t target_vertices = 0;  ///< 0: none
-    std::optional<double> max_error;   ///< region-bounded only
+    std::optional<double> feature_parameter = 0.5;  ///< absent: from the curvature's distribution
+    std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own
+    std::int64_t target_vertices = 0;               ///< 0: none
+    std::optional<double> max_error;                ///< hard bound; not for CGAL's method
     bool operator==(const SimplifySection&) const = default;
 };
 

@@ -63,8 +63,8 @@ std::vector<Field> fields(Layer& layer) {
     }
     add({"material", &layer.material, "", "what the layer is made of", {.required = true, .material = true}});
     if (layer.shape == "mesh") {
-        add({"file", &layer.file, "", "closed or open surface, VTP or PLY, in the recipe's length unit",
-             required()});
+        add({"file", &layer.file, "",
+             "closed or open surface, VTP, PLY, STL or OBJ, in the recipe's length unit", required()});
         return list;
     }
     add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
@@ -132,12 +132,22 @@ std::vector<Field> fields(Step& step) {
 std::vector<Field> fields(FluxSection& flux) {
     return {
         {"rays", &flux.rays, "", "source rays a species and time step", {.min = 1.0, .max = 1e12}},
-        {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
         {"relative_error",
          &flux.relative_error,
          "",
-         "not available yet: give rays",
-         {.min = 0.0, .max = 0.5, .above_min = true}},
+         "instead of rays: trace until sum(area * standard error) / sum(area * flux) is this small",
+         {.min = 0.0, .max = 0.5, .above_min = true, .word = "none"}},
+        {"max_rays",
+         &flux.max_rays,
+         "",
+         "the most that relative_error may spend a species and time step",
+         {.min = 1.0, .max = 1e12}},
+        {"batches",
+         &flux.batches,
+         "",
+         "independent parts of the rays, whose scatter gives the standard errors",
+         {.min = 16.0, .max = 65536.0}},
+        {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
     };
 }
 
@@ -153,7 +163,8 @@ std::vector<Field> fields(SimplifySection& simplify) {
         {"step", &simplify.step, kLength, "growth of that length a ring away from features", kLengthOrAuto},
         {"l_max", &simplify.l_max, kLength, "no longer edge collapses", kLengthOrAuto},
         {"feature_parameter", &simplify.feature_parameter, "",
-         "C: a feature has |H| > C/dx or |K| > (C/dx)^2", kPositive},
+         "C: a feature has |H| > C/dx or |K| > (C/dx)^2; auto: from the distribution of curvature",
+         kAboveZeroOrAuto},
         {"weights",
          &simplify.weights,
          "",
@@ -164,7 +175,9 @@ std::vector<Field> fields(SimplifySection& simplify) {
          "",
          "stop at this many; 0 = as the lengths say",
          {.min = 0.0, .max = 1e12}},
-        {"max_error", &simplify.max_error, kLength, "distance that region-bounded keeps", kAboveZeroOrAuto},
+        {"max_error", &simplify.max_error, kLength,
+         "hard bound on the distance to the extracted surface; auto: region-bounded 0.05 dx, others none",
+         kAboveZeroOrAuto},
     };
 }
 

@@ -73,10 +73,16 @@ TriangleMesh traced_mesh(const Model& model, const SurfaceFlux& surface) {
         material_attribute({surface.materials.begin(), surface.materials.end()}));
     for (std::size_t k = 0; k < model.species.size(); ++k) {
         const auto names = flux::tally_names(model.species[k]);
-        for (std::size_t j = 0; j < names.size(); ++j) {
-            const flux::FluxField& counted = surface.fluxes[k].tally(j).triangle;
-            mesh.triangle_attributes.push_back({"flux_" + names[j], 1, Scalar::float64, counted.flux});
-            mesh.triangle_attributes.push_back({"flux_error_" + names[j], 1, Scalar::float64, counted.error});
+        for (std::size_t tally = 0; tally < names.size(); ++tally) {
+            const flux::TallyFlux& flux = surface.fluxes[k].tally(tally);
+            const auto add = [&](const std::string& name, const flux::FluxField& field) {
+                mesh.triangle_attributes.push_back({"flux_" + name, 1, Scalar::float64, field.flux});
+                mesh.triangle_attributes.push_back({"flux_error_" + name, 1, Scalar::float64, field.error});
+            };
+            add(names[tally], flux.triangle);
+            for (const auto& [name, values] :
+                 {std::pair("flux_", &flux.vertex.flux), {"flux_error_", &flux.vertex.error}})
+                mesh.vertex_attributes.push_back({name + names[tally], 1, Scalar::float64, *values});
         }
     }
     return mesh;
@@ -117,6 +123,11 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     for (std::size_t k = 0; k < names.size(); ++k)
         mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(values[k])});
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
+    // The traced mesh has its errors; here they stand if it is this one.
+    for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
+        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally)
+            mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,
+                                              Scalar::float64, surface.fluxes[k].tally(tally).vertex.error});
     return mesh;
 }
 

@@ -68,6 +68,24 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     ProgressBar progress(options.title, total, recipe.domain.time_unit, !options.quiet);
     Model model;  // of the last step that takes time
     model.speed = [](const SurfacePoint&) { return 0.0; };
+    const auto stop = [&] {
+        count_total();
+        writer.checkpoint(state);
+        throw Interrupted(
+            fmt::format("stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume",
+                        state.time, total, recipe.domain.time_unit, recipe.file, options.output.string()));
+    };
+    const auto trace = [&](bool settle) {
+        try {
+            return trace_surface(recipe, model, state.stack, state.coverage, settle, state.time_step,
+                                 state.timing, [&](double part) {
+                                     progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+                                 });
+        } catch (const Interrupted&) {
+            stop();
+            throw;
+        }
+    };
     for (; state.step < steps.size(); state.enter(state.step + 1)) {
         const Step& step = steps[state.step];
         if (const ModelEntry* entry = find_model(step.model); entry->apply != nullptr) {
@@ -77,20 +95,16 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         model = make_model(step, recipe.materials, recipe.domain);
         if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
         while (!state.reached(state.step_start + step.duration)) {
-            const SurfaceFlux surface =
-                trace_surface(recipe, model, state.stack, state.coverage, state.time == state.step_start,
-                              state.time_step, state.timing, [&](double part) {
-                                  progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
-                              });
+            const SurfaceFlux surface = trace(state.time == state.step_start);
             const double to_stop = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
             if (to_stop == 0.0) break;
             const levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (writer.due(state)) writer.save(state, model, surface);
 
-            const double stop = next_stop(state, recipe, state.step_start, step.duration);
+            const double until = next_stop(state, recipe, state.step_start, step.duration);
             const double speed = fastest(model, levelset::max_speed(state.stack, motion));
             const double dt =
-                std::min(time_step(stop - state.time, speed, domain.spacing, recipe.advection.cfl),
+                std::min(time_step(until - state.time, speed, domain.spacing, recipe.advection.cfl),
                          approach(to_stop, speed, domain.spacing, recipe.advection.cfl));
             writer.record(state, step, surface, dt, speed);
             const auto seconds =
@@ -99,17 +113,13 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
             state.timing.redistance += seconds.redistance;
             state.coverage =
                 coverage_field(surface.traced(), surface.wedges, model.coverages.names, surface.coverage);
-            state.advance(dt, stop);
+            state.advance(dt, until);
             progress.update(state.time,
                             fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));
             count_total();
             if (interrupted() &&
-                !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration))) {
-                writer.checkpoint(state);
-                throw Interrupted(fmt::format(
-                    "stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume", state.time,
-                    total, recipe.domain.time_unit, recipe.file, options.output.string()));
-            }
+                !(state.step + 1 == steps.size() && state.reached(state.step_start + step.duration)))
+                stop();
         }
     }
     // The final surface, with the fluxes the last model would go on with; a run resumed here has made none
@@ -117,8 +127,7 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     for (const Step& step : steps)
         if (find_model(step.model)->make != nullptr)
             model = make_model(step, recipe.materials, recipe.domain);
-    const SurfaceFlux surface =
-        trace_surface(recipe, model, state.stack, state.coverage, false, state.time_step, state.timing);
+    const SurfaceFlux surface = trace(false);
     writer.save(state, model, surface);
     count_total();
     RunResult result{surface.raw, state.timing, {}};

@@ -5,10 +5,12 @@
 
 #include <cmath>
 
+#include "app/output.hpp"
 #include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
 #include "simplify/simplify.hpp"
+#include "surface/curvature.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -53,10 +55,12 @@ TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, 
     const double spacing = stack.domain.spacing;
     const simplify::Options options = simplify_options(recipe.simplify, spacing);
     std::vector<std::uint8_t> features;
-    if (options.method == simplify::Method::region) {
+    if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
         const PhaseClock clock(timing.features);
-        features = levelset::feature_flags(levelset::curvature(stack.top(), stack.domain, raw), spacing,
-                                           recipe.simplify.feature_parameter);
+        const levelset::Curvature curvature = levelset::curvature(stack.top(), stack.domain, raw);
+        const double parameter = recipe.simplify.feature_parameter.value_or(
+            surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
+        features = levelset::feature_flags(curvature, spacing, parameter);
     }
     const PhaseClock clock(timing.simplify);
     return simplify::simplify(with_fixed_sides(stack.domain, raw), features, options).mesh;
@@ -106,20 +110,37 @@ flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& specie
                                std::span<const double> sticking, const SurfaceFlux& surface,
                                std::uint32_t time_step, const std::function<void(double)>& progress) {
     flux::TraceOptions options;
-    options.rays = static_cast<std::uint64_t>(recipe.flux.rays);
+    options.rays =
+        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
+    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
     options.step = time_step;
     options.species_index = index;
     options.sticking_by_wedge = sticking;
     options.progress = progress;
-    const flux::FluxResult result = flux::trace_flux(surface.traced(), *surface.scene, surface.box, species,
-                                                     surface.materials, surface.wedges, options);
+    options.stop = interrupted;
+    const auto traced = [&](auto&& trace) {
+        return trace(surface.traced(), *surface.scene, surface.box, species, surface.materials,
+                     surface.wedges, options);
+    };
+    const flux::FluxResult result =
+        recipe.flux.relative_error ? traced([&](auto&&... parts) {
+            return flux::trace_flux_to(*recipe.flux.relative_error, parts...);
+        })
+                                   : traced([](auto&&... parts) { return flux::trace_flux(parts...); });
     if (static_cast<double>(result.leaked) >
         kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
         throw NumericsError(fmt::format(
             "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
             "milder simplification",
             species.name, result.leaked, result.emitted));
+    if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
+        fmt::print(stderr,
+                   "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
+                   "for: allow "
+                   "more flux.max_rays or ask for less\n",
+                   time_step, species.name, result.relative_error, result.emitted,
+                   *recipe.flux.relative_error);
     return result;
 }
 

@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -13,10 +14,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
 constexpr double kSkin = 0x1p-20;
-// How far rays reach over side planes, and how far from its start a particle may have slipped; in skins.
-constexpr double kOverlap = 8.0;
-// A triangle is met from behind only beyond this cosine: at grazing incidence rounding decides the sign.
-constexpr double kGrazing = 1e-4;
 // A flight of more segments than this is a particle caught in rounding.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
@@ -76,7 +73,8 @@ Met meet(const Stage& stage, const Particle& particle, double back_up, double re
             landing.v = static_cast<double>(query.hit.v);
             return back ? Met::back : Met::front;
         }
-        t_near = static_cast<double>(std::nextafter(query.ray.tfar, std::numeric_limits<float>::infinity()));
+        // Past the hit by more than its rounding: one step of float may find it again, for ever.
+        t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * stage.skin;
         if (!(t_near < t_far)) return Met::nothing;
     }
 }
@@ -126,16 +124,13 @@ Vec3 outward_normal(const Stage& stage, std::uint32_t triangle) {
     return area_vector(stage.mesh, triangle).normalized();
 }
 
-Vec3 point_above(const Stage& stage, const Landing& landing, const Vec3& normal) {
+Vec3 landing_point(const Stage& stage, const Landing& landing) {
     // The surface that Embree sees has its vertices rounded to float.
     const auto vertex = [&](std::size_t k) -> Vec3 {
         return stage.mesh.vertices[stage.mesh.triangles[landing.triangle][k]].cast<float>().cast<double>();
     };
     const double u = landing.u, v = landing.v;
-    Vec3 point = (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2) + stage.skin * normal;
-    for (int axis = 0; axis < 2; ++axis)
-        point[axis] = std::clamp(point[axis], stage.box.min[axis], stage.box.max[axis]);
-    return point;
+    return (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2);
 }
 
 Landing fly(const Stage& stage, Particle particle) {
@@ -150,6 +145,7 @@ Landing fly(const Stage& stage, Particle particle) {
         const double exit = rise == 0.0
                                 ? kInfinity
                                 : ((rise > 0.0 ? stage.top : stage.bottom) - particle.position.z()) / rise;
+        landing.direction = particle.direction;
         const Met met = meet(stage, particle, back_up, std::min(side.distance, exit), landing);
         if (met == Met::front) {
             landing.end = End::hit;

@@ -35,6 +35,7 @@ struct Landing {
     End end = End::leaked;
     std::uint32_t triangle = surface::kNoTriangle;
     double u = 0.0, v = 0.0;     ///< barycentric weights of the second and third vertex
+    Vec3 direction;              ///< it arrives in, after all sides
     std::uint32_t segments = 0;  ///< ray-scene intersections it took
     bool rescued = false;        ///< it met the surface from behind by rounding, and arrived where it did
 };
@@ -52,8 +53,12 @@ Landing fly(const Stage& stage, Particle particle);
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
 Vec3 outward_normal(const Stage& stage, std::uint32_t triangle);
 
-/// Where a particle that landed starts its next flight: the hit point, a skin off the surface along \p
-/// normal.
-Vec3 point_above(const Stage& stage, const Landing& landing, const Vec3& normal);
+/// The point of a landing, on the triangle that the scene sees.
+Vec3 landing_point(const Stage& stage, const Landing& landing);
+
+/// Rays reach this far over side planes, and a slip through the surface is at most this long; in skins.
+constexpr double kOverlap = 8.0;
+/// A triangle is met from behind only beyond this cosine: at grazing incidence rounding decides the sign.
+constexpr double kGrazing = 1e-4;
 
 }  // namespace sidewall::flux

@@ -32,4 +32,62 @@ inline Draws draw(RandomKey key, std::uint64_t ray, std::uint32_t bounce) {
     return {{words[0], words[1], words[2], words[3]}};
 }
 
+/// Names an event of a particle: emission is bounce 0. Generation 0 flies from the source; what a hit of
+/// bounce b sputters is generation b.
+struct Event {
+    std::uint32_t ray = 0, batch = 0, bounce = 0, generation = 0;
+};
+
+/// As many uniform numbers as an event asks for, in (0, 1); the first four are draw()'s for generation 0.
+class Stream {
+  public:
+    Stream(RandomKey key, Event event) : key_(key), event_(event) {}
+    double uniform() { return (next() + 0.5) * 0x1p-32; }
+    std::uint32_t next() {
+        if (used_ == 4) {
+            // Rejection loops end within a few rounds; their number shares a word with the generation.
+            const std::uint32_t last = event_.generation + (block_++ << 20);
+            words_ = r123::Philox4x32{}({{event_.ray, event_.batch, event_.bounce, last}}, key_);
+            used_ = 0;
+        }
+        return words_[used_++];
+    }
+
+  private:
+    RandomKey key_;
+    Event event_;
+    r123::Philox4x32::ctr_type words_{};
+    std::uint32_t used_ = 4, block_ = 0;
+};
+
+/// draw() for eight rays at once, lane by lane the same words; a loop over lanes that compilers vectorise.
+/// \param words  four rows of eight.
+inline void draw8(RandomKey key, const std::uint32_t* ray, Event event, std::uint32_t words[4][8]) {
+    std::uint32_t a[8], b[8], c[8], d[8];
+    for (int i = 0; i < 8; ++i) {
+        a[i] = ray[i];
+        b[i] = event.batch;
+        c[i] = event.bounce;
+        d[i] = event.generation;
+    }
+    std::uint32_t k0 = key[0], k1 = key[1];
+    for (int round = 0; round < 10; ++round) {
+        for (int i = 0; i < 8; ++i) {
+            const std::uint64_t p = std::uint64_t{0xD2511F53u} * a[i], q = std::uint64_t{0xCD9E8D57u} * c[i];
+            a[i] = static_cast<std::uint32_t>(q >> 32) ^ b[i] ^ k0;
+            b[i] = static_cast<std::uint32_t>(q);
+            c[i] = static_cast<std::uint32_t>(p >> 32) ^ d[i] ^ k1;
+            d[i] = static_cast<std::uint32_t>(p);
+        }
+        k0 += 0x9E3779B9u;
+        k1 += 0xBB67AE85u;
+    }
+    for (int i = 0; i < 8; ++i) {
+        words[0][i] = a[i];
+        words[1][i] = b[i];
+        words[2][i] = c[i];
+        words[3][i] = d[i];
+    }
+}
+
 }  // namespace sidewall::flux

@@ -83,4 +83,40 @@ inline std::pair<double, double> sample_square(std::uint64_t i, std::uint64_t co
             (y + ((jitter & 0xffffu) + 0.5) * 0x1p-16) * 0x1p-16};
 }
 
+/// The bits of \p word in reverse order.
+inline std::uint32_t reversed_bits(std::uint32_t word) {
+    word = (word >> 1 & 0x55555555u) | (word & 0x55555555u) << 1;
+    word = (word >> 2 & 0x33333333u) | (word & 0x33333333u) << 2;
+    word = (word >> 4 & 0x0f0f0f0fu) | (word & 0x0f0f0f0fu) << 4;
+    word = (word >> 8 & 0x00ff00ffu) | (word & 0x00ff00ffu) << 8;
+    return word >> 16 | word << 16;
+}
+
+/// Second coordinate of Sobol's sequence (the first is reversed_bits(index)), as 32 bits of fraction: the
+/// Pascal matrix modulo 2. With it, any aligned run of 2^k indices puts one point into each of 2^k equal
+/// boxes.
+inline std::uint32_t sobol_second(std::uint32_t index) {
+    // v = the product of the index with an upper-triangular Pascal matrix, in log steps, then bit-reversed.
+    std::uint32_t v = index;
+    v ^= (v >> 16) & 0x0000ffffu;
+    v ^= (v >> 8) & 0x00ff00ffu;
+    v ^= (v >> 4) & 0x0f0f0f0fu;
+    v ^= (v >> 2) & 0x33333333u;
+    v ^= (v >> 1) & 0x55555555u;
+    return reversed_bits(v);
+}
+
+/// Owen's nested uniform scrambling of 32 bits of fraction, hashed: Laine and Karras, EGSR 2011, with the
+/// constants of Vegdahl (2021). \p shift and \p factor random words; each value is uniform over random
+/// shifts.
+inline std::uint32_t owen_scrambled(std::uint32_t fraction, std::uint32_t shift, std::uint32_t factor) {
+    std::uint32_t x = reversed_bits(fraction);
+    x ^= x * 0x3d20adeau;
+    x += shift;
+    x *= factor | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return reversed_bits(x);
+}
+
 }  // namespace sidewall::flux

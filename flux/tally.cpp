@@ -1,24 +1,48 @@
 #include "flux/tally.hpp"
 
+#include <sys/mman.h>
 #include <tbb/parallel_for.h>
 
-#include <algorithm>
-#include <atomic>
 #include <cmath>
 
 namespace sidewall::flux {
 namespace {
 
-// One arrival in fixed point. 2^40 arrivals fit a wedge and a batch.
-constexpr std::uint64_t kOne = std::uint64_t{1} << 24;
-
-std::uint64_t fixed(double weight, std::uint64_t limit) {
-    return std::min(limit,
-                    static_cast<std::uint64_t>(std::max(0.0, weight) * static_cast<double>(kOne) + 0.5));
+// Takes element i out of all threads' bins.
+std::uint64_t take(const std::vector<std::vector<std::uint64_t>*>& bins, std::size_t i) {
+    std::uint64_t sum = 0;
+    for (auto* bin : bins) {
+        if ((*bin)[i] == 0) continue;  // nearly all in a sparse batch: reading is cheaper than writing
+        sum += (*bin)[i];
+        (*bin)[i] = 0;
+    }
+    return sum;
 }
 
-void add_relaxed(std::uint64_t& total, std::uint64_t amount) {
-    std::atomic_ref(total).fetch_add(amount, std::memory_order_relaxed);
+// Zeros on large pages where the system has them: bins are hit at random.
+void allocate(std::vector<std::uint64_t>& bins, std::size_t count) {
+    bins.reserve(count);
+#ifdef MADV_HUGEPAGE
+    constexpr std::uintptr_t kPage = 4096;
+    const auto begin = reinterpret_cast<std::uintptr_t>(bins.data()) / kPage * kPage + kPage;
+    const auto end = reinterpret_cast<std::uintptr_t>(bins.data() + count) / kPage * kPage;
+    if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
+    bins.resize(count, 0);
+}
+
+template <class Body>
+void for_blocks(std::size_t count, const Body& body) {
+    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, count, 8192), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
+    });
+}
+
+std::vector<std::uint32_t> split_vertices(const Wedges& wedges) {
+    std::vector<std::uint32_t> split;
+    for (std::uint32_t v = 0; v + 1 < wedges.first.size(); ++v)
+        if (wedges.first[v + 1] - wedges.first[v] > 1) split.push_back(v);
+    return split;
 }
 
 }  // namespace
@@ -26,61 +50,70 @@ void add_relaxed(std::uint64_t& total, std::uint64_t amount) {
 Tally::Tally(const TriangleMesh& mesh, const Wedges& wedges)
     : mesh_(mesh),
       wedges_(wedges),
-      triangle_hits_(mesh.triangles.size(), 0),
-      wedge_weights_(wedges.count(), 0),
+      split_(split_vertices(wedges)),
       triangles_(mesh.triangles.size()),
       by_wedge_(wedges.count()),
-      by_vertex_(mesh.vertices.size()) {}
+      by_split_(split_.size()) {}
 
-void Tally::add(std::uint32_t triangle, double u, double v) {
-    const std::uint64_t second = fixed(u, kOne), third = fixed(v, kOne - second);
-    const std::uint32_t* corner = &wedges_.corner[3 * std::size_t{triangle}];
-    add_relaxed(triangle_hits_[triangle], 1);
-    add_relaxed(wedge_weights_[corner[0]], kOne - second - third);
-    add_relaxed(wedge_weights_[corner[1]], second);
-    add_relaxed(wedge_weights_[corner[2]], third);
+Tally::Bins& Tally::bins() {
+    Bins& bins = bins_.local();
+    if (bins.triangle.empty()) {
+        allocate(bins.triangle, mesh_.triangles.size());
+        allocate(bins.wedge, wedges_.count());
+    }
+    return bins;
 }
 
 void Tally::close_batch() {
     ++batches_;
-    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, triangle_hits_.size(), 4096),
-                      [&](const auto& range) {
-                          for (std::size_t t = range.begin(); t < range.end(); ++t) {
-                              if (triangle_hits_[t] == 0) continue;
-                              triangles_.add(t, static_cast<double>(triangle_hits_[t]));
-                              triangle_hits_[t] = 0;
-                          }
-                      });
-    tbb::parallel_for(
-        tbb::blocked_range(std::size_t{0}, mesh_.vertices.size(), 4096), [&](const auto& range) {
-            for (std::size_t v = range.begin(); v < range.end(); ++v) {
-                std::uint64_t vertex_weight = 0;
-                for (std::uint32_t w = wedges_.first[v]; w < wedges_.first[v + 1]; ++w) {
-                    by_wedge_.add(w, static_cast<double>(wedge_weights_[w]) / static_cast<double>(kOne));
-                    vertex_weight += wedge_weights_[w];
-                    wedge_weights_[w] = 0;
-                }
-                by_vertex_.add(v, static_cast<double>(vertex_weight) / static_cast<double>(kOne));
-            }
-        });
+    std::vector<std::vector<std::uint64_t>*> triangle, wedge;
+    for (Bins& bins : bins_) {
+        triangle.push_back(&bins.triangle);
+        wedge.push_back(&bins.wedge);
+    }
+    for_blocks(mesh_.triangles.size(), [&](std::size_t t) {
+        if (const std::uint64_t bin = take(triangle, t); bin > 0) triangles_.round[t].add(bin);
+    });
+    // Before the wedges' bins are emptied.
+    for_blocks(split_.size(), [&](std::size_t i) {
+        std::uint64_t vertex = 0;
+        for (std::uint32_t w = wedges_.first[split_[i]]; w < wedges_.first[split_[i] + 1]; ++w)
+            for (const auto* bins : wedge) vertex += (*bins)[w];
+        by_split_.round[i].add(vertex);
+    });
+    for_blocks(wedges_.count(), [&](std::size_t w) {
+        if (const std::uint64_t bin = take(wedge, w); bin > 0) by_wedge_.round[w].add(bin);
+    });
 }
 
-FluxField Tally::flux_of(const Sums& sums, const std::vector<double>& area, double area_per_ray) const {
-    FluxField field{std::vector<double>(area.size(), 0.0), std::vector<double>(area.size(), 0.0)};
+void Tally::close_round() {
     const double batches = batches_;
-    for (std::size_t i = 0; i < area.size(); ++i) {
-        if (!(area[i] > 0.0)) continue;
+    for (Sums* sums : {&triangles_, &by_wedge_, &by_split_})
+        for_blocks(sums->round.size(), [&](std::size_t i) {
+            Sum& round = sums->round[i];
+            if (round.sum == 0.0) return;
+            const double spread = round.squares - round.sum * round.sum / batches;
+            sums->total[i].sum += round.sum;
+            sums->total[i].variance += std::max(0.0, spread) * batches / (batches - 1.0);
+            round = {};
+        });
+    batches_ = 0;
+}
+
+FluxField Tally::flux_of(const Sums& sums, const std::vector<double>& area, double area_per_ray) {
+    FluxField field{std::vector<double>(area.size(), 0.0), std::vector<double>(area.size(), 0.0)};
+    for_blocks(area.size(), [&](std::size_t i) {
+        if (!(area[i] > 0.0)) return;
         const double scale = area_per_ray / area[i];
-        const double spread = sums.squares[i] - sums.sum[i] * sums.sum[i] / batches;
-        field.flux[i] = sums.sum[i] * scale;
-        field.error[i] = std::sqrt(std::max(0.0, spread) * batches / (batches - 1.0)) * scale;
-    }
+        field.flux[i] = sums.total[i].sum * scale;
+        field.error[i] = std::sqrt(sums.total[i].variance) * scale;
+    });
     return field;
 }
 
 FluxField Tally::triangle_flux(double area_per_ray) const {
     std::vector<double> area(mesh_.triangles.size());
-    for (std::size_t t = 0; t < area.size(); ++t) area[t] = triangle_area(mesh_, t);
+    for_blocks(area.size(), [&](std::size_t t) { area[t] = triangle_area(mesh_, t); });
     return flux_of(triangles_, area, area_per_ray);
 }
 
@@ -89,10 +122,24 @@ FluxField Tally::wedge_flux(double area_per_ray) const {
 }
 
 FluxField Tally::vertex_flux(double area_per_ray) const {
-    std::vector<double> area(mesh_.vertices.size(), 0.0);
-    for (std::size_t v = 0; v < area.size(); ++v)
-        for (std::uint32_t w = wedges_.first[v]; w < wedges_.first[v + 1]; ++w) area[v] += wedges_.area[w];
-    return flux_of(by_vertex_, area, area_per_ray);
+    FluxField field{std::vector<double>(mesh_.vertices.size(), 0.0),
+                    std::vector<double>(mesh_.vertices.size(), 0.0)};
+    const auto set = [&](std::size_t v, double area, const Total& total) {
+        if (!(area > 0.0)) return;
+        field.flux[v] = total.sum * area_per_ray / area;
+        field.error[v] = std::sqrt(total.variance) * area_per_ray / area;
+    };
+    for_blocks(mesh_.vertices.size(), [&](std::size_t v) {
+        const std::uint32_t w = wedges_.first[v];
+        if (wedges_.first[v + 1] - w == 1) set(v, wedges_.area[w], by_wedge_.total[w]);
+    });
+    for (std::size_t i = 0; i < split_.size(); ++i) {
+        double area = 0.0;
+        for (std::uint32_t w = wedges_.first[split_[i]]; w < wedges_.first[split_[i] + 1]; ++w)
+            area += wedges_.area[w];
+        set(split_[i], area, by_split_.total[i]);
+    }
+    return field;
 }
 
 }  // namespace sidewall::flux

@@ -1,4 +1,7 @@
 #pragma once
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -12,43 +15,83 @@ struct FluxField {
     std::vector<double> flux, error;
 };
 
-/// Counts arrivals on triangles and, weighted by barycentric coordinates, on wedges and vertices, batch by
-/// batch. Counts are integers and weights 64-bit fixed point, so the order of arrivals does not change a bit.
-/// Only one batch is held; earlier ones live on in their sum and sum of squares.
+/// One particle in the fixed point of weights and tallies. A bin holds 2^36 of them.
+constexpr std::uint64_t kOne = std::uint64_t{1} << 28;
+
+/// Sums arrivals on triangles and, by barycentric weights, on wedges and vertices, batch by batch. Every
+/// thread has bins of its own, and bins are integers: neither locks nor the order of arrivals nor the threads
+/// change a bit. Only one batch is held; earlier ones live on in their sums and sums of squares.
 class Tally {
   public:
+    /// The bins of a thread for a batch.
+    struct Bins {
+        std::vector<std::uint64_t> triangle, wedge;
+    };
+
     /// Both arguments must outlive the tally.
     Tally(const TriangleMesh& mesh, const Wedges& wedges);
 
-    /// Adds an arrival on \p triangle at barycentric weights \p u, \p v of its second and third corner.
-    /// Thread-safe.
-    void add(std::uint32_t triangle, double u, double v);
+    /// Bins of the calling thread. Keep the reference for many arrivals.
+    Bins& bins();
 
-    /// Ends a batch; no add may run meanwhile.
+    /// Adds \p weight, in units of 1 / kOne, arriving on \p triangle at barycentric weights \p u, \p v of its
+    /// second and third corner.
+    void add(Bins& bins, std::uint32_t triangle, float u, float v, std::uint64_t weight) const {
+        const std::uint64_t second = share(u, weight, weight), third = share(v, weight, weight - second);
+        const std::uint32_t* corner = wedges_of(triangle);
+        bins.triangle[triangle] += weight;
+        bins.wedge[corner[0]] += weight - second - third;
+        bins.wedge[corner[1]] += second;
+        bins.wedge[corner[2]] += third;
+    }
+
+    /// Indices of a triangle's wedges, which add() reads.
+    const std::uint32_t* wedges_of(std::uint32_t triangle) const {
+        return &wedges_.corner[3 * std::size_t{triangle}];
+    }
+
+    /// Ends a batch; no add may run meanwhile. O(elements), parallel.
     void close_batch();
 
-    /// Fluxes from all closed batches, of the same number of rays each. \p area_per_ray: the source's area
-    /// over the number of rays of all batches. Elements without area get flux 0. At least two batches.
+    /// Ends a round of batches of equal numbers of rays, at least two; the next round's may be larger.
+    /// Variances of rounds add up.
+    void close_round();
+
+    /// Fluxes from all closed rounds. \p area_per_ray: the source's area over the number of rays of all
+    /// rounds. Elements without area get flux 0.
     FluxField triangle_flux(double area_per_ray) const;
     FluxField wedge_flux(double area_per_ray) const;
     FluxField vertex_flux(double area_per_ray) const;
 
   private:
-    struct Sums {
-        std::vector<double> sum, squares;
-        explicit Sums(std::size_t n) : sum(n, 0.0), squares(n, 0.0) {}
-        void add(std::size_t i, double x) {
-            sum[i] += x;
-            squares[i] += x * x;
+    struct Sum {  // over the batches of a round
+        double sum = 0.0, squares = 0.0;
+        void add(std::uint64_t bin) {
+            const double x = static_cast<double>(bin) * 0x1p-28;
+            sum += x;
+            squares += x * x;
         }
     };
-    FluxField flux_of(const Sums& sums, const std::vector<double>& area, double area_per_ray) const;
+    struct Total {  // over the rounds closed
+        double sum = 0.0, variance = 0.0;
+    };
+    struct Sums {
+        std::vector<Sum> round;
+        std::vector<Total> total;
+        explicit Sums(std::size_t n) : round(n), total(n) {}
+    };
+    static std::uint64_t share(float part, std::uint64_t weight, std::uint64_t limit) {
+        const auto amount = static_cast<std::int64_t>(part * static_cast<float>(weight));
+        return std::min(limit, static_cast<std::uint64_t>(std::max<std::int64_t>(0, amount)));
+    }
+    static FluxField flux_of(const Sums& sums, const std::vector<double>& area, double area_per_ray);
 
     const TriangleMesh& mesh_;
     const Wedges& wedges_;
-    std::vector<std::uint64_t> triangle_hits_, wedge_weights_;  // of the batch in progress
-    Sums triangles_, by_wedge_, by_vertex_;
-    std::uint32_t batches_ = 0;
+    tbb::enumerable_thread_specific<Bins> bins_;
+    std::vector<std::uint32_t> split_;  // vertices of more than one wedge; the others' flux is their wedge's
+    Sums triangles_, by_wedge_, by_split_;
+    std::uint32_t batches_ = 0;  // of the round in progress
 };
 
 }  // namespace sidewall::flux

@@ -1,215 +1,208 @@
 #include "flux/tracer.hpp"
 
 #include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <mutex>
 
-#include "flux/flight.hpp"
-#include "flux/random.hpp"
-#include "flux/sampling.hpp"
+#include "flux/check.hpp"
+#include "flux/history.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
 namespace {
 
-struct Counts {
-    std::uint64_t absorbed = 0, escaped = 0, leaked = 0, arrivals = 0, segments = 0, rescued = 0;
-};
+// A batch's bins and counters hold this many particles whatever they do; more rays make more batches.
+constexpr std::uint64_t kMostBatchRays = std::uint64_t{1} << 24;
 
-// Everything a history reads. Shared by all threads.
-struct Trace {
-    Stage stage;
-    RandomKey key;
-    double exponent;
-    std::vector<double> sticking;  // by material id
-    std::span<const std::int32_t> materials;
-    std::uint64_t batch_rays;
-    std::uint32_t max_bounces;
-
-    double sticking_of(std::uint32_t triangle) const {
-        return sticking[materials.empty() ? 0 : static_cast<std::size_t>(materials[triangle])];
-    }
-};
-
-Particle emit(const Trace& trace, std::uint64_t ray) {
-    const Draws draws = draw(trace.key, ray, 0);
-    const LateralBox& box = trace.stage.box;
-    const auto [x, y] =
-        sample_square(ray % trace.batch_rays, trace.batch_rays, draws.uniform(0), draws.word[1]);
-    const Vec3 position(box.min[0] + x * (box.max[0] - box.min[0]),
-                        box.min[1] + y * (box.max[1] - box.min[1]), trace.stage.top);
-    const Vec3 down = -Vec3::UnitZ();
-    const double u = draws.uniform(2), v = draws.uniform(3);
-    return {position, trace.exponent == 1.0 ? sample_lambertian(down, u, v)  // the common case, and cheaper
-                                            : sample_cosine_power(down, trace.exponent, u, v)};
+std::uint32_t fixed_probability(double s) {
+    return static_cast<std::uint32_t>(s * static_cast<double>(kOne) + 0.5);
 }
 
-Particle scatter(const Trace& trace, const Particle& incoming, const Landing& landing, const Draws& draws) {
-    Vec3 normal = outward_normal(trace.stage, landing.triangle);
-    if (normal.isZero(0.0)) normal = -incoming.direction;  // no area, no normal: back where it came from
-    return {point_above(trace.stage, landing, normal),
-            sample_lambertian(normal, draws.uniform(1), draws.uniform(2)), landing.triangle};
-}
-
-// One particle from the source to its end.
-void trace_history(const Trace& trace, std::uint64_t ray, Tally& tally, Counts& counts) {
-    Particle particle = emit(trace, ray);
-    for (std::uint32_t bounce = 1; bounce <= trace.max_bounces; ++bounce) {
-        const Landing landing = fly(trace.stage, particle);
-        counts.segments += landing.segments;
-        if (landing.end != End::hit) {
-            ++(landing.end == End::escaped ? counts.escaped : counts.leaked);
-            return;
-        }
-        ++counts.arrivals;
-        counts.rescued += landing.rescued;
-        tally.add(landing.triangle, landing.u, landing.v);
-        const Draws draws = draw(trace.key, ray, bounce);
-        if (draws.uniform(0) < trace.sticking_of(landing.triangle)) {
-            ++counts.absorbed;
-            return;
-        }
-        particle = scatter(trace, particle, landing, draws);
+Sticking make_sticking(const std::vector<double>& by_material, std::span<const std::int32_t> materials,
+                       std::span<const double> by_wedge) {
+    Sticking sticking;
+    sticking.by_wedge.assign(by_wedge.begin(), by_wedge.end());
+    if (by_material.size() == 1 || materials.empty()) {
+        sticking.by_triangle = {fixed_probability(by_material[0])};
+        return sticking;
     }
-    ++counts.leaked;
+    sticking.by_triangle.resize(materials.size());
+    for (std::size_t t = 0; t < materials.size(); ++t)
+        sticking.by_triangle[t] = fixed_probability(by_material[static_cast<std::size_t>(materials[t])]);
+    return sticking;
 }
 
 // Tells the caller how far the trace is, and asks whether to go on. Thread-safe.
 class Monitor {
   public:
-    Monitor(const TraceOptions& options, std::uint64_t rays) : options_(options), rays_(rays) {}
-    bool stopped() {
+    explicit Monitor(const TraceOptions& options) : options_(options) {}
+    bool stop() {
         if (!stopped_ && options_.stop && options_.stop()) stopped_ = true;
         return stopped_;
     }
+    /// \p rays may grow as the trace goes on; the fraction told does not fall.
+    void expect(std::uint64_t rays) { rays_ = rays; }
     void finished(std::uint64_t rays) {
         const std::uint64_t done = done_ += rays;
         if (!options_.progress) return;
         const std::unique_lock lock(mutex_, std::try_to_lock);
-        if (lock) options_.progress(static_cast<double>(done) / static_cast<double>(rays_));
+        if (!lock) return;
+        told_ = std::max(told_, std::min(1.0, static_cast<double>(done) / static_cast<double>(rays_)));
+        options_.progress(told_);
     }
 
   private:
     const TraceOptions& options_;
-    std::uint64_t rays_;
+    std::uint64_t rays_ = 1;
     std::atomic<std::uint64_t> done_ = 0;
     std::atomic<bool> stopped_ = false;
     std::mutex mutex_;
+    double told_ = 0.0;
 };
 
-// The one loop over rays. Rays of a batch follow a Hilbert curve over the source, so a task's rays start
-// close together.
-Counts trace_batch(const Trace& trace, std::uint64_t batch, std::uint32_t task_rays, Tally& tally,
-                   Monitor& monitor) {
-    std::mutex mutex;
-    Counts total;
-    const tbb::blocked_range rays(batch * trace.batch_rays, (batch + 1) * trace.batch_rays, task_rays);
-    tbb::parallel_for(
-        rays,
-        [&](const tbb::blocked_range<std::uint64_t>& range) {
-            if (monitor.stopped()) return;
-            Counts counts;
-            for (std::uint64_t ray = range.begin(); ray < range.end(); ++ray)
-                trace_history(trace, ray, tally, counts);
-            monitor.finished(range.size());
-            const std::lock_guard lock(mutex);
-            total.absorbed += counts.absorbed;
-            total.escaped += counts.escaped;
-            total.leaked += counts.leaked;
-            total.arrivals += counts.arrivals;
-            total.segments += counts.segments;
-            total.rescued += counts.rescued;
-        },
-        tbb::simple_partitioner{});
-    return total;
-}
-
-void check(const TriangleMesh& mesh, const LateralBox& box, const Species& species,
-           std::span<const std::int32_t> materials, const Wedges& wedges, const TraceOptions& options) {
-    if (!(species.source_exponent >= 0.0 && species.source_exponent <= 1e6))
-        throw RecipeError(fmt::format("{}: source_exponent = {}: must be in [0, 1e6]", species.name,
-                                      species.source_exponent));
-    if (species.sticking.empty())
-        throw RecipeError(
-            fmt::format("{}: no sticking probability: give one, or one a material", species.name));
-    for (const double s : species.sticking)
-        if (!(s >= 0.0 && s <= 1.0))
-            throw RecipeError(fmt::format("{}: sticking = {}: must be in [0, 1]", species.name, s));
-    if (options.rays < 1 || options.rays > 1'000'000'000'000)
-        throw RecipeError(fmt::format("rays = {}: must be 1 to 1e12", options.rays));
-    if (options.batches < 16 || options.batches > 65536)
-        throw RecipeError(fmt::format("batches = {}: must be 16 to 65536", options.batches));
-    if (options.task_rays < 1 || options.max_bounces < 1)
-        throw RecipeError("task_rays and max_bounces must be at least 1");
-    if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
-    if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
-        throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
-    if (materials.empty()) return;
-    if (materials.size() != mesh.triangles.size())
-        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
-                                        materials.size(), mesh.triangles.size()));
-    for (std::size_t t = 0; t < materials.size(); ++t)
-        if (materials[t] < 0 || (species.sticking.size() > 1 &&
-                                 static_cast<std::size_t>(materials[t]) >= species.sticking.size()))
-            throw RecipeError(
-                fmt::format("{}: triangle {} is of material {}, which has no sticking probability",
-                            species.name, t, materials[t]));
-}
-
-double relative_error(const FluxField& field, const TriangleMesh& mesh) {
-    std::vector<double> area(mesh.vertices.size(), 0.0);
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        for (const std::uint32_t v : mesh.triangles[t]) area[v] += triangle_area(mesh, t) / 3.0;
-    double error = 0.0, flux = 0.0;
-    for (std::size_t v = 0; v < area.size(); ++v) {
-        error += area[v] * field.error[v];
-        flux += area[v] * field.flux[v];
+// A trace under way: rounds of batches of equal size, each on all threads.
+class Tracer {
+  public:
+    Tracer(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
+           const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
+           const TraceOptions& options)
+        : mesh_(mesh),
+          box_(box),
+          species_(species),
+          options_(options),
+          monitor_(options),
+          trace_{make_stage(mesh, scene, box),
+                 species,
+                 wedges,
+                 random_key(options.seed, options.step, options.species_index),
+                 make_sticking(species.sticking, materials, options.sticking_by_wedge),
+                 {},
+                 materials,
+                 fixed_probability(options.roulette),
+                 options.max_bounces,
+                 [this] { return monitor_.stop(); }} {
+        if (species.redeposition)
+            trace_.redeposition = make_sticking(species.redeposition->sticking, materials, {});
+        for (std::size_t k = 0; k < tally_count(species); ++k) tallies_.emplace_back(mesh, wedges);
     }
-    return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
-}
+
+    /// Traces at least \p rays more, in equal batches.
+    void trace_round(std::uint64_t rays) {
+        const std::uint64_t batches =
+            std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
+        const auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
+        for (std::uint64_t b = 0; b < batches; ++b)
+            trace_batch(make_batch(trace_.key, batches_++, batch_rays));
+        for (Tally& tally : tallies_) tally.close_round();
+    }
+
+    std::uint64_t emitted() const { return counts_.emitted; }
+    void expect(std::uint64_t rays) { monitor_.expect(rays); }
+
+    /// sum(area * standard error) / sum(area * flux) over vertices so far.
+    double relative_error() const {
+        const FluxField field = tallies_[0].vertex_flux(area_per_ray());
+        std::vector<double> area(mesh_.vertices.size(), 0.0);
+        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
+            for (const std::uint32_t v : mesh_.triangles[t]) area[v] += triangle_area(mesh_, t) / 3.0;
+        double error = 0.0, flux = 0.0;
+        for (std::size_t v = 0; v < area.size(); ++v) {
+            error += area[v] * field.error[v];
+            flux += area[v] * field.flux[v];
+        }
+        return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
+    }
+
+    FluxResult result() const {
+        FluxResult result;
+        static_cast<TallyFlux&>(result) = flux_of(tallies_[0]);
+        for (std::size_t k = 1; k < tallies_.size(); ++k) result.others.push_back(flux_of(tallies_[k]));
+        result.emitted = counts_.emitted;
+        result.absorbed = counts_.absorbed;
+        result.escaped = counts_.escaped;
+        result.leaked = counts_.leaked;
+        result.arrivals = counts_.arrivals;
+        result.segments = counts_.flights.segments;
+        result.rescued = counts_.flights.rescued;
+        result.ledger = counts_.ledger;
+        result.redeposited = counts_.redeposited;
+        result.relative_error = relative_error();
+        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+        return result;
+    }
+
+  private:
+    double area_per_ray() const { return box_.area() / static_cast<double>(counts_.emitted); }
+    TallyFlux flux_of(const Tally& tally) const {
+        const double scale = area_per_ray();
+        return {tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
+    }
+
+    Worker& worker() {
+        std::unique_ptr<Worker>& local = workers_.local();
+        if (!local) {
+            local = std::make_unique<Worker>();
+            for (Tally& tally : tallies_) local->bins.push_back(&tally.bins());
+        }
+        return *local;
+    }
+
+    // Blocks are the same whatever the tasks: only whole ones are handed out.
+    void trace_batch(const Batch& batch) {
+        const std::uint32_t blocks = static_cast<std::uint32_t>((batch.count + kBlock - 1) / kBlock);
+        const std::size_t task_blocks = std::max<std::size_t>(1, options_.task_rays / kBlock);
+        tbb::parallel_for(
+            tbb::blocked_range<std::uint32_t>(0, blocks, task_blocks),
+            [&](const tbb::blocked_range<std::uint32_t>& range) {
+                Worker& mine = worker();
+                for (std::uint32_t block = range.begin(); block < range.end() && !monitor_.stop(); ++block) {
+                    const auto first = static_cast<std::uint32_t>(block * kBlock);
+                    const auto count = std::min(static_cast<std::uint32_t>(kBlock), batch.count - first);
+                    trace_block(trace_, batch, first, count, tallies_, mine);
+                    monitor_.finished(count);
+                }
+            },
+            tbb::simple_partitioner{});
+        if (monitor_.stop()) throw Interrupted("interrupted while tracing " + species_.name);
+        for (std::unique_ptr<Worker>& worker : workers_) {
+            if (!worker) continue;
+            counts_.add(worker->counts);
+            worker->counts = {};
+        }
+        for (Tally& tally : tallies_) tally.close_batch();
+    }
+
+    const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    const TriangleMesh& mesh_;
+    const LateralBox& box_;
+    const Species& species_;
+    const TraceOptions& options_;
+    Monitor monitor_;
+    Trace trace_;
+    std::vector<Tally> tallies_;
+    tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;
+    Counts counts_;
+    std::uint32_t batches_ = 0;
+};
 
 }  // namespace
 
 FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
                       const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
                       const TraceOptions& options) {
-    const auto start = std::chrono::steady_clock::now();
     check(mesh, box, species, materials, wedges, options);
-    const bool one_sticking = species.sticking.size() == 1;
-    const Trace trace{make_stage(mesh, scene, box),
-                      random_key(options.seed, options.step, options.species_index),
-                      species.source_exponent,
-                      species.sticking,
-                      one_sticking ? std::span<const std::int32_t>{} : materials,
-                      (options.rays + options.batches - 1) / options.batches,
-                      options.max_bounces};
-    FluxResult result;
-    result.emitted = trace.batch_rays * options.batches;
-    Tally tally(mesh, wedges);
-    Monitor monitor(options, result.emitted);
-    for (std::uint64_t batch = 0; batch < options.batches; ++batch) {
-        const Counts counts = trace_batch(trace, batch, options.task_rays, tally, monitor);
-        if (monitor.stopped()) throw Interrupted("interrupted while tracing " + species.name);
-        tally.close_batch();
-        result.absorbed += counts.absorbed;
-        result.escaped += counts.escaped;
-        result.leaked += counts.leaked;
-        result.arrivals += counts.arrivals;
-        result.segments += counts.segments;
-        result.rescued += counts.rescued;
-    }
-    const double area_per_ray = box.area() / static_cast<double>(result.emitted);
-    result.triangle = tally.triangle_flux(area_per_ray);
-    result.wedge = tally.wedge_flux(area_per_ray);
-    result.vertex = tally.vertex_flux(area_per_ray);
-    result.relative_error = relative_error(result.vertex, mesh);
-    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return result;
+    Tracer tracer(mesh, scene, box, species, materials, wedges, options);
+    tracer.expect(options.rays);
+    tracer.trace_round(options.rays);
+    return tracer.result();
 }
 
 FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
@@ -217,21 +210,19 @@ FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface:
                          std::span<const std::int32_t> materials, const Wedges& wedges,
                          const TraceOptions& options) {
     if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
-    TraceOptions attempt = options;
-    attempt.rays = std::min<std::uint64_t>(options.rays, 2 * mesh.triangles.size() + 16384);
+    check(mesh, box, species, materials, wedges, options);
+    Tracer tracer(mesh, scene, box, species, materials, wedges, options);
+    std::uint64_t rays = std::min<std::uint64_t>(options.rays, 2 * mesh.triangles.size() + 16384);
     while (true) {
-        FluxResult result = trace_flux(mesh, scene, box, species, materials, wedges, attempt);
-        if (result.relative_error <= target) return result;
-        if (attempt.rays >= options.rays)
-            throw NumericsError(
-                fmt::format("relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more "
-                            "rays or ask for less",
-                            result.relative_error, result.emitted, target));
+        tracer.expect(tracer.emitted() + rays);
+        tracer.trace_round(rays);
+        const std::uint64_t emitted = tracer.emitted();
+        const double error = tracer.relative_error();
+        if (error <= target || emitted >= options.rays) return tracer.result();
         // The error falls as 1/sqrt(rays), but a sparse trace underestimates it: do not leap too far.
-        const double growth = std::pow(result.relative_error / target, 2.0) * 1.1;
-        const double rays = static_cast<double>(attempt.rays) * std::clamp(growth, 1.5, 16.0);
-        attempt.rays =
-            rays < static_cast<double>(options.rays) ? static_cast<std::uint64_t>(rays) : options.rays;
+        const double more = std::clamp(1.05 * std::pow(error / target, 2.0) - 1.0, 0.1, 7.0);
+        rays = std::min(options.rays - emitted,
+                        static_cast<std::uint64_t>(more * static_cast<double>(emitted)) + 1);
     }
 }
 

@@ -58,14 +58,18 @@ std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
     float distance = std::abs(phi.getValue(c));
     for (;;) {
         openvdb::Coord best = c;
-        for (int n = 0; n < 27; ++n) {
-            const openvdb::Coord q = own_node(domain, c.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1));
-            const float d = std::abs(phi.getValue(q));
-            if (d < distance) {
-                distance = d;
-                best = q;
+        // Face neighbours before edge and corner ones: of equals the one straight ahead.
+        for (int faces = 1; faces <= 3; ++faces)
+            for (int n = 0; n < 27; ++n) {
+                const openvdb::Coord step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+                if (std::abs(step.x()) + std::abs(step.y()) + std::abs(step.z()) != faces) continue;
+                const openvdb::Coord q = own_node(domain, c + step);
+                const float d = std::abs(phi.getValue(q));
+                if (d < distance) {
+                    distance = d;
+                    best = q;
+                }
             }
-        }
         const std::int32_t found = lookup.getValue(best);
         if (found >= 0 || best == c) return std::max(found, -1);
         c = best;

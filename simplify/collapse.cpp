@@ -1,145 +1,413 @@
 #include "simplify/collapse.hpp"
 
-#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <mutex>
+#include <numeric>
+#include <optional>
 
-#include "simplify/cgal_policies.hpp"
-#include "simplify/halfedges.hpp"
+#include "simplify/blocks.hpp"
+#include "simplify/bucket_queue.hpp"
+#include "simplify/collapse_mesh.hpp"
+#include "simplify/deviation.hpp"
+#include "simplify/edge_cost.hpp"
+#include "simplify/materials.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::simplify {
 namespace {
 
-using namespace cgal;
-using Halfedge = Mesh::Halfedge_index;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kMoved = 0xffffffffu;
+constexpr std::uint32_t kAnywhere = 0xfffffffeu;
+// Height over longest edge, 3 degrees in a thin triangle. The worst triangle around an edge may not sink
+// below this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
+constexpr double kMinHeight = 0.05;
 
-/// CGAL's half-edge structure from ours. Built by hand: its add_face depends on the order of triangles and
-/// searches.
-Mesh build(const TriangleMesh& input, const Halfedges& edges, const Vec3& centre) {
-    const auto halfedges = static_cast<std::uint32_t>(edges.opposite.size());
-    Mesh mesh;
-    mesh.reserve(static_cast<Mesh::size_type>(input.vertices.size()), halfedges / 2 + halfedges / 8,
-                 halfedges / 3);
-    for (const Vec3& v : input.vertices) {
-        const Vec3 p = v - centre;
-        mesh.add_vertex(Point(p.x(), p.y(), p.z()));
-    }
-    std::vector<Halfedge> ours(halfedges), border_out(input.vertices.size());
-    for (std::uint32_t h = 0; h < halfedges; ++h) {
-        const std::uint32_t other = edges.opposite[h];
-        if (other != kNoHalfedge && other < h) {
-            ours[h] = mesh.opposite(ours[other]);
-            continue;
-        }
-        const Triangle& t = input.triangles[h / 3];
-        ours[h] = mesh.add_edge(Vertex(t[h % 3]), Vertex(t[(h + 1) % 3]));
-        if (other == kNoHalfedge) border_out[t[(h + 1) % 3]] = mesh.opposite(ours[h]);
-    }
-    for (std::uint32_t t = 0; t < halfedges / 3; ++t) {
-        const Mesh::Face_index face = mesh.add_face();
-        mesh.set_halfedge(face, ours[3 * t]);
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            mesh.set_face(ours[3 * t + k], face);
-            mesh.set_next(ours[3 * t + k], ours[3 * t + (k + 1) % 3]);
-            mesh.set_halfedge(Vertex(input.triangles[t][(k + 1) % 3]), ours[3 * t + k]);
-        }
-    }
-    for (const Halfedge h : border_out)
-        if (h.is_valid()) {
-            mesh.set_next(h, border_out[mesh.target(h)]);
-            mesh.set_halfedge(mesh.target(h), h);
-        }
-    for (const Vertex v : mesh.vertices())
-        if (!mesh.halfedge(v).is_valid()) mesh.remove_vertex(v);
-    return mesh;
-}
+/// Twice the area vector of a triangle that stays, before and after a collapse.
+struct Change {
+    Vec3 before, after;
+};
 
-/// Vertices where triangles of different material meet.
-std::vector<std::uint8_t> material_borders(const TriangleMesh& mesh) {
-    std::vector<std::uint8_t> border(mesh.vertices.size(), 0);
-    const Attribute* material = mesh.triangle_attribute("material");
-    if (!material) return border;
-    if (material->components != 1 || material->values.size() != mesh.triangles.size())
-        throw GeometryError(
-            fmt::format("attribute `material` has {} values of {} components for {} triangles: give one "
-                        "number a triangle",
-                        material->values.size(), material->components, mesh.triangles.size()));
-    std::vector<double> seen(mesh.vertices.size(), std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const double value = material->values[t];
-        if (!std::isfinite(value))
-            throw GeometryError(
-                fmt::format("attribute `material` of triangle {} is not a number; repair the mesh", t));
-        for (const std::uint32_t v : mesh.triangles[t]) {
-            if (std::isnan(seen[v])) seen[v] = value;
-            if (seen[v] != value) border[v] = 1;
-        }
-    }
-    return border;
+/// Everything around an edge that is about to collapse.
+struct Surroundings {
+    Ring start, end;
+    std::array<MovedTriangle, 2 * Ring::kMost> moved;
+    std::array<Change, 2 * Ring::kMost> changes;
+    std::size_t count = 0;                ///< of the two above
+    std::array<std::uint32_t, 2> gone{};  ///< triangles that go
+    std::array<std::uint32_t, 2> apex{};  ///< third corners of the triangles that go
+    std::size_t apexes = 0;
+    Deviation::Plan plan;
+};
+
+/// One worker's queue; workers in different blocks share the mesh.
+struct Worker {
+    Worker(std::span<BucketQueue::Bucket> where, std::uint32_t z) : queue(where), zone(z) {}
+    BucketQueue queue;
+    std::uint32_t zone;       ///< block whose edges it takes, or kAnywhere
+    std::size_t removed = 0;  ///< vertices, in all
+    std::size_t refused = 0;  ///< edges, by the error bound
+    Surroundings around;
+};
+
+/// |n|^2 over longest edge^4: the square of height over longest edge.
+double height2(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    return longest > 0.0 ? normal.squaredNorm() / (longest * longest) : 0.0;
 }
 
 }  // namespace
 
 struct CollapseEngine::Impl {
     const TriangleMesh& input;
-    sms::internal::LindstromTurk_params weights;
-    // Positions are relative to the centre: the cost's determinants cancel badly far from the origin.
-    Vec3 centre = Vec3::Zero();
-    Box3 box;
-    Mesh mesh;
-    State state;
+    Weights weights;
+    CollapseMesh mesh;
+    CollapsePass pass;
+    double max_length2 = 0.0;                         ///< of the pass, in the mesh's scale
+    double max_error = kInfinity;                     ///< likewise
+    std::array<std::vector<float>, 2> max_length_at;  ///< per vertex, in its scale: graded, fixed
+    std::function<void(std::size_t)> progress;
+    std::mutex telling;
+    std::atomic<std::size_t> told = 0;   ///< vertices left, a thousand at a time
+    std::optional<Deviation> deviation;  ///< once a pass has bounded it
+    std::size_t vertices = 0;            ///< left
+    std::vector<std::uint32_t> source;   ///< input vertex whose position it has, or kMoved
+    std::vector<BucketQueue::Bucket> where;
+    Blocks blocks;
 
-    Impl(const TriangleMesh& m, const Weights& w) : input(m), weights(w.volume, w.boundary, w.shape) {
-        const Halfedges edges = connect(input);
+    Impl(const TriangleMesh& m, const Weights& w) : input(m), weights(w), mesh(m) {
         const std::size_t n = input.vertices.size();
-        box = bounding_box(input);
-        if (n > 0) centre = 0.5 * box.min + 0.5 * box.max;
-        mesh = build(input, edges, centre);
-        state.mesh = &mesh;
-        state.vertices = mesh.number_of_vertices();
-        state.side = {box.min.x() - centre.x(), box.max.x() - centre.x(), box.min.y() - centre.y(),
-                      box.max.y() - centre.y()};
-        state.boundary.assign(n, 0);
-        state.sides.assign(n, 0);
-        state.feature.assign(n, 0);
-        state.region.assign(n, 0);
-        state.frozen = material_borders(input);
-        if (const Attribute* fixed = input.vertex_attribute("fixed"))
-            for (std::size_t v = 0; v < std::min(n, fixed->values.size()); ++v)
-                if (fixed->values[v] != 0.0) state.frozen[v] = 1;
-        state.source.resize(n);
-        for (std::uint32_t v = 0; v < n; ++v) state.source[v] = v;
-        find_boundary();
+        for (const std::uint32_t h : mesh.leaving) vertices += h != kNoHalfedge;
+        const std::vector<std::uint8_t> frozen = frozen_vertices(input);
+        for (std::size_t v = 0; v < n; ++v)
+            if (frozen[v]) mesh.state[v].flags |= kFrozen;
+        source.resize(n);
+        std::iota(source.begin(), source.end(), 0u);
+        where.assign(mesh.corner.size(), BucketQueue::kNone);
     }
 
-    void find_boundary() {
-        std::array<double, 3> low{-kInfinity, -kInfinity, -kInfinity}, high{kInfinity, kInfinity, kInfinity};
-        for (const Halfedge h : mesh.halfedges()) {
-            if (!mesh.is_border(h)) continue;
-            const Vertex a = mesh.source(h), b = mesh.target(h);
-            for (const Vertex v : {a, b}) {
-                const Vec3& p = input.vertices[v];
-                state.boundary[v] = 1;
-                state.sides[v] = static_cast<std::uint8_t>(
-                    (p.x() == box.min.x()) * kMinX + (p.x() == box.max.x()) * kMaxX +
-                    (p.y() == box.min.y()) * kMinY + (p.y() == box.max.y()) * kMaxY);
-            }
-            const int common = state.sides[a] & state.sides[b];
-            for (std::size_t axis : {0, 1}) {
-                if (common & (kMinX << 2 * axis)) low[axis] = state.side[2 * axis];
-                if (common & (kMaxX << 2 * axis)) high[axis] = state.side[2 * axis + 1];
+    bool transition_edge(std::uint32_t h) const {
+        return !((mesh.state[mesh.start(h)].flags | mesh.state[mesh.end(h)].flags) & (kFrozen | kRegion));
+    }
+
+    /// Neither end pins the other to another place: one's side planes include the other's.
+    bool boundary_allows(int a, int b, bool border_edge) const {
+        if (!(a & b & kBoundary)) return true;
+        const int common = a & b & kSides;
+        return border_edge && (common == (a & kSides) || common == (b & kSides));
+    }
+
+    bool allows(std::uint32_t h, std::uint32_t zone) const {
+        const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+        if (zone != kAnywhere && (blocks.of[a] != zone || blocks.of[b] != zone)) return false;
+        const VertexState &s = mesh.state[a], &e = mesh.state[b];
+        const int barred = kFrozen | (pass.spare_region ? kRegion : 0);
+        if ((s.flags | e.flags) & barred) return false;
+        if (s.degree > Ring::kMost || e.degree > Ring::kMost) return false;
+        if (!boundary_allows(s.flags, e.flags, mesh.opposite[h] == kNoHalfedge)) return false;
+        const double length2 = (mesh.position(b) - mesh.position(a)).squaredNorm();
+        if (!(length2 < max_length2)) return false;
+        double most = kInfinity;
+        if (!max_length_at[0].empty())
+            most = pass.length_factor * std::min(max_length_at[0][a], max_length_at[0][b]);
+        if (!max_length_at[1].empty())
+            most = std::min<double>(most, std::min(max_length_at[1][a], max_length_at[1][b]));
+        return length2 < most * most;
+    }
+
+    /// Queues an edge at its cost now, or takes it out.
+    void update(Worker& worker, std::uint32_t h) const {
+        const std::uint32_t edge = mesh.edge(h);
+        if (allows(edge, worker.zone))
+            worker.queue.push(edge, BucketQueue::bucket_of(edge_cost(mesh, edge, weights).cost));
+        else
+            worker.queue.remove(edge);
+    }
+
+    /// Whether the edge can go without damage: the link condition, no flip, no new sliver. Fills in the
+    /// surroundings.
+    bool examine(std::uint32_t h, const Vec3& place, Surroundings& s) const {
+        const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+        mesh.ring(a, s.start);
+        mesh.ring(b, s.end);
+        s.apexes = 0;
+        for (const std::uint32_t side : {h, mesh.opposite[h]}) {
+            if (side == kNoHalfedge) continue;
+            const std::uint32_t c = mesh.corner[CollapseMesh::previous(side)];
+            if (!mesh.flagged(c, kBoundary) && mesh.state[c].degree <= 3) return false;
+            if (mesh.opposite[CollapseMesh::next(side)] == kNoHalfedge &&
+                mesh.opposite[CollapseMesh::previous(side)] == kNoHalfedge)
+                return false;
+            s.gone[s.apexes] = side / 3;
+            s.apex[s.apexes++] = c;
+        }
+        const std::size_t degree = s.start.size + s.end.size - 2 - s.apexes;
+        const bool boundary = mesh.flagged(a, kBoundary) || mesh.flagged(b, kBoundary);
+        if (degree > Ring::kMost || degree < (boundary ? 2u : 3u)) return false;
+        std::size_t common = 0;
+        for (std::uint32_t i = 0; i < s.end.size; ++i)
+            for (std::uint32_t j = 0; j < s.start.size; ++j)
+                common += s.end.neighbours[i] == s.start.neighbours[j];
+        return common == s.apexes && keeps_shape(a, b, place, s);
+    }
+
+    bool keeps_shape(std::uint32_t a, std::uint32_t b, const Vec3& place, Surroundings& s) const {
+        double worst_before = kMinHeight * kMinHeight, worst_after = worst_before;
+        s.count = 0;
+        for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
+            const Vec3& from = mesh.position(v);
+            for (std::uint32_t i = 0; i < ring->triangles; ++i) {
+                const std::uint32_t u = ring->neighbours[i],
+                                    w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
+                const Vec3 &p = mesh.position(u), &q = mesh.position(w);
+                const Vec3 before = (p - from).cross(q - from);
+                worst_before = std::min(worst_before, height2(before, from, p, q));
+                if (u == other || w == other) continue;
+                const Vec3 after = (p - place).cross(q - place);
+                const double height = height2(after, place, p, q);
+                worst_after = std::min(worst_after, height);
+                if (!(height > 0.0)) return false;
+                if (!(before.dot(after) > 0.0) && before.squaredNorm() > 0.0) return false;
+                s.moved[s.count] = {ring->out[i] / 3, u, w};
+                s.changes[s.count++] = {before, after};
             }
         }
-        state.low = {low[0], low[1], low[2]};
-        state.high = {high[0], high[1], high[2]};
+        return worst_after >= worst_before;
     }
 
-    double edge_length(Mesh::Edge_index e) const {
-        return std::sqrt(
-            CGAL::squared_distance(mesh.point(mesh.vertex(e, 0)), mesh.point(mesh.vertex(e, 1))));
+    /// Whether all stays within the error bound; examine() has passed.
+    bool within_bound(std::uint32_t h, const Vec3& place, Surroundings& s) const {
+        return !deviation || deviation->within(max_error, mesh, mesh.start(h), mesh.end(h), place,
+                                               std::span(s.moved).first(s.count),
+                                               std::span(s.gone).first(s.apexes), s.plan);
+    }
+
+    /// Collapses an edge that passed both.
+    void collapse(std::uint32_t h, const Vec3& place, const Surroundings& s) {
+        const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+        const Vec3 from_a = mesh.position(a), from_b = mesh.position(b);
+        VertexSums sums{place, {}, Vec3::Zero(), Vec3::Zero(), 0.0};
+        for (std::size_t i = 0; i < s.count; ++i) {
+            const Change& c = s.changes[i];
+            for (const std::uint32_t r : {s.moved[i].u, s.moved[i].w}) {
+                mesh.sums[r].planes.add_outer(c.after, 1.0);
+                mesh.sums[r].planes.add_outer(c.before, -1.0);
+                mesh.sums[r].normal += c.after - c.before;
+            }
+            sums.planes.add_outer(c.after, 1.0);
+            sums.normal += c.after;
+        }
+        for (std::size_t i = 0; i < s.apexes; ++i) {
+            VertexSums& apex = mesh.sums[s.apex[i]];
+            const Vec3 gone = (from_a - apex.position).cross(from_b - apex.position);
+            apex.planes.add_outer(gone, -1.0);
+            apex.normal -= (i == 0 ? 1.0 : -1.0) * gone;
+        }
+        const auto relink = [&](const Ring& ring, std::uint32_t other, const Vec3& from, bool twice) {
+            for (std::uint32_t i = 0; i < ring.size; ++i) {
+                const std::uint32_t r = ring.neighbours[i];
+                if (r == other) continue;
+                VertexSums& neighbour = mesh.sums[r];
+                const Vec3 before = from - neighbour.position, after = place - neighbour.position;
+                const bool shared =
+                    std::find(s.apex.begin(), s.apex.begin() + s.apexes, r) != s.apex.begin() + s.apexes;
+                neighbour.link -= before;
+                neighbour.link2 -= before.squaredNorm();
+                if (shared && twice) {
+                    --mesh.state[r].degree;
+                    continue;
+                }
+                neighbour.link += after;
+                neighbour.link2 += after.squaredNorm();
+                sums.link -= after;
+                sums.link2 += after.squaredNorm();
+            }
+        };
+        relink(s.start, b, from_a, false);
+        relink(s.end, a, from_b, true);
+        if (deviation)
+            deviation->apply(a, std::span(s.moved).first(s.count), std::span(s.gone).first(s.apexes), s.plan);
+        for (std::vector<float>& lengths : max_length_at)
+            if (!lengths.empty()) lengths[a] = std::min(lengths[a], lengths[b]);
+        source[a] = place == from_a ? source[a] : place == from_b ? source[b] : kMoved;
+        mesh.unlink(h, s.end);
+        mesh.sums[a] = sums;
+        mesh.state[a].flags |= mesh.state[b].flags;
+        mesh.state[a].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
+    }
+
+    bool gives_up(const Worker& worker, std::size_t removed) const {
+        constexpr std::size_t kPatience = 200;
+        return pass.give_up && worker.refused > worker.removed + removed + kPatience;
+    }
+
+    /// Collapses edges up to a bucket, cheapest first, at most \p quota. An edge whose cost has grown since
+    /// it was queued goes back; one whose cost has sunk, without being next to a collapse, is found late.
+    std::size_t work(Worker& worker, BucketQueue::Bucket limit, std::size_t quota) {
+        std::size_t removed = 0;
+        std::uint32_t edge = 0;
+        BucketQueue::Bucket bucket = 0;
+        if (gives_up(worker, 0)) return 0;
+        while (removed < quota && worker.queue.pop(limit, edge, bucket)) {
+            if (mesh.removed(edge) || !mesh.is_edge(edge) || !allows(edge, worker.zone)) continue;
+            const Candidate candidate = edge_cost(mesh, edge, weights);
+            if (!std::isfinite(candidate.cost)) continue;
+            const BucketQueue::Bucket now = BucketQueue::bucket_of(candidate.cost);
+            if (now > bucket) {
+                worker.queue.push(edge, now);
+                continue;
+            }
+            if (!examine(edge, candidate.place, worker.around)) continue;
+            if (!within_bound(edge, candidate.place, worker.around)) {
+                ++worker.refused;
+                if (gives_up(worker, removed)) break;
+                continue;
+            }
+            const std::uint32_t kept = mesh.start(edge);
+            collapse(edge, candidate.place, worker.around);
+            ++removed;
+            constexpr std::size_t kTell = 1024;
+            if (progress && removed % kTell == 0) tell(kTell);
+            Ring& ring = worker.around.start;
+            mesh.ring(kept, ring);
+            for (std::uint32_t i = 0; i < ring.triangles; ++i) update(worker, ring.out[i]);
+            if (ring.size > ring.triangles)
+                update(worker, CollapseMesh::previous(ring.out[ring.triangles - 1]));
+        }
+        worker.removed += removed;
+        return removed;
+    }
+
+    /// Tells how many vertices are left; whoever comes while another one tells goes on.
+    void tell(std::size_t removed) {
+        const std::size_t left = told -= removed;
+        if (!telling.try_lock()) return;
+        progress(left);
+        telling.unlock();
+    }
+
+    /// All edges of a worker's zone into its queue.
+    void fill(Worker& worker) {
+        const std::uint32_t* begin = blocks.vertices.data() + blocks.first[worker.zone];
+        const std::uint32_t* end = blocks.vertices.data() + blocks.first[worker.zone + 1];
+        for (const std::uint32_t* v = begin; v != end; ++v) {
+            const std::uint32_t first = mesh.leaving[*v];
+            std::uint32_t h = first;
+            do {
+                if (mesh.is_edge(h)) update(worker, h);
+                h = mesh.opposite[CollapseMesh::previous(h)];
+            } while (h != kNoHalfedge && h != first);
+        }
+    }
+
+    /// Collapses inside of blocks, in parallel, all up to the same cost, until the blocks' share of \p excess
+    /// vertices is gone. \returns how many vertices it removed.
+    std::size_t run_blocks(std::size_t excess) {
+        blocks = make_blocks(mesh);
+        if (blocks.count == 0) return 0;
+        std::vector<Worker> workers;
+        workers.reserve(blocks.count);
+        for (std::uint32_t b = 0; b < blocks.count; ++b) workers.emplace_back(where, b);
+        tbb::parallel_for(
+            std::uint32_t{0}, blocks.count, [&](std::uint32_t b) { fill(workers[b]); },
+            tbb::simple_partitioner{});
+        if (pass.target_vertices == 0) {
+            tbb::parallel_for(
+                std::uint32_t{0}, blocks.count,
+                [&](std::uint32_t b) { work(workers[b], BucketQueue::kLast, kMoved); },
+                tbb::simple_partitioner{});
+        } else {
+            // The seams' share is left for later, at the same cost.
+            const double share = static_cast<double>(blocks.vertices.size()) / static_cast<double>(vertices);
+            const auto wanted = static_cast<std::size_t>(0.97 * share * static_cast<double>(excess));
+            constexpr int kMostRounds = 16;
+            std::size_t removed = 0;
+            for (int round = 0; round < kMostRounds && removed < wanted; ++round) {
+                const std::size_t now = run_round(workers, wanted - removed);
+                if (now == 0) break;
+                removed += now;
+            }
+        }
+        std::size_t removed = 0;
+        for (const Worker& worker : workers) removed += worker.removed;
+        std::fill(where.begin(), where.end(), BucketQueue::kNone);
+        return removed;
+    }
+
+    /// Lets every block collapse up to the cost below which twice as many edges are queued as vertices are to
+    /// go, and no more than half of its own: a collapse takes up to three edges along.
+    std::size_t run_round(std::vector<Worker>& workers, std::size_t wanted) {
+        BucketQueue::Bucket limit = 0;
+        std::size_t queued = 0;
+        for (BucketQueue::Bucket b = 0; b <= BucketQueue::kLast; ++b) {
+            std::size_t more = 0;
+            for (const Worker& worker : workers) more += worker.queue.size(b);
+            if (queued > 0 && queued + more > 2 * wanted) break;
+            queued += more;
+            limit = b;
+        }
+        std::vector<std::size_t> removed(workers.size(), 0);
+        const double part = std::min(
+            0.5, static_cast<double>(wanted) / static_cast<double>(std::max<std::size_t>(queued, 1)));
+        tbb::parallel_for(
+            std::size_t{0}, workers.size(),
+            [&](std::size_t i) {
+                std::size_t own = 0;
+                for (BucketQueue::Bucket b = 0; b <= limit; ++b) own += workers[i].queue.size(b);
+                const auto quota = static_cast<std::size_t>(part * static_cast<double>(own));
+                removed[i] = work(workers[i], limit, quota);
+            },
+            tbb::simple_partitioner{});
+        return std::accumulate(removed.begin(), removed.end(), std::size_t{0});
+    }
+
+    /// Collapses anywhere until the target is met or nothing more can go.
+    void run_everywhere() {
+        constexpr int kMostSweeps = 20;
+        std::vector<BucketQueue::Bucket> bucket(mesh.corner.size());
+        for (int sweep = 0; sweep < kMostSweeps && vertices > pass.target_vertices; ++sweep) {
+            tbb::parallel_for(std::size_t{0}, bucket.size(), [&](std::size_t i) {
+                const auto h = static_cast<std::uint32_t>(i);
+                bucket[i] = BucketQueue::kNone;
+                if (mesh.removed(h) || !mesh.is_edge(h) || !allows(h, kAnywhere)) return;
+                const double cost = edge_cost(mesh, h, weights).cost;
+                if (std::isfinite(cost)) bucket[i] = BucketQueue::bucket_of(cost);
+            });
+            Worker worker(where, kAnywhere);
+            for (std::uint32_t h = 0; h < bucket.size(); ++h)
+                if (bucket[h] != BucketQueue::kNone) worker.queue.push(h, bucket[h]);
+            const std::size_t removed = work(worker, BucketQueue::kLast, vertices - pass.target_vertices);
+            vertices -= removed;
+            std::fill(where.begin(), where.end(), BucketQueue::kNone);
+            // A sweep that finds next to nothing is the last one, unless there is a target to meet.
+            const bool little = removed * 1000 <= vertices;
+            if (removed == 0 || (little && pass.target_vertices == 0) || gives_up(worker, 0)) break;
+        }
+    }
+
+    void run() {
+        max_length2 = pass.max_length * mesh.scale * pass.max_length * mesh.scale;
+        max_error = pass.max_error * mesh.scale;
+        if (std::isfinite(max_error) && !deviation) deviation.emplace(mesh);
+        told = vertices;
+        vertices -= run_blocks(vertices - pass.target_vertices);
+        run_everywhere();
+    }
+
+    template <class Visit>
+    void each_edge(const Visit& visit) const {
+        for (std::uint32_t h = 0; h < mesh.corner.size(); ++h)
+            if (!mesh.removed(h) && mesh.is_edge(h)) visit(h);
+    }
+    double edge_length(std::uint32_t h) const {
+        return (mesh.position(mesh.end(h)) - mesh.position(mesh.start(h))).norm() / mesh.scale;
     }
 };
 
@@ -152,92 +420,109 @@ void CollapseEngine::set_features(std::span<const std::uint8_t> features) {
     if (features.size() != n)
         throw GeometryError(
             fmt::format("{} feature flags for {} vertices: give one a vertex", features.size(), n));
-    for (std::size_t v = 0; v < n; ++v) impl_->state.feature[v] = features[v] != 0;
+    for (std::size_t v = 0; v < n; ++v) {
+        std::uint8_t& flags = impl_->mesh.state[v].flags;
+        flags = static_cast<std::uint8_t>((flags & ~kFeature) | (features[v] != 0 ? kFeature : 0));
+    }
     reset_region();
 }
 
 void CollapseEngine::reset_region() {
-    impl_->state.region = impl_->state.feature;
+    for (VertexState& state : impl_->mesh.state)
+        state.flags =
+            static_cast<std::uint8_t>((state.flags & ~kRegion) | (state.flags & kFeature ? kRegion : 0));
 }
 
 std::size_t CollapseEngine::grow_region() {
-    const std::vector<std::uint8_t> before = impl_->state.region;
-    std::vector<std::uint8_t>& region = impl_->state.region;
+    CollapseMesh& mesh = impl_->mesh;
+    std::vector<std::uint32_t> joins;
+    impl_->each_edge([&](std::uint32_t h) {
+        const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+        if (mesh.flagged(a, kRegion) != mesh.flagged(b, kRegion))
+            joins.push_back(mesh.flagged(a, kRegion) ? b : a);
+    });
     std::size_t added = 0;
-    for (const Mesh::Edge_index e : impl_->mesh.edges()) {
-        const Vertex a = impl_->mesh.vertex(e, 0), b = impl_->mesh.vertex(e, 1);
-        if (before[a] == before[b]) continue;
-        const Vertex joins = before[a] ? b : a;
-        added += !region[joins];
-        region[joins] = 1;
+    for (const std::uint32_t v : joins) {
+        added += !mesh.flagged(v, kRegion);
+        mesh.state[v].flags |= kRegion;
     }
     return added;
 }
 
 std::size_t CollapseEngine::run(const CollapsePass& pass) {
-    State& state = impl_->state;
-    const std::size_t before = state.vertices;
-    state.pass = pass;
-    if (state.vertices <= pass.target_vertices) return 0;
-    const auto& weights = impl_->weights;
-    sms::edge_collapse(impl_->mesh, Stop{&state},
-                       CGAL::parameters::get_cost(sms::LindstromTurk_cost<Mesh>(weights))
-                           .get_placement(Placement{&state, sms::LindstromTurk_placement<Mesh>(weights)})
-                           .filter(ShapeFilter{&state})
-                           .edge_is_constrained_map(UntouchableZeroEdges{&state})
-                           .visitor(Visitor(&state)));
-    return before - state.vertices;
+    const std::size_t before = impl_->vertices;
+    impl_->pass = pass;
+    if (before <= pass.target_vertices) return 0;
+    impl_->run();
+    return before - impl_->vertices;
+}
+
+void CollapseEngine::report_to(std::function<void(std::size_t)> progress) {
+    impl_->progress = std::move(progress);
+}
+
+void CollapseEngine::set_max_lengths(std::span<const double> graded, std::span<const double> fixed) {
+    const std::size_t n = impl_->input.vertices.size();
+    for (const auto& [lengths, kept] :
+         {std::pair{graded, &impl_->max_length_at[0]}, {fixed, &impl_->max_length_at[1]}}) {
+        if (lengths.size() != n && !lengths.empty())
+            throw GeometryError(
+                fmt::format("{} edge lengths for {} vertices: give one a vertex", lengths.size(), n));
+        kept->resize(lengths.size());
+        for (std::size_t v = 0; v < lengths.size(); ++v)
+            (*kept)[v] = static_cast<float>(lengths[v] * impl_->mesh.scale);
+    }
 }
 
 std::size_t CollapseEngine::vertex_count() const {
-    return impl_->state.vertices;
+    return impl_->vertices;
 }
 
 double CollapseEngine::shortest_transition_edge() const {
     double shortest = kInfinity;
-    for (const Mesh::Edge_index e : impl_->mesh.edges())
-        if (impl_->state.transition_edge(impl_->mesh.vertex(e, 0), impl_->mesh.vertex(e, 1)))
-            shortest = std::min(shortest, impl_->edge_length(e));
+    impl_->each_edge([&](std::uint32_t h) {
+        if (impl_->transition_edge(h)) shortest = std::min(shortest, impl_->edge_length(h));
+    });
     return shortest;
 }
 
 double CollapseEngine::longest_transition_edge() const {
     double longest = 0.0;
-    for (const Mesh::Edge_index e : impl_->mesh.edges())
-        if (impl_->state.transition_edge(impl_->mesh.vertex(e, 0), impl_->mesh.vertex(e, 1)))
-            longest = std::max(longest, impl_->edge_length(e));
+    impl_->each_edge([&](std::uint32_t h) {
+        if (impl_->transition_edge(h)) longest = std::max(longest, impl_->edge_length(h));
+    });
     return longest;
 }
 
 TriangleMesh CollapseEngine::take_mesh() const {
-    const Mesh& mesh = impl_->mesh;
-    const State& state = impl_->state;
+    const CollapseMesh& mesh = impl_->mesh;
+    const TriangleMesh& input = impl_->input;
+    const Box3 box = bounding_box(input);
     TriangleMesh result;
-    result.vertices.reserve(mesh.number_of_vertices());
-    result.triangles.reserve(mesh.number_of_faces());
-    std::vector<std::uint32_t> renamed(impl_->input.vertices.size(), 0);
-    for (const Vertex v : mesh.vertices()) {
+    result.vertices.reserve(impl_->vertices);
+    std::vector<std::uint32_t> renamed(input.vertices.size(), 0);
+    for (std::uint32_t v = 0; v < renamed.size(); ++v) {
+        if (mesh.leaving[v] == kNoHalfedge) continue;
         renamed[v] = static_cast<std::uint32_t>(result.vertices.size());
-        if (state.source[v] != kMoved) {
-            result.vertices.push_back(impl_->input.vertices[state.source[v]]);
+        if (impl_->source[v] != kMoved) {
+            result.vertices.push_back(input.vertices[impl_->source[v]]);
             continue;
         }
-        const Point& p = mesh.point(v);
-        Vec3 position = Vec3(p.x(), p.y(), p.z()) + impl_->centre;
-        // Adding the centre back rounds; the side planes must not.
-        if (state.sides[v] & kMinX) position.x() = impl_->box.min.x();
-        if (state.sides[v] & kMaxX) position.x() = impl_->box.max.x();
-        if (state.sides[v] & kMinY) position.y() = impl_->box.min.y();
-        if (state.sides[v] & kMaxY) position.y() = impl_->box.max.y();
-        result.vertices.push_back(position);
+        // Adding the centre back rounds; the box and its sides must not.
+        Vec3 p = mesh.to_world(mesh.position(v)).cwiseMax(box.min).cwiseMin(box.max);
+        if (mesh.flagged(v, kMinX)) p.x() = box.min.x();
+        if (mesh.flagged(v, kMaxX)) p.x() = box.max.x();
+        if (mesh.flagged(v, kMinY)) p.y() = box.min.y();
+        if (mesh.flagged(v, kMaxY)) p.y() = box.max.y();
+        result.vertices.push_back(p);
     }
-    const Attribute* material = impl_->input.triangle_attribute("material");
+    const Attribute* material = input.triangle_attribute("material");
     if (material) result.triangle_attributes.push_back({material->name, 1, material->type, {}});
-    for (const Mesh::Face_index f : mesh.faces()) {
-        const Halfedge h = mesh.halfedge(f);
+    for (std::uint32_t t = 0; t < input.triangles.size(); ++t) {
+        if (mesh.removed(3 * t)) continue;
         result.triangles.push_back(
-            {renamed[mesh.source(h)], renamed[mesh.target(h)], renamed[mesh.target(mesh.next(h))]});
-        if (material) result.triangle_attributes[0].values.push_back(material->values[f]);
+            {renamed[mesh.corner[3 * t]], renamed[mesh.corner[3 * t + 1]], renamed[mesh.corner[3 * t + 2]]});
+        if (material) result.triangle_attributes[0].values.push_back(material->values[t]);
     }
     return result;
 }

@@ -1,6 +1,8 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -14,11 +16,16 @@ struct CollapsePass {
     double max_length = 0.0;          ///< only edges shorter than this collapse
     std::size_t target_vertices = 0;  ///< the pass ends when no more than this many are left
     bool spare_region = false;        ///< edges with an end in the region stay as they are
+    /// No vertex of the input may come to lie farther from the simplified surface, nor the other way round.
+    double max_error = std::numeric_limits<double>::infinity();
+    /// Ends where the bound refuses as many edges as collapse, instead of using it up to the last edge.
+    bool give_up = false;
+    double length_factor = 1.0;  ///< applied to the graded lengths
 };
 
-/// A mesh being coarsened by edge collapses, cheapest Lindstrom-Turk cost first (Lindstrom and Turk, Fast and
-/// memory efficient polygonal simplification, 1998). The mesh is taken apart once, passes share it, take_mesh
-/// puts it together.
+/// A mesh being coarsened by edge collapses, cheapest Lindstrom-Turk cost first (edge_cost.hpp). The mesh is
+/// taken apart once, passes share it, take_mesh puts it together. Large meshes are worked on block by block
+/// in parallel (blocks.hpp), all blocks up to the same cost, and their seams after that.
 ///
 /// What a pass keeps:
 /// - Boundary: its vertices move along it only; those in an x or y extreme of the mesh keep that coordinate
@@ -30,6 +37,8 @@ struct CollapsePass {
 /// - Orientation: no triangle turns by 90 degrees or more in a collapse.
 /// - Shape: the worst triangle around an edge gets no worse once it is a sliver, and none becomes degenerate.
 /// - Manifoldness and Euler number (link condition).
+/// - Box: no vertex leaves that of the input.
+/// - Degree: no collapse makes a vertex of more than 64 neighbours.
 /// A placement outside of the edge's neighbourhood, where constraints are near-singular, becomes the
 /// midpoint.
 class CollapseEngine {
@@ -43,11 +52,20 @@ class CollapseEngine {
     /// features.
     void set_features(std::span<const std::uint8_t> features);
 
+    /// Bounds on the length of edges that may collapse, per input vertex, infinity for none: graded ones,
+    /// which a pass may scale, and fixed ones. Either may be empty. The shorter one of an edge's ends counts,
+    /// and a merged vertex takes it. \throws GeometryError on another number of lengths.
+    void set_max_lengths(std::span<const double> graded, std::span<const double> fixed);
+
+    /// Calls \p progress with about how many vertices are left, now and then, one call at a time, from any
+    /// thread.
+    void report_to(std::function<void(std::size_t)> progress);
+
     void reset_region();
     /// Adds all neighbours to the region. \returns how many.
     std::size_t grow_region();
 
-    /// \returns how many vertices it removed. O(n log n); sequential, deterministic.
+    /// \returns how many vertices it removed. O(n), parallel; the result does not depend on threads.
     std::size_t run(const CollapsePass& pass);
 
     /// Vertices left, those no triangle uses not counted.

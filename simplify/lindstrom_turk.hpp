@@ -10,7 +10,7 @@ namespace sidewall::simplify {
 /// \param mesh  orientable manifold, open or closed; its boundary, material borders, orientation and Euler
 ///              number are kept as CollapseEngine says.
 /// \throws GeometryError on another mesh, RecipeError on options out of range.
-/// \note O(n log n); deterministic for a given mesh, whatever the number of threads.
+/// \note O(n); deterministic for a given mesh, whatever the number of threads.
 Result simplify_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options);
 
 }  // namespace sidewall::simplify

@@ -98,6 +98,12 @@ RegionOptions resolve_region(const Options& options, double base) {
     region.l_max = options.l_max.value_or(std::max(kRegionLengths * base, region.l0 + region.step));
     region.target_vertices = options.target_vertices;
     region.weights = options.weights.value_or(kVolumeWeights);
+    if (options.max_error)
+        region.max_error = *options.max_error;
+    else if (options.method == Method::region_bounded && !options.target_vertices)
+        region.max_error = kBoundedError * base;
+    region.max_length_at = options.max_length_at;
+    region.progress = options.progress;
     check(region);
     return region;
 }
@@ -110,6 +116,8 @@ LindstromTurkOptions resolve_lindstrom_turk(const Options& options, double base)
     else if (!options.target_vertices)
         plain.max_edge_length = kLindstromTurkLengths * base;
     plain.weights = options.weights.value_or(kVolumeWeights);
+    if (options.max_error) plain.max_error = *options.max_error;
+    plain.progress = options.progress;
     check(plain);
     return plain;
 }
@@ -118,12 +126,14 @@ void check(const RegionOptions& options) {
     check_length("l0", options.l0, true, false);
     check_length("step", options.step, false, false);
     check_length("l_max", options.l_max, true, true);
+    check_length("max_error", options.max_error, false, true);
     check_weights(options.weights);
     check_target(options.target_vertices);
 }
 
 void check(const LindstromTurkOptions& options) {
     check_length("l_max", options.max_edge_length, true, true);
+    check_length("max_error", options.max_error, false, true);
     check_weights(options.weights);
     check_target(options.target_vertices);
 }

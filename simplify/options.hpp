@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -16,13 +17,16 @@ enum class Method {
     lindstrom_turk,       ///< the same rule everywhere
     region,               ///< features kept fine, flat parts coarsened ring by ring
     cgal_lindstrom_turk,  ///< Lindstrom-Turk on CGAL's edge collapse, whatever the default engine is
-    region_bounded        ///< region with a hard error bound; not available yet
+    region_bounded        ///< regions by length and by a bound on the distance to the input
 };
 
 std::string_view to_string(Method method);
 
 /// \throws RecipeError naming the known methods.
 Method method_from_string(std::string_view name);
+
+/// Called now and then with about how many vertices are left, one call at a time, from any thread.
+using Progress = std::function<void(std::size_t vertices)>;
 
 /// How much each term of Lindstrom and Turk's cost counts. Their ratios matter, not their sum.
 struct Weights {
@@ -41,6 +45,10 @@ struct LindstromTurkOptions {
     std::optional<std::size_t> target_vertices{};  ///< stops as soon as no more than this many are left
     double max_edge_length = std::numeric_limits<double>::infinity();  ///< only shorter edges collapse
     Weights weights = kVolumeWeights;
+    /// No vertex of the input comes to lie farther from the result than this, nor one of the result farther
+    /// from the input.
+    double max_error = std::numeric_limits<double>::infinity();
+    Progress progress{};
 };
 
 /// How a region simplification grades the mesh. Lengths are in the mesh's own unit.
@@ -55,20 +63,33 @@ struct RegionOptions {
     /// stays 0).
     std::optional<std::size_t> target_vertices{};
     Weights weights = kVolumeWeights;
+    double max_error = std::numeric_limits<double>::infinity();  ///< as in LindstromTurkOptions
+    /// Edge length allowed at each input vertex whatever its distance to features, e.g. where flux varies;
+    /// infinity for no bound, empty for none at all. Only region-bounded reads it.
+    std::span<const double> max_length_at{};
+    Progress progress{};
 };
 
 /// What a recipe or command line says; what is absent is "auto". Lengths are in the mesh's own unit.
 struct Options {
-    Method method = Method::region;
+    Method method = Method::region_bounded;
     std::optional<double> l0{};    ///< auto: the base length
     std::optional<double> step{};  ///< auto: the base length
     /// auto: 3 base lengths; Lindstrom-Turk 2, or none if there is a target
     std::optional<double> l_max{};
     std::optional<std::size_t> target_vertices{};
     std::optional<Weights> weights{};
-    std::optional<double> max_error{};     ///< hard distance bound; only region_bounded can keep one
-    std::optional<double> grid_spacing{};  ///< dx of the level set the mesh was extracted from
+    /// Hard bound on the distance, both ways, at the vertices. auto: region-bounded kBoundedError base
+    /// lengths where there is no target, the others none
+    std::optional<double> max_error{};
+    std::span<const double> max_length_at{};  ///< as in RegionOptions; region-bounded only
+    std::optional<double> grid_spacing{};     ///< dx of the level set the mesh was extracted from
+    Progress progress{};
 };
+
+/// Error bound of region-bounded, in base lengths, where nothing else is said: well below what a level set on
+/// that grid resolves, yet beyond its roughness.
+inline constexpr double kBoundedError = 0.05;
 
 /// The length that "auto" stands for: the grid spacing if there is one, else the mean length of the edges
 /// between features (Lenz 2023, section 8.2.2), or of all edges if there are none; 0 for a mesh without

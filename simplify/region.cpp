@@ -13,7 +13,7 @@ namespace sidewall::simplify {
 namespace {
 
 struct Schedule {
-    double l0, step, l_max;
+    double l0, step, l_max, max_error;
     std::size_t target;
 };
 
@@ -38,7 +38,10 @@ double length_beyond(double shortest, const Schedule& s) {
 std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<Ring>& rings) {
     std::size_t total = 0;
     const auto run = [&](double length, bool spare_region) {
-        const std::size_t removed = engine.run({length, s.target, spare_region});
+        const std::size_t removed = engine.run({.max_length = length,
+                                                .target_vertices = s.target,
+                                                .spare_region = spare_region,
+                                                .max_error = s.max_error});
         rings.push_back({length, removed});
         total += removed;
         return removed;
@@ -64,10 +67,12 @@ Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> 
                         const RegionOptions& options) {
     check(options);
     CollapseEngine engine(mesh, options.weights);
+    engine.report_to(options.progress);
     check_step(mesh, options.step);
     engine.set_features(features);
     Result result;
-    Schedule schedule{options.l0, options.step, options.l_max, options.target_vertices.value_or(0)};
+    Schedule schedule{options.l0, options.step, options.l_max, options.max_error,
+                      options.target_vertices.value_or(0)};
     if (!options.target_vertices) {
         run_schedule(engine, schedule, result.rings);
     } else {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"
 #include "simplify/region.hpp"
 #include "surface/error.hpp"
@@ -14,23 +15,24 @@ double now() {
 }
 
 Result collapse(const TriangleMesh& mesh, std::span<const std::uint8_t> features, const Options& options) {
-    const bool region = options.method == Method::region;
+    const bool bounded = options.method == Method::region_bounded;
+    const bool region = options.method == Method::region || bounded;
     const double base =
         base_length(mesh, region ? features : std::span<const std::uint8_t>{}, options.grid_spacing);
+    if (bounded) return simplify_regions_bounded(mesh, features, resolve_region(options, base));
     if (region) return simplify_regions(mesh, features, resolve_region(options, base));
-    return simplify_lindstrom_turk(mesh, resolve_lindstrom_turk(options, base));
+    const LindstromTurkOptions plain = resolve_lindstrom_turk(options, base);
+    return options.method == Method::cgal_lindstrom_turk ? simplify_cgal_lindstrom_turk(mesh, plain)
+                                                         : simplify_lindstrom_turk(mesh, plain);
 }
 
 }  // namespace
 
 Result simplify(const TriangleMesh& mesh, std::span<const std::uint8_t> features, const Options& options) {
-    if (options.method == Method::region_bounded)
+    if (options.method == Method::cgal_lindstrom_turk && options.max_error)
         throw RecipeError(
-            "simplify.method = \"region-bounded\": not available in this version; use \"region\"");
-    if (options.max_error)
-        throw RecipeError(
-            "simplify.max_error: only method \"region-bounded\" can keep a hard bound, and it is not "
-            "available in this version; leave max_error out and read the reported distances");
+            "simplify.max_error: method \"cgal-lindstrom-turk\" cannot keep a hard bound; use another "
+            "method");
     const double start = now();
     Result result;
     if (options.method == Method::none || mesh.triangles.empty()) {

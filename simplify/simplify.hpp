@@ -11,8 +11,8 @@ namespace sidewall::simplify {
 ///
 /// \param features  one flag a vertex; only the region methods read them, the others take an empty span.
 /// \returns the mesh, the vertices each pass removed and the seconds taken (not those for finding features).
-/// \throws RecipeError for region-bounded and max_error, which are not available yet, and for values out of
-///         range; GeometryError as simplify_regions does.
+/// \throws RecipeError for values out of range and for max_error with CGAL's method; GeometryError as
+///         simplify_regions does.
 Result simplify(const TriangleMesh& mesh, std::span<const std::uint8_t> features, const Options& options);
 
 }  // namespace sidewall::simplify

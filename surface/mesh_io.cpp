@@ -11,18 +11,17 @@
 namespace sidewall::surface {
 namespace {
 
-enum class Format { vtp, ply };
+enum class Format { vtp, ply, stl, obj };
 
 Format format_of(const std::filesystem::path& path) {
     std::string extension = path.extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     if (extension == ".vtp") return Format::vtp;
     if (extension == ".ply") return Format::ply;
-    if (extension == ".stl" || extension == ".obj")
-        throw FileError(
-            fmt::format("{}: {} is not supported yet: convert to VTP or PLY", path.string(), extension));
-    throw FileError(
-        fmt::format("{}: extension '{}' is no mesh format: use .vtp or .ply", path.string(), extension));
+    if (extension == ".stl") return Format::stl;
+    if (extension == ".obj") return Format::obj;
+    throw FileError(fmt::format("{}: extension '{}' is no mesh format: use .vtp, .ply, .stl or .obj",
+                                path.string(), extension));
 }
 
 }  // namespace
@@ -64,12 +63,28 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshMetadata* metadata
     const std::string bytes = read_whole_file(path);
     if (bytes.empty()) throw FileError(fmt::format("{}: is empty: export the surface again", path.string()));
     if (format == Format::ply) return decode_ply(bytes, path.string());
+    if (format == Format::stl) return decode_stl(bytes, path.string(), metadata);
+    if (format == Format::obj) return decode_obj(bytes, path.string(), metadata);
     return decode_vtp(bytes, path.string(), metadata);
+}
+
+std::vector<std::string> unwritable(const std::filesystem::path& path, const TriangleMesh& mesh) {
+    const Format format = format_of(path);
+    std::vector<std::string> names;
+    if (format == Format::vtp || format == Format::ply) return names;
+    const std::string kept = format == Format::stl ? "attribute" : "material";
+    for (const Attribute& a : mesh.vertex_attributes) names.push_back(a.name);
+    for (const Attribute& a : mesh.triangle_attributes)
+        if (a.name != kept || a.components != 1) names.push_back(a.name);
+    return names;
 }
 
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh, const MeshMetadata& metadata) {
     const Format format = format_of(path);
-    write_whole_file(path, format == Format::vtp ? encode_vtp(mesh, metadata) : encode_ply(mesh, metadata));
+    write_whole_file(path, format == Format::vtp   ? encode_vtp(mesh, metadata)
+                           : format == Format::ply ? encode_ply(mesh, metadata)
+                           : format == Format::stl ? encode_stl(mesh)
+                                                   : encode_obj(mesh));
 }
 
 }  // namespace sidewall::surface

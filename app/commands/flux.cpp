@@ -10,6 +10,7 @@
 
 #include "app/commands.hpp"
 #include "app/output.hpp"
+#include "flux/mend.hpp"
 #include "flux/tracer.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -131,6 +132,19 @@ std::vector<double> parse_sticking(const std::string& text, const std::vector<st
     return sticking;
 }
 
+TriangleMesh read_mended(const std::string& path) {
+    TriangleMesh mesh = surface::read_mesh(path);
+    const flux::Mending mending = flux::mend(mesh);
+    if (mending.welded > 0)
+        fmt::print(stderr,
+                   "sidewall flux: {}: {} vertices of the same position as another were merged with it\n",
+                   path, mending.welded);
+    if (mending.turned > 0)
+        fmt::print(stderr, "sidewall flux: {}: {} of {} triangles were turned over, so that all agree\n",
+                   path, mending.turned, mesh.triangles.size());
+    return mesh;
+}
+
 flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& arguments) {
     if (!arguments.boundary.empty()) return flux::lateral_box(mesh, parse_boundary(arguments.boundary));
     try {
@@ -240,7 +254,7 @@ void print_summary(const Json& json) {
 
 void run_flux(const FluxArguments& arguments) {
     check_arguments(arguments);
-    const TriangleMesh mesh = surface::read_mesh(arguments.mesh);
+    const TriangleMesh mesh = read_mended(arguments.mesh);
     const Materials materials = read_materials(mesh, arguments.mesh);
     const flux::Species species{"flux", arguments.source_exponent,
                                 parse_sticking(arguments.sticking, materials.ids, arguments.mesh)};
@@ -261,6 +275,11 @@ void run_flux(const FluxArguments& arguments) {
                                   wedges, options)
             : flux::trace_flux(mesh, scene, box, species, materials.of_triangle, wedges, options);
     bar.reset();
+    if (arguments.relative_error && !(result.relative_error <= *arguments.relative_error))
+        throw NumericsError(fmt::format(
+            "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more rays with "
+            "--rays or ask for less",
+            arguments.mesh, result.relative_error, result.emitted, *arguments.relative_error));
 
     const double leakage = static_cast<double>(result.leaked) / static_cast<double>(result.emitted);
     if (leakage > kTolerableLeakage)
@@ -284,7 +303,8 @@ void add_flux_command(CLI::App& program) {
     CLI::App* command =
         program.add_subcommand("flux", "Particle flux on a surface, by Monte Carlo ray tracing");
     command
-        ->add_option("mesh", arguments->mesh, "The surface: .vtp or .ply, normals out of the material, z up")
+        ->add_option("mesh", arguments->mesh,
+                     "The surface: .vtp, .ply, .stl or .obj, normals out of the material, z up")
         ->required()
         ->type_name("MESH");
     command->add_option("-o,--output", arguments->output, "Write flux, flux_error and area: .vtp or .csv")

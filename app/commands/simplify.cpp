@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 
 #include "app/commands.hpp"
@@ -17,9 +20,8 @@ namespace sidewall::app {
 namespace {
 
 struct Arguments {
-    std::string input, output, method = "region", json;
+    std::string input, output, method = "region-bounded", json, feature_parameter = "0.5";
     std::vector<double> weights;
-    double feature_parameter = 0.5;
     simplify::Options options;
 };
 
@@ -33,6 +35,17 @@ simplify::Options resolve(const Arguments& arguments) {
     if (!arguments.weights.empty())
         options.weights = {arguments.weights[0], arguments.weights[1], arguments.weights[2]};
     return options;
+}
+
+/// --feature-parameter, or what `auto` makes of the mesh.
+double feature_parameter(const Arguments& arguments, const surface::Curvature& curvature, double spacing) {
+    const std::string& text = arguments.feature_parameter;
+    if (text == "auto") return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
+    double value = 0.0;
+    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (failure != std::errc{} || end != text.data() + text.size() || !(value > 0.0) || std::isinf(value))
+        throw RecipeError(fmt::format("--feature-parameter {}: must be a positive number or auto", text));
+    return value;
 }
 
 Json one_way(const surface::Distance& distance) {
@@ -82,27 +95,47 @@ void print_summary(const Json& json, const Arguments& arguments) {
                number("quality", "min_angle_deg"), number("quality", "mean_ratio_min"));
     fmt::print("seconds          features {:.3f}, collapse {:.3f}, total {:.3f}\n",
                number("seconds", "features"), number("seconds", "collapse"), number("seconds", "total"));
-    if (!json["dropped_attributes"].empty())
-        fmt::print("dropped          {}\n", json["dropped_attributes"].dump());
+    if (const auto count = json["features"]["count"].get<std::size_t>(); json["features"]["parameter"] > 0.0)
+        fmt::print("features         {} vertices, C = {:.3g}\n", count,
+                   json["features"]["parameter"].get<double>());
+    for (const auto& [key, what] :
+         {std::pair{"dropped_on_reading", "of the input file"}, {"dropped_attributes", "attributes"}})
+        for (const Json& name : json[key])
+            fmt::print("dropped          {} ({})\n", name.get<std::string>(), what);
     fmt::print("Lengths are in the mesh's own unit.\n");
 }
 
 void run(const Arguments& arguments) {
-    const simplify::Options options = resolve(arguments);
+    simplify::Options options = resolve(arguments);
     surface::MeshMetadata metadata;
     const TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
 
     const double start = now();
     const double spacing = simplify::base_length(mesh, {}, options.grid_spacing);
     std::vector<std::uint8_t> features;
-    if (options.method == simplify::Method::region)
-        features = surface::feature_flags(mesh, spacing, arguments.feature_parameter);
+    double parameter = 0.0;
+    if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
+        const surface::Curvature curvature = surface::mesh_curvature(mesh);
+        parameter = feature_parameter(arguments, curvature, spacing);
+        features = surface::feature_flags(curvature, spacing, parameter);
+    }
     const double features_found = now();
+    ProgressBar progress("simplify",
+                         static_cast<double>(mesh.vertices.size() - options.target_vertices.value_or(0)),
+                         "vertices", arguments.json != "-");
+    options.progress = [&](std::size_t left) {
+        progress.update(static_cast<double>(mesh.vertices.size() - left));
+    };
     simplify::Result result = simplify::simplify(mesh, features, options);
     result.seconds.features = features_found - start;
     result.seconds.total = now() - start;
 
-    const Json json = report(arguments, mesh, result, spacing);
+    // What the formats cannot hold is dropped on the way in and out.
+    for (const std::string& name : surface::unwritable(arguments.output, result.mesh))
+        result.dropped_attributes.push_back(name);
+    Json json = report(arguments, mesh, result, spacing);
+    json["features"] = {{"count", std::count(features.begin(), features.end(), 1)}, {"parameter", parameter}};
+    json["dropped_on_reading"] = metadata.dropped;
     surface::write_mesh(arguments.output, result.mesh, metadata);
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json != "-") print_summary(json, arguments);
@@ -116,13 +149,14 @@ void add_simplify_command(CLI::App& program) {
                                "Coarsens a surface mesh, its features less than its flat parts.\n"
                                "Lengths are in the mesh's own unit.");
     const auto a = std::make_shared<Arguments>();
-    command->add_option("mesh", a->input, "Input mesh: .vtp, .ply")->required()->type_name("MESH");
+    command->add_option("mesh", a->input, "Input mesh: .vtp, .ply, .stl, .obj")
+        ->required()
+        ->type_name("MESH");
     command->add_option("-o,--output", a->output, "Output mesh, same formats")->required()->type_name("MESH");
     command
         ->add_option(
             "--method", a->method,
-            "none, lindstrom-turk, region, cgal-lindstrom-turk or region-bounded (not available yet) "
-            "(default: region)")
+            "none, lindstrom-turk, region, region-bounded or cgal-lindstrom-turk (default: region-bounded)")
         ->type_name("NAME");
     command
         ->add_option(
@@ -137,7 +171,7 @@ void add_simplify_command(CLI::App& program) {
     command
         ->add_option(
             "--l-max", a->options.l_max,
-            "No longer edge collapses (length; default: region 3, lindstrom-turk 2 times --l0's default; "
+            "No longer edge collapses (length; default: regions 3, lindstrom-turk 2 times --l0's default; "
             "lindstrom-turk with a target: none)")
         ->type_name("LENGTH");
     command
@@ -149,9 +183,11 @@ void add_simplify_command(CLI::App& program) {
         ->expected(3)
         ->type_name("V,B,S");
     command
-        ->add_option(
-            "--max-error", a->options.max_error,
-            "Hard bound on the distance to the input (length); needs region-bounded, not available yet")
+        ->add_option("--max-error", a->options.max_error,
+                     "Hard bound on the distance between input and output, both ways, at their vertices "
+                     "(length; default: "
+                     "region-bounded without a target 0.05 times --l0's default, else none; not for "
+                     "cgal-lindstrom-turk)")
         ->type_name("LENGTH");
     command
         ->add_option(
@@ -161,8 +197,9 @@ void add_simplify_command(CLI::App& program) {
     command
         ->add_option(
             "--feature-parameter", a->feature_parameter,
-            "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing (default: 0.5)")
-        ->type_name("C");
+            "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing; auto: from the "
+            "distribution of curvature (default: 0.5)")
+        ->type_name("C|auto");
     command
         ->add_option("--grid-spacing", a->options.grid_spacing,
                      "dx of the level set the mesh was extracted from (length; default: mean edge length)")

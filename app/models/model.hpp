@@ -56,6 +56,9 @@ struct Model {
     std::optional<double> max_speed;
 };
 
+/// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).
+std::vector<std::string> flux_names(const std::vector<flux::Species>& species);
+
 /// A model that recipes can name. Each lives in its own file of app/models/ and has a line in model.cpp.
 struct ModelEntry {
     std::string name;

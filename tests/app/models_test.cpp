@@ -104,6 +104,48 @@ TEST_CASE("single_particle: V is rate times flux; at flux 1 a blanket wafer move
     CHECK(etch.speed("Mask", {0.5}) == 0.0);
 }
 
+TEST_CASE(
+    "multi_particle: an ion reflects, may be tilted, and its rate may go with a yield that is 1 on a flat "
+    "wafer") {
+    const auto etch = step(
+        "model = \"multi_particle\"\nspecies = [{ name = \"ion\", kind = \"ion\", rate = -2.0, tilt_deg = "
+        "30, rotating = true, "
+        "azimuth_deg = 90, energy = 200, yield = \"sputter\", threshold = 25 }, { name = \"n\", rate = -1.0 "
+        "}]\n");
+    REQUIRE(etch.model.species.size() == 2);
+    const flux::Species& ion = etch.model.species[0];
+    CHECK(ion.source_exponent == 500.0);
+    CHECK(ion.energy.mean == 200.0);
+    CHECK(ion.energy.sigma == Approx(20.0));
+    CHECK(ion.sticking == std::vector<double>{0.0});
+    CHECK(ion.reflection.kind == flux::Reemission::coned);
+    CHECK(ion.reflection.from == Approx(70.0 / 180.0 * 3.14159265358979));
+    CHECK(ion.beam.x() == 0.0);
+    CHECK(ion.beam.y() == Approx(0.5));
+    CHECK(ion.beam.z() == Approx(-std::sqrt(0.75)));
+    CHECK(ion.stop_energy == 25.0);
+    CHECK(flux_names(etch.model.species) == std::vector<std::string>{"ion", "ion_yield", "n"});
+    // The yield decides, not the arrivals; the neutral is the third flux.
+    const std::vector<double> flux{7.0, 0.5, 0.25};
+    CHECK(etch.model.speed({0, flux}) == Approx(-2.0 * 0.5 - 0.25));
+    const flux::Yield& yield = ion.yields[0];
+    const double cosine = std::sqrt(0.75);
+    CHECK(yield.scale[0] * (std::sqrt(200.0) - 5.0) * (1.0 + 9.3 * 0.25) * cosine == Approx(1.0));
+
+    const auto ions = [&](const std::string& keys) {
+        return refusal("model = \"multi_particle\"\nspecies = [{ name = \"a\", rate = -1, " + keys + " }]\n");
+    };
+    CHECK(ion.rotating);
+    CHECK(ions("tilt_deg = 10").find("reflective sides") != std::string::npos);
+    CHECK(ions("energy = 100").find("is for ions") != std::string::npos);
+    CHECK(ions("kind = \"ion\", sticking = 0.5").find("is for neutrals") != std::string::npos);
+    CHECK(ions("kind = \"ion\", yield = \"sputter\", threshold = 500").find("above the mean energy") !=
+          std::string::npos);
+    CHECK(ions("kind = \"ion\", energy_spread = 200").find("larger than the energy") != std::string::npos);
+    CHECK(ions("kind = \"ion\", reflect_from_deg = 80, reflect_to_deg = 60").find("swap") !=
+          std::string::npos);
+}
+
 TEST_CASE("multi_particle: V is the sum of every species' rate times its flux") {
     const Case both = step(
         "model = \"multi_particle\"\ndeposit = \"Polymer\"\nspecies = [\n"

@@ -140,7 +140,7 @@ TEST_CASE("what a recipe leaves out has the documented default") {
     CHECK(recipe.domain.length_unit == "um");
     CHECK(recipe.flux.rays == 1'000'000);
     CHECK(recipe.flux.seed == 1);
-    CHECK(recipe.simplify.method == "region");
+    CHECK(recipe.simplify.method == "region-bounded");
     CHECK_FALSE(recipe.simplify.l0.has_value());
     CHECK(recipe.simplify.feature_parameter == 0.5);
     CHECK(recipe.advection.scheme == levelset::Scheme::weno3);

@@ -1,154 +1,337 @@
-// How fast the tracer runs on a deep trench, and how much of its time is Embree's: the same number of
-// segments, and the segments' own origins and directions, through a bare loop of rtcIntersect1.
+// What the flux engine costs: against bare Embree on the same rays, against the first release's tracer, to a
+// given accuracy, and by threads.
 //
-//     flux_bench [THREADS]    (default 1)
+//     flux_bench [--table embree|first|accuracy|threads|long] [MESH ...]
 //
-// Rates are per CPU second.
+// Without meshes: two surfaces made here, low relief and deep features. All tables but
+// the long one, 1e8 rays on each surface, unless one is named. Rates are per CPU second of one thread, the
+// best of several runs taken in turns.
+#include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <fmt/format.h>
+#include <openvdb/openvdb.h>
+#include <sys/resource.h>
 #include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
-#include <cstdlib>
+#include <cstdio>
 #include <ctime>
-#include <limits>
+#include <string>
 #include <vector>
 
-#include "flux/flight.hpp"
-#include "flux/random.hpp"
-#include "flux/sampling.hpp"
 #include "flux/tracer.hpp"
+#include "simplify/simplify.hpp"
+#include "surface/mesh_io.hpp"
+#include "tests/bench/first_light.hpp"
+#include "tests/bench/study_surfaces.hpp"
 
 using namespace sidewall;
-using namespace sidewall::flux;
 
 namespace {
-
-// CPU seconds of the whole process: a ratio of them survives a busy machine.
-double now() {
-    timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-// A trench 2 wide and 10 deep in 5 x 5, extruded along y, as fine as a grid of spacing 0.045 would extract
-// it.
-TriangleMesh deep_trench() {
-    constexpr double kCell = 0.045, kLength = 5.0;
-    const std::vector<std::pair<double, double>> corners{{-2.5, 0}, {-1, 0}, {-1, -10},
-                                                         {1, -10},  {1, 0},  {2.5, 0}};
-    std::vector<std::pair<double, double>> profile{corners.front()};
-    for (std::size_t i = 1; i < corners.size(); ++i) {
-        const auto [x0, z0] = corners[i - 1];
-        const auto [x1, z1] = corners[i];
-        const int n = static_cast<int>(std::ceil(std::hypot(x1 - x0, z1 - z0) / kCell));
-        for (int k = 1; k <= n; ++k) profile.emplace_back(x0 + (x1 - x0) * k / n, z0 + (z1 - z0) * k / n);
-    }
-    const auto rows = static_cast<std::uint32_t>(kLength / kCell);
-    TriangleMesh mesh;
-    for (const auto& [x, z] : profile)
-        for (std::uint32_t j = 0; j <= rows; ++j) mesh.vertices.emplace_back(x, kLength * j / rows, z);
-    for (std::uint32_t i = 0; i + 1 < profile.size(); ++i)
-        for (std::uint32_t j = 0; j < rows; ++j) {
-            const std::uint32_t a = i * (rows + 1) + j, b = a + rows + 1;
-            mesh.triangles.push_back({a, b, b + 1});
-            mesh.triangles.push_back({a, b + 1, a + 1});
-        }
-    return mesh;
-}
 
 struct Segment {
     float origin[3], direction[3], reach;
 };
 
-// The segments of the first histories, as the tracer would fly them (sides and source alike), for replay.
-std::vector<Segment> record_segments(const TriangleMesh& mesh, const surface::RayScene& scene,
-                                     const LateralBox& box, double sticking, std::uint64_t batch_rays,
-                                     std::size_t count) {
-    const Stage stage = make_stage(mesh, scene, box);
-    const RandomKey key = random_key(1, 0, 0);
+// Every packet the engine asks Embree for, while recording.
+struct Recorder {
+    bool on = false;
     std::vector<Segment> segments;
-    for (std::uint64_t ray = 0; segments.size() < count; ++ray) {
-        const Draws draws = draw(key, ray, 0);
-        const auto [x, y] = sample_square(ray % batch_rays, batch_rays, draws.uniform(0), draws.word[1]);
-        Particle particle{Vec3(box.min[0] + x * (box.max[0] - box.min[0]),
-                               box.min[1] + y * (box.max[1] - box.min[1]), stage.top),
-                          sample_cosine_power(-Vec3::UnitZ(), 1.0, draws.uniform(2), draws.uniform(3))};
-        for (std::uint32_t bounce = 1;; ++bounce) {
-            const Landing landing = fly(stage, particle);
-            Vec3 position = particle.position, direction = particle.direction;
-            for (std::uint32_t s = 0; s < landing.segments; ++s) {
-                const SideMeeting side = next_side(box, position, direction);
-                segments.push_back({{static_cast<float>(position.x()), static_cast<float>(position.y()),
-                                     static_cast<float>(position.z())},
-                                    {static_cast<float>(direction.x()), static_cast<float>(direction.y()),
-                                     static_cast<float>(direction.z())},
-                                    static_cast<float>(side.distance)});
-                cross_side(box, side, position, direction);
-            }
-            const Draws scattered = draw(key, ray, bounce);
-            if (landing.end != End::hit || scattered.uniform(0) < sticking) break;
-            const Vec3 normal = outward_normal(stage, landing.triangle);
-            particle = {point_above(stage, landing, normal),
-                        sample_lambertian(normal, scattered.uniform(1), scattered.uniform(2)),
-                        landing.triangle};
-        }
+    std::vector<std::uint8_t> lanes;
+    void clear() {
+        segments.clear();
+        lanes.clear();
     }
-    segments.resize(count);
-    return segments;
+} recorder;
+
+double cpu_seconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-// Segments a second of rtcIntersect1 alone.
-double bare_rate(const surface::RayScene& scene, const std::vector<Segment>& segments) {
+double wall_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+// Stands before Embree's own, which it calls: so the engine is measured and recorded as it is built.
+extern "C" void rtcIntersect8(const int* valid, RTCScene scene, RTCIntersectContext* context,
+                              RTCRayHit8* packet) {
+    using Function = void (*)(const int*, RTCScene, RTCIntersectContext*, RTCRayHit8*);
+    static const auto embree = reinterpret_cast<Function>(dlsym(RTLD_NEXT, "rtcIntersect8"));
+    if (recorder.on) {
+        std::uint8_t lanes = 0;
+        const RTCRay8& r = packet->ray;
+        for (int i = 0; i < 8; ++i) {
+            if (valid[i] == 0) continue;
+            recorder.segments.push_back(
+                {{r.org_x[i], r.org_y[i], r.org_z[i]}, {r.dir_x[i], r.dir_y[i], r.dir_z[i]}, r.tfar[i]});
+            ++lanes;
+        }
+        recorder.lanes.push_back(lanes);
+    }
+    embree(valid, scene, context, packet);
+}
+
+namespace {
+
+// CPU seconds of Embree alone on the recorded segments, in packets as the engine formed them (16: two of
+// them).
+template <std::size_t Width, class Packet, class Intersect>
+double replay(RTCScene scene, const Intersect& intersect) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    alignas(64) std::array<int, Width> valid;
+    alignas(64) Packet packet;
+    const auto lane = [](auto& values) {  // rtcIntersect1 has plain numbers
+        if constexpr (Width == 1)
+            return &values;
+        else
+            return &values[0];
+    };
     std::uint64_t hits = 0;
-    const double start = now();
-    for (const Segment& s : segments) {
-        RTCRayHit query{};
-        query.ray.org_x = s.origin[0];
-        query.ray.org_y = s.origin[1];
-        query.ray.org_z = s.origin[2];
-        query.ray.dir_x = s.direction[0];
-        query.ray.dir_y = s.direction[1];
-        query.ray.dir_z = s.direction[2];
-        query.ray.tfar = s.reach;
-        query.ray.mask = 0xffffffffu;
-        query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene.handle(), &context, &query);
-        hits += query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+    std::size_t next = 0, group = 0;
+    const double start = cpu_seconds();
+    while (next < recorder.segments.size()) {
+        std::size_t count = Width == 1 ? 1 : recorder.lanes[group++];
+        if (Width == 16 && count == 8 && group < recorder.lanes.size()) count += recorder.lanes[group++];
+        for (std::size_t i = 0; i < Width; ++i) {
+            const Segment& s = recorder.segments[std::min(next + i, recorder.segments.size() - 1)];
+            valid[i] = i < count ? -1 : 0;
+            lane(packet.ray.org_x)[i] = s.origin[0];
+            lane(packet.ray.org_y)[i] = s.origin[1];
+            lane(packet.ray.org_z)[i] = s.origin[2];
+            lane(packet.ray.dir_x)[i] = s.direction[0];
+            lane(packet.ray.dir_y)[i] = s.direction[1];
+            lane(packet.ray.dir_z)[i] = s.direction[2];
+            lane(packet.ray.tnear)[i] = 0.0f;
+            lane(packet.ray.tfar)[i] = s.reach;
+            lane(packet.ray.time)[i] = 0.0f;
+            lane(packet.ray.mask)[i] = 0xffffffffu;
+            lane(packet.ray.id)[i] = lane(packet.ray.flags)[i] = 0;
+            lane(packet.hit.primID)[i] = lane(packet.hit.geomID)[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        intersect(valid.data(), scene, &context, &packet);
+        for (std::size_t i = 0; i < count; ++i) hits += lane(packet.hit.geomID)[i] != RTC_INVALID_GEOMETRY_ID;
+        next += count;
     }
-    const double seconds = now() - start;
+    const double seconds = cpu_seconds() - start;
     if (hits == 0) fmt::print("nothing was hit\n");
-    return static_cast<double>(segments.size()) / seconds;
+    return seconds;
+}
+
+struct Scene {
+    std::string name;
+    TriangleMesh mesh;
+    surface::RayScene scene;
+    flux::LateralBox box;
+    flux::Wedges wedges;
+    Scene(std::string label, TriangleMesh surface)
+        : name(std::move(label)),
+          mesh(std::move(surface)),
+          scene(mesh),
+          box(flux::lateral_box(mesh, {flux::Boundary::periodic, flux::Boundary::periodic})),
+          wedges(flux::make_wedges(mesh)) {}
+    flux::FluxResult trace(double sticking, std::uint64_t rays) const {
+        return flux::trace_flux(mesh, scene, box, {"bench", 1.0, {sticking}}, {}, wedges, {.rays = rays});
+    }
+};
+
+constexpr std::uint64_t kRays = 4'000'000;
+constexpr int kRepeats = 3;
+
+void against_embree(const Scene& s) {
+    for (const double sticking : {1.0, 0.1}) {
+        recorder.clear();
+        recorder.on = true;
+        const std::uint64_t segments = s.trace(sticking, kRays).segments;
+        recorder.on = false;
+        double engine = 1e9, one = 1e9, eight = 1e9, sixteen = 1e9;
+        for (int k = 0; k < kRepeats; ++k) {
+            const double start = cpu_seconds();
+            s.trace(sticking, kRays);
+            engine = std::min(engine, cpu_seconds() - start);
+            one = std::min(
+                one, replay<1, RTCRayHit>(s.scene.handle(), [](int*, auto scene, auto* context, auto* p) {
+                    rtcIntersect1(scene, context, p);
+                }));
+            eight = std::min(eight, replay<8, RTCRayHit8>(s.scene.handle(), rtcIntersect8));
+            sixteen = std::min(sixteen, replay<16, RTCRayHit16>(s.scene.handle(), rtcIntersect16));
+        }
+        const auto rate = [&](double seconds) { return static_cast<double>(segments) / seconds * 1e-6; };
+        fmt::print("{:<10}{:>9}{:>12}{:>10.2f}{:>10.2f}{:>10.2f}{:>10.2f}{:>9.0f} %\n", s.name, sticking,
+                   segments, rate(engine), rate(one), rate(eight), rate(sixteen),
+                   100.0 * std::min({one, eight, sixteen}) / engine);
+    }
+    recorder.clear();
+    recorder.segments.shrink_to_fit();
+}
+
+void against_first_light(const Scene& s) {
+    for (const double sticking : {1.0, 0.1}) {
+        double random = 1e9, ordered = 1e9, engine = 1e9;
+        const auto best = [](double& seconds, auto&& trace) {
+            const double start = cpu_seconds();
+            trace();
+            seconds = std::min(seconds, cpu_seconds() - start);
+        };
+        for (int k = 0; k < 3; ++k) {
+            for (const bool order : {false, true})
+                best(order ? ordered : random,
+                     [&] { first_light::trace(s.mesh, s.scene, s.box, sticking, s.wedges, kRays, order); });
+            best(engine, [&] { s.trace(sticking, kRays); });
+        }
+        const auto rate = [&](double seconds) { return static_cast<double>(kRays) / seconds * 1e-6; };
+        fmt::print("{:<10}{:>9}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}\n", s.name, sticking,
+                   rate(random), rate(ordered), rate(engine), random / engine, ordered / engine);
+    }
+}
+
+// A tenth of the vertices.
+TriangleMesh simplified(const TriangleMesh& mesh) {
+    TriangleMesh raw = mesh;  // periodic sides must keep matching each other
+    Attribute fixed{"fixed", 1, Scalar::int32, std::vector<double>(raw.vertices.size(), 0.0)};
+    const Box3 bounds = bounding_box(raw);
+    for (std::size_t v = 0; v < raw.vertices.size(); ++v)
+        for (int axis = 0; axis < 2; ++axis)
+            if (raw.vertices[v][axis] == bounds.min[axis] || raw.vertices[v][axis] == bounds.max[axis])
+                fixed.values[v] = 1.0;
+    raw.vertex_attributes.push_back(std::move(fixed));
+    simplify::Options options;
+    options.method = simplify::Method::lindstrom_turk;
+    options.target_vertices = raw.vertices.size() / 10;
+    options.weights = simplify::kShapeWeights;
+    return simplify::simplify(raw, {}, options).mesh;
+}
+
+// Flux of \p coarse at the vertices of \p fine, and its distance from the truth there: sum |f - truth| / sum
+// truth.
+double error_at(const Scene& fine, const std::vector<double>& truth, const Scene& coarse,
+                const flux::FluxResult& flux) {
+    double error = 0.0, sum = 0.0;
+    for (std::size_t v = 0; v < fine.mesh.vertices.size(); ++v) {
+        const auto hit = coarse.scene.closest_point(fine.mesh.vertices[v], 1e9);
+        const double value = flux::interpolate(coarse.wedges, flux.wedge.flux, hit.triangle, hit.u, hit.v);
+        error += std::abs(value - truth[v]);
+        sum += truth[v];
+    }
+    return error / sum;
+}
+
+void to_two_percent(const Scene& raw) {
+    constexpr double kTarget = 0.02;
+    const double start = cpu_seconds();
+    const Scene coarse(raw.name, simplified(raw.mesh));
+    const double simplification = cpu_seconds() - start;
+    for (const double sticking : {1.0, 0.1}) {
+        double begin = cpu_seconds();
+        const auto old = first_light::trace(raw.mesh, raw.scene, raw.box, sticking, raw.wedges, kRays, false);
+        const double old_seconds = cpu_seconds() - begin;
+        // The error falls with the square root of the rays.
+        const double old_to_target = old_seconds * std::pow(old.relative_error / kTarget, 2.0);
+        begin = cpu_seconds();
+        const auto fast =
+            flux::trace_flux_to(kTarget, coarse.mesh, coarse.scene, coarse.box, {"bench", 1.0, {sticking}},
+                                {}, coarse.wedges, {.rays = 1'000'000'000});
+        const double fast_seconds = cpu_seconds() - begin;
+        const auto truth = raw.trace(sticking, 4 * kRays);
+        fmt::print("{:<10}{:>9}{:>14.1f}{:>14.2f}{:>10.4f}{:>12.2f}{:>10.1f}{:>12.4f}\n", raw.name, sticking,
+                   old_to_target, fast_seconds, fast.relative_error, simplification,
+                   old_to_target / fast_seconds, error_at(raw, truth.vertex.flux, coarse, fast));
+    }
+}
+
+void by_threads(const Scene& s) {
+    for (const double sticking : {1.0, 0.1}) {
+        std::array<double, 2> seconds{1e9, 1e9};
+        for (int k = 0; k < 3; ++k)
+            for (const int threads : {1, 2}) {
+                const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                                static_cast<std::size_t>(threads));
+                tbb::task_arena arena(threads);
+                const double start = wall_seconds();
+                arena.execute([&] { s.trace(sticking, kRays); });
+                double& best = seconds[static_cast<std::size_t>(threads - 1)];
+                best = std::min(best, wall_seconds() - start);
+            }
+        fmt::print("{:<10}{:>9}{:>12.2f}{:>12.2f}{:>12.2f}\n", s.name, sticking, seconds[0], seconds[1],
+                   seconds[0] / seconds[1]);
+    }
+}
+
+void many_rays(const Scene& s) {
+    rusage before{}, after{};
+    getrusage(RUSAGE_SELF, &before);
+    const auto result = s.trace(0.1, 100'000'000);
+    getrusage(RUSAGE_SELF, &after);
+    fmt::print("{:<10}{:>12}{:>12}{:>9}{:>9}{:>10}{:>14.1f}{:>12.1f}\n", s.name, result.emitted,
+               result.segments, result.leaked, result.rescued, result.ledger.balanced() ? "exact" : "BROKEN",
+               static_cast<double>(after.ru_maxrss - before.ru_maxrss) / 1024.0, result.seconds);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    const std::size_t threads = argc > 1 ? static_cast<std::size_t>(std::atoi(argv[1])) : 1;
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    const TriangleMesh mesh = deep_trench();
-    const surface::RayScene scene(mesh);
-    const LateralBox box = lateral_box(mesh, {Boundary::reflective, Boundary::periodic});
-    const double start = now();
-    const Wedges wedges = make_wedges(mesh);
-    fmt::print("{} triangles, {} threads; wedges {:.3f} s\n", mesh.triangles.size(), threads, now() - start);
-    fmt::print("{:>8} {:>9} {:>11} {:>8} {:>10} {:>13} {:>13} {:>13} {:>6} {:>7}\n", "sticking", "rays",
-               "segments", "seconds", "Mrays/s", "Mseg/s", "bare Mseg/s", "bare/tracer", "leaked", "rescued");
-    for (const double sticking : {1.0, 0.1}) {
-        const std::uint64_t rays = sticking == 1.0 ? 4'000'000 : 1'000'000;
-        const TraceOptions options{.rays = rays};
-        const double begin = now();
-        const FluxResult result =
-            trace_flux(mesh, scene, box, {"bench", 1.0, {sticking}}, {}, wedges, options);
-        const double seconds = now() - begin;
-        const auto segments = record_segments(mesh, scene, box, sticking, rays / options.batches, 2'000'000);
-        const double bare = bare_rate(scene, segments);
-        const double rate = static_cast<double>(result.segments) / seconds;
-        fmt::print("{:>8} {:>9} {:>11} {:>8.2f} {:>10.2f} {:>13.2f} {:>13.2f} {:>13.2f} {:>6} {:>7}\n",
-                   sticking, result.emitted, result.segments, seconds,
-                   static_cast<double>(result.emitted) / seconds * 1e-6, rate * 1e-6, bare * 1e-6,
-                   bare / rate, result.leaked, result.rescued);
+    openvdb::initialize();
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
+    std::string table;
+    std::vector<std::string> files;
+    for (int i = 1; i < argc; ++i) {
+        if (std::string(argv[i]) == "--table" && i + 1 < argc)
+            table = argv[++i];
+        else
+            files.emplace_back(argv[i]);
     }
+    const auto wanted = [&](const std::string& name) {
+        return table.empty() ? name != "long" : table == name;
+    };
+    std::vector<Scene> scenes;
+    for (const std::string& file : files) scenes.emplace_back(file, surface::read_mesh(file));
+    if (files.empty()) {
+        scenes.emplace_back("low", bench::low_relief());
+        scenes.emplace_back("deep", bench::deep_features());
+    }
+    for (const Scene& s : scenes)
+        fmt::print("{}: {} vertices, {} triangles\n", s.name, s.mesh.vertices.size(),
+                   s.mesh.triangles.size());
+    if (wanted("embree")) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        fmt::print(
+            "\nMillion segments a second: the engine, and Embree alone on the same "
+            "rays\n{:<10}{:>9}{:>12}{:>10}"
+            "{:>10}{:>10}{:>10}{:>11}\n",
+            "surface", "sticking", "segments", "engine", "1 wide", "8 wide", "16 wide", "kept");
+        for (const Scene& s : scenes) against_embree(s);
+    }
+    if (wanted("first")) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        fmt::print(
+            "\nMillion source rays a second: the first release's tracer, random and ordered source, and the "
+            "engine\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
+            "surface", "sticking", "random", "ordered", "engine", "to random", "to ordered");
+        for (const Scene& s : scenes) against_first_light(s);
+    }
+    if (wanted("accuracy")) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        fmt::print(
+            "\nCPU seconds to a flux error of 2 %: first tracer on the raw mesh (from its error at {} rays), "
+            "engine on a tenth of the vertices\n{:<10}{:>9}{:>14}{:>14}{:>10}{:>12}{:>10}{:>12}\n",
+            kRays, "surface", "sticking", "first, raw", "engine", "error", "simplify", "ratio", "at raw");
+        for (const Scene& s : scenes) to_two_percent(s);
+    }
+    if (wanted("threads")) {
+        fmt::print("\nWall seconds by threads, {} rays\n{:<10}{:>9}{:>12}{:>12}{:>12}\n", kRays, "surface",
+                   "sticking", "1", "2", "ratio");
+        for (const Scene& s : scenes) by_threads(s);
+    }
+    if (!wanted("long")) return 0;
+    fmt::print("\n1e8 rays, sticking 0.1\n{:<10}{:>12}{:>12}{:>9}{:>9}{:>10}{:>14}{:>12}\n", "surface",
+               "rays", "segments", "leaked", "rescued", "ledger", "memory [MB]", "seconds");
+    for (const Scene& s : scenes) many_rays(s);
 }

@@ -1,88 +1,272 @@
-// Lindstrom-Turk and region simplification of one dense trench at equal numbers of vertices: time against
-// error. Usage: simplify_bench [GRID_SPACING] [ROUGHNESS], both lengths, the latter in grid spacings (default
-// 0.12 0.03).
+// The own collapse engine against CGAL and meshoptimizer on process-like surfaces: time, distance, slivers.
+//
+//   simplify_bench [--repeat N] [--no-cgal] [MESH=GRID_SPACING ...]
+//   simplify_bench --scaling [--repeat N]
+//
+// Without meshes it makes three of its own: a low relief of about 71 k vertices, an array of holes of aspect
+// ratio 10 of about 175 k, and the latter with a roughness of 0.03 dx. Times are medians of N runs (5), wall
+// clock, from our arrays to our arrays; distances are in dx, vertices to surface.
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
-#include <ctime>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <string>
 
+#include "levelset/extract.hpp"
+#include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"
 #include "simplify/region.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
+#include "surface/mesh_io.hpp"
 #include "surface/quality.hpp"
 #include "tests/simplify/test_meshes.hpp"
+#ifdef SIDEWALL_MESHOPTIMIZER
+#include <meshoptimizer.h>
+#endif
 
 using namespace sidewall;
+using simplify::kShapeWeights;
+using simplify::kVolumeWeights;
 
 namespace {
 
-/// CPU seconds: the collapse runs on one thread, and shared cores do not spoil the ratios.
+struct Surface {
+    std::string name;
+    TriangleMesh mesh;
+    double dx = 1.0;
+};
+
+/// Zero level of a field over a square of \p cells by \p cells, dx = 1, with noise at the grid's nodes.
+TriangleMesh grow(int cells, double z_min, double z_max, const test::Field& field, double roughness) {
+    const double half = 0.5 * cells;
+    const levelset::Domain domain = levelset::make_domain(
+        {2 * half, 2 * half}, 1.0, {levelset::Side::reflective, levelset::Side::reflective});
+    const levelset::Grid::Ptr grid =
+        levelset::sample_grid(domain, test::rough(field, roughness), z_min - 4.0, z_max + 4.0);
+    return levelset::extract_surface(*grid, domain);
+}
+
+/// Rounded mesas a few cells high on a gently bowed floor.
+double low_relief(const Vec3& p) {
+    const double pitch = 59.3, x = p.x() - pitch * std::round(p.x() / pitch),
+                 y = p.y() - pitch * std::round(p.y() / pitch);
+    const double edge = std::max(std::abs(x), std::abs(y)) - 17.2;
+    const double mesa = test::rounded_corner(edge, p.z() - 9.3, 3.4);
+    const double floor = p.z() - 0.4 - 0.6 * std::sin(0.031 * p.x()) * std::cos(0.027 * p.y());
+    return -test::rounded_corner(-mesa, -floor, 2.6) * 0.98;
+}
+
+/// Holes 15 cells wide and 158 deep, bowed, with a rounded mouth and foot.
+double deep_holes(const Vec3& p) {
+    constexpr double kPitch = 31.0, kDepth = 158.0;
+    const double x = p.x() - kPitch * std::round(p.x() / kPitch),
+                 y = p.y() - kPitch * std::round(p.y() / kPitch);
+    const double bow = 0.9 * std::sin(std::numbers::pi * std::clamp(-p.z() / kDepth, 0.0, 1.0));
+    const double wall = 7.2 + bow - std::hypot(x, y);
+    const double bank = test::rounded_corner(wall, p.z(), 2.7);
+    return -test::rounded_corner(-bank, -(p.z() + kDepth), 3.0) * 0.98;
+}
+
 double now() {
-    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+template <class Run>
+double median_seconds(int repeat, const Run& run) {
+    std::vector<double> seconds;
+    for (int i = 0; i < repeat; ++i) {
+        const double start = now();
+        run();
+        seconds.push_back(now() - start);
+    }
+    std::nth_element(seconds.begin(), seconds.begin() + repeat / 2, seconds.end());
+    return seconds[static_cast<std::size_t>(repeat / 2)];
+}
+
+TriangleMesh meshoptimizer(const TriangleMesh& mesh, std::size_t target) {
+    TriangleMesh result;
+#ifdef SIDEWALL_MESHOPTIMIZER
+    std::vector<float> positions;
+    for (const Vec3& p : mesh.vertices)
+        for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(p[k]));
+    const std::uint32_t* indices = mesh.triangles.data()->data();
+    std::vector<std::uint32_t> out(3 * mesh.triangles.size());
+    const std::size_t removed = mesh.vertices.size() - target;
+    const std::size_t wanted = 3 * (mesh.triangles.size() - std::min(mesh.triangles.size(), 2 * removed));
+    out.resize(meshopt_simplify(out.data(), indices, out.size(), positions.data(), mesh.vertices.size(),
+                                3 * sizeof(float), wanted, 1.0f, 0, nullptr));
+    std::vector<std::uint32_t> renamed(mesh.vertices.size(), 0xffffffffu);
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        if (renamed[out[i]] == 0xffffffffu) {
+            renamed[out[i]] = static_cast<std::uint32_t>(result.vertices.size());
+            result.vertices.push_back(mesh.vertices[out[i]]);
+        }
+        if (i % 3 == 0) result.triangles.emplace_back();
+        result.triangles.back()[i % 3] = renamed[out[i]];
+    }
+#else
+    static_cast<void>(mesh), static_cast<void>(target);
+#endif
+    return result;
+}
+
+struct Entry {
+    std::string name;
+    std::function<TriangleMesh(std::size_t target)> run;
+    bool reference;  ///< another library: sequential
+};
+
+std::vector<Entry> methods(const Surface& s, const std::vector<std::uint8_t>& features, bool cgal) {
+    std::vector<Entry> list;
+    for (const auto& [name, weights] : {std::pair{".5/.5/0", kVolumeWeights}, {".4/.3/.3", kShapeWeights}}) {
+        if (cgal)
+            list.push_back({fmt::format("cgal-lindstrom-turk {}", name),
+                            [&s, weights](std::size_t target) {
+                                return simplify::simplify_cgal_lindstrom_turk(
+                                           s.mesh, {.target_vertices = target, .weights = weights})
+                                    .mesh;
+                            },
+                            true});
+        list.push_back({fmt::format("lindstrom-turk {}", name),
+                        [&s, weights](std::size_t target) {
+                            return simplify::simplify_lindstrom_turk(
+                                       s.mesh, {.target_vertices = target, .weights = weights})
+                                .mesh;
+                        },
+                        false});
+    }
+    list.push_back({"region-bounded .5/.5/0",
+                    [&s, &features](std::size_t target) {
+                        return simplify::simplify_regions_bounded(
+                                   s.mesh, features,
+                                   {.l0 = s.dx, .step = s.dx, .l_max = 3 * s.dx, .target_vertices = target})
+                            .mesh;
+                    },
+                    false});
+    list.push_back({"region l0=dx .5/.5/0",
+                    [&s, &features](std::size_t target) {
+                        return simplify::simplify_regions(
+                                   s.mesh, features,
+                                   {.l0 = s.dx, .step = s.dx, .l_max = 3 * s.dx, .target_vertices = target})
+                            .mesh;
+                    },
+                    false});
+#ifdef SIDEWALL_MESHOPTIMIZER
+    list.push_back(
+        {"meshoptimizer", [&s](std::size_t target) { return meshoptimizer(s.mesh, target); }, true});
+#endif
+    return list;
+}
+
+void compare(const Surface& s, int repeat, bool cgal) {
+    const double start = now();
+    const auto features = surface::feature_flags(s.mesh, s.dx);
+    fmt::print("\n{}: {} vertices, {} features at C = 0.5 ({:.3f} s), {} slivers\n", s.name,
+               s.mesh.vertices.size(), std::count(features.begin(), features.end(), 1), now() - start,
+               surface::measure_quality(s.mesh).slivers);
+    const std::vector<Entry> list = methods(s, features, cgal);
+    fmt::print("{:<30} {:>8} {:>9} {:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>8} {:>6}\n", "method", "removed",
+               "vertices", "1 thr s", "2 thr s", "to: max", "mean", "back: max", "mean", "slivers", "degen");
+    for (const double removed : {0.7, 0.8, 0.9}) {
+        const auto target = static_cast<std::size_t>(
+            std::ceil((1.0 - removed) * static_cast<double>(s.mesh.vertices.size())));
+        for (const Entry& entry : list) {
+            TriangleMesh result;
+            const auto timed = [&](std::size_t threads) {
+                const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+                return median_seconds(removed == 0.9 ? repeat : 1, [&] { result = entry.run(target); });
+            };
+            const double one = timed(1), two = entry.reference ? one : timed(2);
+            const auto distance = surface::two_sided_distance(s.mesh, result);
+            const auto quality = surface::measure_quality(result);
+            fmt::print(
+                "{:<30} {:>6.1f} % {:>9} {:>8.3f} {:>8.3f} {:>9.4f} {:>9.5f} {:>9.4f} {:>9.5f} {:>8} {:>6}\n",
+                entry.name, 100.0 * (1.0 - double(result.vertices.size()) / double(s.mesh.vertices.size())),
+                result.vertices.size(), one, two, distance.forward.max / s.dx, distance.forward.mean / s.dx,
+                distance.backward.max / s.dx, distance.backward.mean / s.dx, quality.slivers,
+                quality.degenerate);
+            std::fflush(stdout);
+        }
+        fmt::print("\n");
+    }
+}
+
+/// A line of /proc/self/status in bytes, e.g. VmRSS, or VmHWM: the most it was since reset_peak().
+double memory(const std::string& key) {
+    std::ifstream file("/proc/self/status");
+    for (std::string word; file >> word;)
+        if (double kilobytes = 0.0; word == key + ":" && file >> kilobytes) return 1024.0 * kilobytes;
+    return 0.0;
+}
+
+void reset_peak() {
+    std::ofstream("/proc/self/clear_refs") << 5;
+}
+
+void scaling(int repeat) {
+    fmt::print("lindstrom-turk, 90 % removed, low relief\n{:>10} {:>8} {:>8} {:>13} {:>13} {:>13}\n",
+               "vertices", "1 thr s", "2 thr s", "us/vertex, 1", "us/vertex, 2", "bytes/vertex");
+    for (const int cells : {228, 914, 1828}) {
+        const TriangleMesh mesh = grow(cells, 0.0, 10.0, low_relief, 0.03);
+        const double n = static_cast<double>(mesh.vertices.size());
+        const auto run = [&] {
+            simplify::simplify_lindstrom_turk(mesh, {.target_vertices = mesh.vertices.size() / 10});
+        };
+        reset_peak();
+        const double before = memory("VmRSS");
+        run();
+        const double bytes = memory("VmHWM") - before;
+        std::array<double, 2> seconds{};
+        for (const std::size_t threads : {1, 2}) {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+            seconds[threads - 1] = median_seconds(repeat, run);
+        }
+        fmt::print("{:>10} {:>8.3f} {:>8.3f} {:>13.3f} {:>13.3f} {:>13.0f}\n", n, seconds[0], seconds[1],
+                   1e6 * seconds[0] / n, 1e6 * seconds[1] / n, bytes / n);
+        std::fflush(stdout);
+    }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    const double dx = argc > 1 ? std::atof(argv[1]) : 0.12;
-    const double roughness = argc > 2 ? std::atof(argv[2]) : 0.03;
-    if (!(dx > 0.0) || !(roughness >= 0.0)) {
-        fmt::print(stderr, "simplify_bench: the grid spacing must be positive, the roughness not negative\n");
-        return 2;
-    }
-    const TriangleMesh mesh = test::trench_mesh(dx, roughness);
-    double start = now();
-    const auto features = surface::feature_flags(mesh, dx);
-    fmt::print("trench: {} vertices, {} features (C = 0.5, {:.3f} s), dx {}, roughness {} dx, {} slivers\n",
-               mesh.vertices.size(), std::count(features.begin(), features.end(), 1), now() - start, dx,
-               roughness, surface::measure_quality(mesh).slivers);
-    fmt::print("Distances in dx, vertices to surface; slivers: an angle below 5 degrees.\n\n");
-    fmt::print("{:<28} {:>8} {:>9} {:>8} {:>9} {:>9} {:>9} {:>9} {:>15}\n", "method", "removed", "vertices",
-               "CPU s", "to: max", "mean", "back: max", "mean", "slivers");
-
-    const auto row = [&](const std::string& name, auto&& simplify) {
-        start = now();
-        const simplify::Result result = simplify();
-        const double seconds = now() - start;
-        const auto distance = surface::two_sided_distance(mesh, result.mesh);
-        const auto quality = surface::measure_quality(result.mesh);
-        const auto left = result.mesh.vertices.size();
-        fmt::print("{:<28} {:>6.1f} % {:>9} {:>8.3f} {:>9.4f} {:>9.5f} {:>9.4f} {:>9.5f} {:>7}/{}\n", name,
-                   100.0 * (1.0 - double(left) / double(mesh.vertices.size())), left, seconds,
-                   distance.forward.max / dx, distance.forward.mean / dx, distance.backward.max / dx,
-                   distance.backward.mean / dx, quality.slivers, result.mesh.triangles.size());
-        std::fflush(stdout);
-    };
-    for (const double removed : {0.5, 0.7, 0.9}) {
-        const auto target = std::size_t((1.0 - removed) * double(mesh.vertices.size()));
-        for (const auto& [name, weights] :
-             {std::pair{"0.5/0.5/0", simplify::kVolumeWeights}, {"0.4/0.3/0.3", simplify::kShapeWeights}}) {
-            row(fmt::format("lindstrom-turk {}", name), [&] {
-                return simplify::simplify_lindstrom_turk(mesh,
-                                                         {.target_vertices = target, .weights = weights});
-            });
-            for (const double l0 : {0.0, 0.5 * dx, dx})
-                row(fmt::format("region l0={} {}",
-                                l0 == 0.0 ? "0"
-                                : l0 < dx ? "dx/2"
-                                          : "dx",
-                                name),
-                    [&] {
-                        const double step = l0 > 0.0 ? l0 : dx;
-                        return simplify::simplify_regions(mesh, features,
-                                                          {.l0 = l0,
-                                                           .step = step,
-                                                           .l_max = 0.0,
-                                                           .target_vertices = target,
-                                                           .weights = weights});
-                    });
+    levelset::initialize();
+    int repeat = 5;
+    bool cgal = true, scale = false;
+    std::vector<Surface> surfaces;
+    for (int i = 1; i < argc; ++i) {
+        const std::string word = argv[i];
+        if (word == "--scaling") {
+            scale = true;
+        } else if (word == "--no-cgal") {
+            cgal = false;
+        } else if (word == "--repeat" && i + 1 < argc) {
+            repeat = std::max(1, std::atoi(argv[++i]));
+        } else if (const auto equals = word.rfind('='); equals != std::string::npos) {
+            surfaces.push_back({word.substr(0, equals), surface::read_mesh(word.substr(0, equals)),
+                                std::atof(word.substr(equals + 1).c_str())});
+        } else {
+            fmt::print(stderr,
+                       "simplify_bench: '{}': give MESH=GRID_SPACING, --repeat N, --no-cgal or --scaling\n",
+                       word);
+            return 2;
         }
-        fmt::print("\n");
     }
-    for (const double l_max : {2.0, 3.0, 5.0})
-        row(fmt::format("region l0=dx l_max={}dx", l_max), [&] {
-            return simplify::simplify_regions(mesh, features, {.l0 = dx, .step = dx, .l_max = l_max * dx});
-        });
+    if (scale) {
+        scaling(repeat);
+        return 0;
+    }
+    if (surfaces.empty()) {
+        surfaces.push_back({"low relief", grow(228, 0.0, 10.0, low_relief, 0.0), 1.0});
+        surfaces.push_back({"deep holes", grow(124, -158.0, 0.0, deep_holes, 0.0), 1.0});
+        surfaces.push_back({"low relief, rough", grow(228, 0.0, 10.0, low_relief, 0.03), 1.0});
+        surfaces.push_back({"deep holes, rough", grow(124, -158.0, 0.0, deep_holes, 0.03), 1.0});
+    }
+    for (const Surface& s : surfaces) compare(s, repeat, cgal);
 }

@@ -130,6 +130,21 @@ TEST_CASE("a surface that does not end on a rectangle is traced with open sides,
     CHECK(nlohmann::json::parse(outcome.out)["boundary"] == nlohmann::json{"open", "open"});
 }
 
+TEST_CASE("a mesh some of whose triangles are turned over is mended, and the user is told") {
+    const Workshop shop;
+    const auto mesh = two_materials();
+    auto twisted = mesh;
+    std::swap(twisted.triangles[9][1], twisted.triangles[9][2]);
+    shop.write("mesh.vtp", mesh);
+    shop.write("twisted.vtp", twisted);
+    const std::string options = " --rays 3200 --boundary periodic --json -";
+    const auto expected = shop.run("mesh.vtp" + options), outcome = shop.run("twisted.vtp" + options);
+    CHECK(expected.error.empty());
+    CHECK(outcome.code == 0);
+    CHECK_THAT(outcome.error, Contains("1 of 64 triangles were turned over"));
+    CHECK(nlohmann::json::parse(outcome.out)["segments"] == nlohmann::json::parse(expected.out)["segments"]);
+}
+
 TEST_CASE("bad meshes and options of the flux command end with their code and a message, and write nothing") {
     const Workshop shop;
     shop.write("trench.vtp", two_materials());

@@ -59,10 +59,11 @@ TEST_CASE("options out of range are refused by name") {
         {{.weights = simplify::Weights{0.5, kNan, 0.5}}, "boundary"},
         {{.weights = simplify::Weights{0.5, 0.5, inf}}, "shape"},
         {{.weights = simplify::Weights{0.0, 0.5, 0.0}}, "volume and shape"},
-        {{.max_error = 0.1}, "region-bounded"},
+        {{.method = Method::cgal_lindstrom_turk, .max_error = 0.1}, "max_error"},
+        {{.max_error = 0.0}, "simplify.max_error"},
+        {{.max_error = kNan}, "simplify.max_error"},
         {{.grid_spacing = 0.0}, "grid_spacing"},
         {{.grid_spacing = kNan}, "grid_spacing"},
-        {{.method = Method::region_bounded}, "not available"},
         {{.method = Method::lindstrom_turk, .l_max = -1.0}, "simplify.l_max"},
         {{.method = Method::lindstrom_turk, .target_vertices = 0}, "simplify.target_vertices"},
     };
@@ -108,7 +109,8 @@ TEST_CASE("meshes that cannot be simplified are refused with the place") {
          "attribute `material` of triangle 0"},
     };
     for (const Row& row : rows)
-        for (const Method method : {Method::region, Method::lindstrom_turk}) {
+        for (const Method method :
+             {Method::region, Method::region_bounded, Method::lindstrom_turk, Method::cgal_lindstrom_turk}) {
             INFO(row.says);
             const Options options{.method = method, .step = 1.0, .l_max = 3.0};
             CHECK_THROWS_AS(simplify::simplify(row.mesh, no_features(row.mesh), options), GeometryError);
@@ -145,7 +147,8 @@ TEST_CASE("the dispatcher runs each method and names what it dropped") {
     const auto untouched = simplify::simplify(mesh, {}, {.method = Method::none});
     CHECK(same_bits(untouched.mesh, mesh));
     CHECK(untouched.dropped_attributes.empty());
-    for (const Method method : {Method::lindstrom_turk, Method::cgal_lindstrom_turk, Method::region}) {
+    for (const Method method :
+         {Method::lindstrom_turk, Method::cgal_lindstrom_turk, Method::region, Method::region_bounded}) {
         const auto result = simplify::simplify(mesh, features, {.method = method});
         CHECK(result.mesh.vertices.size() < 121);
         CHECK(result.dropped_attributes == std::vector<std::string>{"coverage"});

@@ -28,6 +28,10 @@ std::string ascii_ply(const std::string& body, const std::string& vertices = "3"
            "\nproperty list uchar int vertex_indices\nend_header\n" + body;
 }
 
+const std::string kAsciiStl =
+    "solid part\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n"
+    "  endloop\n endfacet\nendsolid part\n";
+
 const std::string kPoints = "0 0 0 1 0 0 0 1 0";
 
 std::string file_bytes(const std::string& path) {
@@ -36,9 +40,24 @@ std::string file_bytes(const std::string& path) {
 }
 
 /// Damaged bytes either are refused as a FileError or hold a mesh that keeps every promise of read_mesh.
-void survive(const std::string& bytes, bool ply) {
+using Decode = TriangleMesh (*)(const std::string&);
+
+TriangleMesh vtp(const std::string& bytes) {
+    return decode_vtp(bytes, "fuzz");
+}
+TriangleMesh ply(const std::string& bytes) {
+    return decode_ply(bytes, "fuzz");
+}
+TriangleMesh stl(const std::string& bytes) {
+    return decode_stl(bytes, "fuzz");
+}
+TriangleMesh obj(const std::string& bytes) {
+    return decode_obj(bytes, "fuzz");
+}
+
+void survive(const std::string& bytes, Decode decode) {
     try {
-        const TriangleMesh mesh = ply ? decode_ply(bytes, "fuzz") : decode_vtp(bytes, "fuzz");
+        const TriangleMesh mesh = decode(bytes);
         REQUIRE(!mesh.triangles.empty());
         for (const Triangle& t : mesh.triangles)
             for (const std::uint32_t v : t) REQUIRE(v < mesh.vertices.size());
@@ -52,7 +71,7 @@ void survive(const std::string& bytes, bool ply) {
     }
 }
 
-void fuzz(const std::string& valid, bool ply, unsigned seed, int rounds) {
+void fuzz(const std::string& valid, Decode decode, unsigned seed, int rounds) {
     std::mt19937 random(seed);
     const auto below = [&](std::size_t n) { return std::size_t(random()) % n; };
     for (int round = 0; round < rounds; ++round) {
@@ -70,7 +89,7 @@ void fuzz(const std::string& valid, bool ply, unsigned seed, int rounds) {
             const std::size_t digit = bytes.find_first_of("0123456789", below(bytes.size()));
             if (digit != std::string::npos) bytes.insert(digit, "9999");
         }
-        survive(bytes, ply);
+        survive(bytes, decode);
     }
 }
 
@@ -134,6 +153,45 @@ TEST_CASE("a damaged PLY file is refused with its name, the fault and a remedy")
     REQUIRE_THROWS_WITH(decode_ply(bytes, "dir/part.ply"), Contains("dir/part.ply") && Contains(message));
 }
 
+TEST_CASE("a damaged STL file is refused with its name, the fault and a remedy") {
+    std::string binary(80, 'x');
+    binary += std::string("\2\0\0\0", 4) + std::string(50, '\0');
+    const auto [bytes, message] = GENERATE_COPY(table<std::string, std::string>({
+        {"ply\n", "cut off or of another kind"},
+        {binary, "for 2 facets of binary STL"},
+        {"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n", "part.stl:4: '"},
+        {"solid x\nfacet normal 0 0 1\nvertex 0 0 0\nendfacet\n", "part.stl:4: facet of 1 corners"},
+        {"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", "ends within a facet"},
+        {"solid x\nhello\n", "'hello'"},
+        {"solid x\nendsolid x\n", "no triangle"},
+        {"solid x\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 nan 0\nendfacet\n", "not finite"},
+        {"solid x\nfacet\nvertex 0 0 0\nvertex 0 0 0\nvertex 0 1 0\nendfacet\n", "no triangle"},
+    }));
+    CAPTURE(bytes);
+    REQUIRE_THROWS_AS(decode_stl(bytes, "dir/part.stl"), FileError);
+    REQUIRE_THROWS_WITH(decode_stl(bytes, "dir/part.stl"), Contains("dir/part.stl") && Contains(message));
+}
+
+TEST_CASE("a damaged OBJ file is refused with its name, the fault and a remedy") {
+    const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    const auto [bytes, message] = GENERATE_COPY(table<std::string, std::string>({
+        {"hello\n", "no triangle"},
+        {"\1\2\n", "no OBJ statement"},
+        {"v 0 0\n", "part.obj:1: '' instead of a coordinate"},
+        {"v 0 0 x\n", "'x' instead of a coordinate"},
+        {"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"},
+        {vertices + "f 1 2\n", "part.obj:4: face of 2 vertices"},
+        {vertices + "f 1 2 0\n", "face names vertex 0"},
+        {vertices + "f 1 2 -4\n", "face names vertex -4"},
+        {vertices + "f 1 2 4\n", "vertex 3 of 3"},
+        {vertices + "f 1 2 three\n", "'three' instead of a vertex number"},
+        {vertices, "no triangle"},
+    }));
+    CAPTURE(bytes);
+    REQUIRE_THROWS_AS(decode_obj(bytes, "dir/part.obj"), FileError);
+    REQUIRE_THROWS_WITH(decode_obj(bytes, "dir/part.obj"), Contains("dir/part.obj") && Contains(message));
+}
+
 TEST_CASE("a path that is missing, a folder, empty or of another format is refused by name") {
     const auto folder = std::filesystem::temp_directory_path() / "sidewall_mesh_damage_test";
     std::filesystem::create_directories(folder / "folder.vtp");
@@ -141,8 +199,7 @@ TEST_CASE("a path that is missing, a folder, empty or of another format is refus
     CHECK_THROWS_WITH(read_mesh(folder / "none.vtp"), Contains("none.vtp") && Contains("no such file"));
     CHECK_THROWS_WITH(read_mesh(folder / "folder.vtp"), Contains("is a folder"));
     CHECK_THROWS_WITH(read_mesh(folder / "empty.ply"), Contains("is empty"));
-    CHECK_THROWS_WITH(read_mesh("part.stl"), Contains("not supported yet: convert to VTP or PLY"));
-    CHECK_THROWS_WITH(write_mesh("part.obj", test::plane_mesh(1)), Contains("not supported yet"));
+    CHECK_THROWS_WITH(write_mesh("part.txt", test::plane_mesh(1)), Contains("use .vtp, .ply, .stl or .obj"));
     CHECK_THROWS_WITH(read_mesh("part.txt"), Contains("'.txt'"));
     CHECK_THROWS_AS(read_mesh("part"), FileError);
 }
@@ -153,15 +210,19 @@ TEST_CASE("random truncations and flipped bytes never get past the readers") {
         {"height", 1, Scalar::float32, std::vector<double>(mesh.vertices.size(), 0.5)});
     mesh.triangle_attributes.push_back(
         {"normal", 3, Scalar::int32, std::vector<double>(3 * mesh.triangles.size())});
-    fuzz(encode_vtp(mesh, {{{"unit", "um"}}, {{"time", 1.0}}}), false, 1, 6000);
-    fuzz(encode_ply(mesh), true, 2, 6000);
-    fuzz(ascii_ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), true, 3, 4000);
+    fuzz(encode_vtp(mesh, {{{"unit", "um"}}, {{"time", 1.0}}, {}}), vtp, 1, 6000);
+    fuzz(encode_ply(mesh), ply, 2, 6000);
+    fuzz(ascii_ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), ply, 3, 4000);
+    fuzz(encode_stl(mesh), stl, 21, 6000);
+    fuzz(kAsciiStl, stl, 22, 4000);
+    fuzz(encode_obj(mesh), obj, 23, 6000);
+    fuzz("usemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3/1/1 -2//2 \\\n-1\n", obj, 24, 4000);
     unsigned seed = 4;
     for (const auto* name : {"ascii", "inline_zlib_uint64", "inline_big_endian", "appended_raw",
                              "appended_base64_zlib", "appended_raw_zlib"}) {
         const std::string bytes =
             file_bytes(std::string(SIDEWALL_SOURCE_DIR "/tests/assets/vtp/") + name + ".vtp");
         REQUIRE(!bytes.empty());
-        fuzz(bytes, false, seed++, 3000);
+        fuzz(bytes, vtp, seed++, 3000);
     }
 }

@@ -1,4 +1,5 @@
 #include "surface/mesh_io.hpp"
+#include "surface/topology.hpp"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -181,4 +182,72 @@ TEST_CASE("a mesh that cannot be written is an i/o error and leaves nothing behi
     std::filesystem::create_directories(folder);
     CHECK_THROWS_AS(write_mesh(folder, test::plane_mesh(1)), IoError);
     CHECK_FALSE(std::filesystem::exists(folder.string() + ".partial"));
+}
+
+TEST_CASE("a mesh written as STL reads back in single precision, its surface closed again") {
+    const TriangleMesh fine = test::sphere_mesh(2, 1.0);
+    TriangleMesh mesh = decode_stl(encode_stl(fine), "memory");  // rounded
+    REQUIRE(mesh.vertices.size() == fine.vertices.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        CHECK((triangle_centroid(mesh, t) - triangle_centroid(fine, t)).norm() < 1e-7);
+    const auto path = scratch("round.STL");
+    write_mesh(path, mesh);
+    const TriangleMesh back = read_mesh(path);
+    REQUIRE(back.vertices.size() == mesh.vertices.size());
+    REQUIRE(back.triangles.size() == mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k)
+            CHECK(back.vertices[back.triangles[t][k]] == mesh.vertices[mesh.triangles[t][k]]);
+    CHECK(analyse_topology(back).closed());
+    CHECK(back.triangle_attributes.empty());
+    mesh.triangle_attributes.push_back({"attribute", 1, Scalar::int32, {}});
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        mesh.triangle_attributes[0].values.push_back(double(t % 7));
+    require_same(mesh.triangle_attributes[0],
+                 decode_stl(encode_stl(mesh), "memory").triangle_attributes.at(0));
+}
+
+TEST_CASE("ascii STL is read as programs write it, coinciding corners named") {
+    MeshMetadata said;
+    const TriangleMesh mesh = decode_stl(
+        "solid a name with facet in it\r\n  facet normal 0 0 1\r\n    outer loop\r\n      vertex 0 0 +0\r\n"
+        "      vertex 1.0e0 0 -0\r\n      VERTEX 0 1 0\r\n    endloop\r\n  endfacet\r\n"
+        "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\n"
+        "facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+        "endsolid",
+        "part.stl", &said);
+    CHECK(mesh.vertices.size() == 4);
+    CHECK(mesh.triangles.size() == 2);
+    CHECK(said.dropped == std::vector<std::string>{"1 facets with coinciding corners"});
+}
+
+TEST_CASE("a mesh written as OBJ reads back to the last bit, with its materials") {
+    TriangleMesh mesh = decorated_mesh();
+    const auto path = scratch("round.obj");
+    write_mesh(path, mesh);
+    const TriangleMesh back = read_mesh(path);
+    require_same_shape(mesh, back);
+    REQUIRE(back.triangle_attributes.size() == 1);
+    CHECK(back.triangle_attributes[0].name == "material");
+    CHECK(back.triangle_attributes[0].type == Scalar::int32);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        CHECK(back.triangle_attributes[0].values[t] == double(int(mesh.triangle_attributes[0].values[t])));
+    CHECK(unwritable(path, mesh) == std::vector<std::string>{mesh.vertex_attributes[0].name,
+                                                             mesh.vertex_attributes[1].name,
+                                                             mesh.triangle_attributes[1].name});
+    CHECK(unwritable("x.stl", mesh).size() == 4);
+    CHECK(unwritable("x.vtp", mesh).empty());
+}
+
+TEST_CASE("OBJ of other programs: polygons, all index forms, negative numbers, materials by name") {
+    MeshMetadata said;
+    const TriangleMesh mesh = decode_obj(
+        "# made elsewhere\nmtllib x.mtl\no part\nv 0 0 0 1.0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nvt 0 0\n"
+        "usemtl steel\nf 1/1/1 2//1 3/1 4\ns off\nusemtl gold\nf -4 -3 \\\n -2\n",
+        "part.obj", &said);
+    CHECK(mesh.vertices.size() == 4);
+    CHECK(mesh.triangles == std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}, {0, 1, 2}});
+    CHECK(mesh.triangle_attributes.at(0).values == std::vector<double>{0, 0, 1});
+    CHECK(said.dropped == std::vector<std::string>{"1 normals", "1 texture coordinates",
+                                                   "name of material 1: gold", "name of material 0: steel"});
 }

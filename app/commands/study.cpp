@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/commands.hpp"
+#include "app/study.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct StudyArguments {
+    std::string output = "results/study", recipes = "configs/study", surface = "all", json;
+    double rays = 1e7, sticking = 0.1;
+    bool quick = false;
+};
+
+void run(const StudyArguments& arguments) {
+    StudyOptions options;
+    options.output = arguments.output;
+    options.recipes = arguments.recipes;
+    if (arguments.surface != "all") options.surfaces = {arguments.surface == "1" ? 1 : 2};
+    options.rays = arguments.rays;
+    options.sticking = arguments.sticking;
+    options.quiet = arguments.json == "-";
+    if (arguments.quick) options.removals = {0.5, 0.9};
+    const Json study = run_study(options);
+    if (!arguments.json.empty()) write_json(arguments.json, study);
+    if (!options.quiet) fmt::print("{}\nresults in {}\n", study_report(study), options.output.string());
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& program) {
+    CLI::App* command = program.add_subcommand(
+        "study",
+        "Redo the evaluation of region simplification (Lenz 2023, section 8.3) on surfaces grown here:\n"
+        "distance, simplification time, tracing time and flux error at equal numbers of vertices.");
+    const auto a = std::make_shared<StudyArguments>();
+    command->add_option("-o,--output", a->output, "Folder for results (default: results/study)")
+        ->type_name("DIR");
+    command->add_option("--surface", a->surface, "1 (low relief), 2 (deep hole) or all (default: all)")
+        ->check(CLI::IsMember({"1", "2", "all"}))
+        ->type_name("N");
+    command
+        ->add_option("--recipes", a->recipes,
+                     "Folder with surface1.toml and surface2.toml (default: configs/study)")
+        ->type_name("DIR");
+    command->add_option("--rays", a->rays, "Source rays of every timed trace (default: 1e7)")
+        ->check(CLI::Range(1e3, 1e10))
+        ->type_name("N");
+    command
+        ->add_option("--sticking", a->sticking, "Sticking probability of the traced neutral (default: 0.1)")
+        ->check(CLI::Range(1e-3, 1.0))
+        ->type_name("S");
+    command->add_flag("--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
+    command->add_option("--json", a->json, "Also write the study there; - for standard output")
+        ->type_name("FILE");
+    command->callback([a] { run(*a); });
+}
+
+}  // namespace sidewall::app

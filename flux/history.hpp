@@ -1,0 +1,58 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "flux/flight.hpp"
+#include "flux/packets.hpp"
+#include "flux/rays.hpp"
+#include "flux/source.hpp"
+#include "flux/species.hpp"
+#include "flux/tally.hpp"
+#include "flux/tracer.hpp"
+
+namespace sidewall::flux {
+
+/// Sticking probabilities in units of 1 / kOne.
+struct Sticking {
+    std::vector<std::uint32_t> by_triangle;  ///< or a single one
+    std::vector<float> by_wedge;             ///< as probabilities; replaces the others unless empty
+};
+
+/// Everything a history reads. Shared by all threads.
+struct Trace {
+    Stage stage;
+    const Species& species;
+    const Wedges& wedges;
+    RandomKey key;
+    Sticking sticking, redeposition;
+    std::span<const std::int32_t> materials;
+    std::uint64_t roulette = kOne;  ///< threshold
+    std::uint32_t max_bounces = 0;
+    std::function<bool()> stop;  ///< asked now and then; true abandons the block
+};
+
+/// What became of particles, summed.
+struct Counts {
+    std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0, arrivals = 0;
+    FlightCounts flights;
+    Ledger ledger, redeposited;
+    void add(const Counts& other);
+};
+
+/// A thread's own: buffers, its bins of every tally, and the counts of the batch in progress.
+struct Worker {
+    Rays rays, spawned;
+    Column<std::uint32_t> landed;        // rows
+    Column<std::uint32_t> word1, word2;  // random, for the directions of survivors
+    std::vector<Tally::Bins*> bins;      // one a tally
+    Counts counts;
+};
+
+/// Traces particles [first, first + count) of a batch to their ends. Deterministic, whatever the worker did
+/// before. \param tallies  in the order of tally_names. \pre count <= kBlock.
+void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
+                 const std::vector<Tally>& tallies, Worker& worker);
+
+}  // namespace sidewall::flux

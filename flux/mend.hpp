@@ -1,0 +1,23 @@
+#pragma once
+#include <cstddef>
+
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::flux {
+
+/// What mend() did.
+struct Mending {
+    std::size_t welded = 0;  ///< vertices merged into another of the same position
+    std::size_t turned = 0;  ///< triangles whose vertex order was reversed
+};
+
+/// Makes what other programs write traceable, where that is not a matter of opinion.
+///
+/// Vertices of the very same position become one, if edges pair up by it: some formats list every triangle's
+/// own. Triangles that share an edge get the same orientation: that of two thirds of their piece's area, or,
+/// where no such majority is, outwards for a closed piece and upwards for an open one. Pieces that agree in
+/// themselves stay as they are. Triangles keep their numbers. \throws GeometryError for a one-sided surface,
+/// and as require_traceable. \note O(n log n).
+Mending mend(TriangleMesh& mesh);
+
+}  // namespace sidewall::flux

@@ -1,0 +1,279 @@
+#include "flux/packets.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sidewall::flux {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Stage in single precision, as the inner loops read it.
+struct Bounds {
+    float min_x, min_y, max_x, max_y, top, bottom, overlap;
+    bool reflect_x, reflect_y, open_x, open_y;
+    explicit Bounds(const Stage& stage)
+        : min_x(static_cast<float>(stage.box.min[0])),
+          min_y(static_cast<float>(stage.box.min[1])),
+          max_x(static_cast<float>(stage.box.max[0])),
+          max_y(static_cast<float>(stage.box.max[1])),
+          top(static_cast<float>(stage.top)),
+          bottom(static_cast<float>(stage.bottom)),
+          overlap(static_cast<float>(kOverlap * stage.skin)),
+          reflect_x(stage.box.boundary[0] == Boundary::reflective),
+          reflect_y(stage.box.boundary[1] == Boundary::reflective),
+          open_x(stage.box.boundary[0] == Boundary::open),
+          open_y(stage.box.boundary[1] == Boundary::open) {}
+};
+
+// Distances along eight rays.
+struct alignas(32) Reach {
+    float side_x[kLanes], side_y[kLanes], exit[kLanes];
+};
+
+// To the plane ahead; never negative. A ray along the plane never meets it.
+inline float distance_to(float low, float high, float position, float direction) {
+    const float plane = direction > 0.0f ? high : low;
+    const float distance = std::max(0.0f, (plane - position) / direction);
+    return direction == 0.0f ? kInfinity : distance;
+}
+
+inline void reach_of(const Bounds& b, const float* x, const float* y, const float* z, const float* dx,
+                     const float* dy, const float* dz, Reach& reach) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        reach.side_x[i] = distance_to(b.min_x, b.max_x, x[i], dx[i]);
+        reach.side_y[i] = distance_to(b.min_y, b.max_y, y[i], dy[i]);
+        reach.exit[i] = distance_to(b.bottom, b.top, z[i], dz[i]);
+    }
+}
+
+// Particles that went through a side and fly on; `row` is theirs in the block.
+struct alignas(64) Crossing {
+    std::size_t count = 0;
+    Column<float> x, y, z, dx, dy, dz;
+    Column<std::uint32_t> row;
+};
+
+// One by one, from the start of the flight, which the row still holds.
+void fly_alone(const Stage& stage, Rays& rays, std::size_t row, FlightCounts& counts) {
+    const auto wide = [](float a, float b, float c) {
+        return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
+    };
+    Vec3 start = wide(rays.x[row], rays.y[row], rays.z[row]);
+    for (int axis = 0; axis < 2; ++axis)
+        start[axis] = std::clamp(start[axis], stage.box.min[axis], stage.box.max[axis]);
+    const Landing landing =
+        fly(stage, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]});
+    counts.segments += landing.segments;
+    if (landing.end != End::hit) {
+        rays.triangle[row] = landing.end == End::escaped ? surface::kNoTriangle : kLeaked;
+        return;
+    }
+    counts.rescued += landing.rescued;
+    const Vec3 point = landing_point(stage, landing);
+    rays.x[row] = static_cast<float>(point.x());
+    rays.y[row] = static_cast<float>(point.y());
+    rays.z[row] = static_cast<float>(point.z());
+    rays.dx[row] = static_cast<float>(landing.direction.x());
+    rays.dy[row] = static_cast<float>(landing.direction.y());
+    rays.dz[row] = static_cast<float>(landing.direction.z());
+    rays.triangle[row] = landing.triangle;
+    rays.u[row] = static_cast<float>(landing.u);
+    rays.v[row] = static_cast<float>(landing.v);
+    rays.distance[row] = 0.0f;
+    const Vec3 normal = outward_normal(stage, landing.triangle);
+    rays.nx[row] = static_cast<float>(normal.x());
+    rays.ny[row] = static_cast<float>(normal.y());
+    rays.nz[row] = static_cast<float>(normal.z());
+}
+
+// Moves lane i of a packet to the side it meets and through it. \returns false if that side is open.
+inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, float& y, float& z, float& dx,
+                  float& dy, float dz) {
+    const bool first = reach.side_x[i] <= reach.side_y[i];
+    if (first ? b.open_x : b.open_y) return false;
+    const float distance = first ? reach.side_x[i] : reach.side_y[i];
+    x = std::clamp(x + distance * dx, b.min_x, b.max_x);
+    y = std::clamp(y + distance * dy, b.min_y, b.max_y);
+    z += distance * dz;
+    if (first) {
+        x = (dx > 0.0f) == b.reflect_x ? b.max_x : b.min_x;
+        if (b.reflect_x) dx = -dx;
+    } else {
+        y = (dy > 0.0f) == b.reflect_y ? b.max_y : b.min_y;
+        if (b.reflect_y) dy = -dy;
+    }
+    return true;
+}
+
+class Flyer {
+  public:
+    Flyer(const Stage& stage, Rays& rays, FlightCounts& counts)
+        : stage_(stage), rays_(rays), counts_(counts), b_(stage) {
+        rtcInitIntersectContext(&context_);
+    }
+
+    void fly() {
+        static thread_local Crossing crossing;  // too large for a stack frame
+        crossing.count = 0;
+        for (std::size_t first = 0; first < rays_.count; first += kLanes) start_packet(first, crossing);
+        // A particle that crosses more sides than this is caught in rounding; fly() finds out.
+        for (int round = 0; crossing.count > 0; ++round) {
+            if (round == 1000) {
+                for (std::size_t i = 0; i < crossing.count; ++i)
+                    fly_alone(stage_, rays_, crossing.row[i], counts_);
+                return;
+            }
+            const std::size_t count = crossing.count;
+            crossing.count = 0;
+            for (std::size_t first = 0; first < count; first += kLanes) go_on(first, count, crossing);
+        }
+    }
+
+  private:
+    // rtcIntersect8 from `back_up` before the given positions. \returns the number of lanes in use.
+    void intersect(const float* x, const float* y, const float* z, const float* dx, const float* dy,
+                   const float* dz, std::size_t lanes, float back_up) {
+        reach_of(b_, x, y, z, dx, dy, dz, reach_);
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            valid_[i] = i < lanes ? -1 : 0;
+            packet_.ray.org_x[i] = x[i] - back_up * dx[i];
+            packet_.ray.org_y[i] = y[i] - back_up * dy[i];
+            packet_.ray.org_z[i] = z[i] - back_up * dz[i];
+            packet_.ray.dir_x[i] = dx[i];
+            packet_.ray.dir_y[i] = dy[i];
+            packet_.ray.dir_z[i] = dz[i];
+            packet_.ray.tnear[i] = 0.0f;
+            packet_.ray.tfar[i] =
+                std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i]) + back_up + b_.overlap;
+            packet_.ray.time[i] = 0.0f;
+            packet_.ray.mask[i] = 0xffffffffu;
+            packet_.ray.id[i] = packet_.ray.flags[i] = 0;
+            packet_.hit.geomID[i] = packet_.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        counts_.segments += lanes;
+        rtcIntersect8(valid_, stage_.scene.handle(), &context_, &packet_);
+        // Embree's normal has the length of twice the area.
+        constexpr auto kGrazingSquared = static_cast<float>(kGrazing * kGrazing);
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const float nx = packet_.hit.Ng_x[i], ny = packet_.hit.Ng_y[i], nz = packet_.hit.Ng_z[i];
+            const float d = nx * dx[i] + ny * dy[i] + nz * dz[i];
+            behind_[i] = d > 0.0f && d * d > kGrazingSquared * (nx * nx + ny * ny + nz * nz) ? -1 : 0;
+        }
+    }
+
+    // Whether lane i's ray has left the domain through its top, or its bottom where the sides are open.
+    enum class Way { out, side, unclear };
+    Way way_of(std::size_t i, float dz) const {
+        if (std::min(reach_.side_x[i], reach_.side_y[i]) < reach_.exit[i]) return Way::side;
+        return dz > 0.0f || b_.open_x || b_.open_y ? Way::out : Way::unclear;
+    }
+
+    void start_packet(std::size_t first, Crossing& crossing) {
+        Rays& r = rays_;
+        const std::size_t lanes = std::min(kLanes, r.count - first);
+        intersect(&r.x[first], &r.y[first], &r.z[first], &r.dx[first], &r.dy[first], &r.dz[first], lanes,
+                  0.0f);
+        // Nearly all lanes are clear: a fair hit, or nothing met on the way out through the top.
+        int unclear[kLanes], any = 0;
+        const bool open = b_.open_x || b_.open_y;
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const std::size_t row = first + i;
+            const std::uint32_t triangle = packet_.hit.primID[i];
+            const bool out =
+                std::min(reach_.side_x[i], reach_.side_y[i]) >= reach_.exit[i] && ((r.dz[row] > 0.0f) | open);
+            const bool fair = (behind_[i] == 0) & (triangle != r.from[row]);
+            unclear[i] = valid_[i] & (triangle == surface::kNoTriangle ? (out ? 0 : -1) : (fair ? 0 : -1));
+            any |= unclear[i];
+            land(row, i);
+        }
+        if (any == 0) return;
+        for (std::size_t i = 0; i < lanes; ++i) {
+            if (unclear[i] == 0) continue;
+            const std::size_t row = first + i;
+            const Way way = way_of(i, r.dz[row]);
+            if (r.triangle[row] != surface::kNoTriangle || way == Way::unclear) {
+                fly_alone(stage_, r, row, counts_);
+                continue;
+            }
+            float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];
+            if (cross(b_, reach_, i, x, y, z, dx, dy, r.dz[row]))
+                push(crossing, row, x, y, z, dx, dy, r.dz[row]);
+        }
+    }
+
+    void go_on(std::size_t first, std::size_t count, Crossing& c) {
+        Rays& r = rays_;
+        const std::size_t lanes = std::min(kLanes, count - first);
+        intersect(&c.x[first], &c.y[first], &c.z[first], &c.dx[first], &c.dy[first], &c.dz[first], lanes,
+                  b_.overlap);
+        for (std::size_t i = 0; i < lanes; ++i) {
+            const std::size_t at = first + i;
+            const std::uint32_t row = c.row[at], triangle = packet_.hit.primID[i];
+            float x = c.x[at], y = c.y[at], z = c.z[at], dx = c.dx[at], dy = c.dy[at];
+            const float dz = c.dz[at];
+            if (triangle != surface::kNoTriangle) {
+                if (behind_[i]) {
+                    fly_alone(stage_, r, row, counts_);
+                    continue;
+                }
+                r.x[row] = packet_.ray.org_x[i];
+                r.y[row] = packet_.ray.org_y[i];
+                r.z[row] = packet_.ray.org_z[i];
+                r.dx[row] = dx;
+                r.dy[row] = dy;
+                land(row, i);
+                continue;
+            }
+            const Way way = way_of(i, dz);
+            if (way == Way::unclear)
+                fly_alone(stage_, r, row, counts_);
+            else if (way == Way::out || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
+                r.triangle[row] = surface::kNoTriangle;
+            else
+                push(c, row, x, y, z, dx, dy, dz);
+        }
+    }
+
+    void land(std::size_t row, std::size_t lane) {
+        rays_.triangle[row] = packet_.hit.primID[lane];
+        rays_.u[row] = packet_.hit.u[lane];
+        rays_.v[row] = packet_.hit.v[lane];
+        rays_.nx[row] = packet_.hit.Ng_x[lane];
+        rays_.ny[row] = packet_.hit.Ng_y[lane];
+        rays_.nz[row] = packet_.hit.Ng_z[lane];
+        rays_.distance[row] = packet_.ray.tfar[lane];
+    }
+
+    static void push(Crossing& c, std::size_t row, float x, float y, float z, float dx, float dy, float dz) {
+        const std::size_t at = c.count++;
+        c.x[at] = x;
+        c.y[at] = y;
+        c.z[at] = z;
+        c.dx[at] = dx;
+        c.dy[at] = dy;
+        c.dz[at] = dz;
+        c.row[at] = static_cast<std::uint32_t>(row);
+    }
+
+    const Stage& stage_;
+    Rays& rays_;
+    FlightCounts& counts_;
+    const Bounds b_;
+    RTCIntersectContext context_;
+    alignas(32) int valid_[kLanes];
+    alignas(32) int behind_[kLanes];  // lanes that met the back of a triangle
+    RTCRayHit8 packet_;
+    Reach reach_;
+};
+
+}  // namespace
+
+void fly_block(const Stage& stage, Rays& rays, FlightCounts& counts) {
+    Flyer(stage, rays, counts).fly();
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,35 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace sidewall::flux {
+
+/// Particles that are traced together, at most. Enough to fill packets to the end of long histories, few
+/// enough for the second-level cache.
+constexpr std::size_t kBlock = 1024;
+constexpr std::size_t kLanes = 8;  ///< of a packet
+
+template <class T>
+using Column = std::array<T, kBlock + kLanes>;  // a packet may run over the end
+
+/// Particles at the start of a flight, one a row; and, after fly_block, where they landed. World units,
+/// single precision throughout: what the tracer sees is what is computed with.
+struct alignas(64) Rays {
+    std::size_t count = 0;
+    Column<float> x, y, z;         ///< start of the flight; after it, of its last segment
+    Column<float> dx, dy, dz;      ///< unit direction
+    Column<std::uint32_t> from;    ///< triangle it leaves, or kNoTriangle
+    Column<std::uint32_t> ray;     ///< number within the batch
+    Column<std::uint64_t> weight;  ///< 2^-28 particles
+    Column<float> energy;          ///< eV
+    // Set by fly_block:
+    Column<std::uint32_t> triangle;  ///< it landed on, kNoTriangle if it escaped or kLeaked
+    Column<float> u, v;              ///< barycentric weights of its second and third vertex
+    Column<float> nx, ny, nz;        ///< its outward normal, any length; zero if it has no area
+    Column<float> distance;          ///< along the last segment
+};
+
+constexpr std::uint32_t kLeaked = 0xfffffffeu;
+
+}  // namespace sidewall::flux

@@ -1,0 +1,120 @@
+#include "flux/source.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "flux/lambert8.hpp"
+#include "flux/reflection.hpp"
+#include "flux/sampling.hpp"
+#include "flux/tally.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+constexpr std::uint32_t kScramble = 0xffffffffu;  // a bounce that no particle reaches
+
+// 16 bits of cell and 16 of the place within it, as a coordinate in [low, high].
+inline float coordinate(std::uint32_t cell, std::uint32_t within, float low, float high) {
+    const float part = unit_float(cell << 16 | within);
+    return std::min(high, low + part * (high - low));
+}
+
+// The two numbers that decide a direction.
+struct Pair {
+    std::uint32_t first, second;
+};
+inline Pair direction_numbers(const Batch& batch, std::uint32_t i) {
+    return {owen_scrambled(reversed_bits(i), batch.scramble[0], batch.scramble[1]),
+            owen_scrambled(sobol_second(i), batch.scramble[2], batch.scramble[3])};
+}
+
+void emit_positions(const Stage& stage, RandomKey key, const Batch& batch, std::uint32_t first, Rays& rays) {
+    const auto min_x = static_cast<float>(stage.box.min[0]), max_x = static_cast<float>(stage.box.max[0]);
+    const auto min_y = static_cast<float>(stage.box.min[1]), max_y = static_cast<float>(stage.box.max[1]);
+    const auto top = static_cast<float>(stage.top);
+    alignas(32) std::uint32_t words[4][kLanes];
+    for (std::size_t row = 0; row < rays.count; row += kLanes) {
+        for (std::size_t i = 0; i < kLanes; ++i)
+            rays.ray[row + i] = first + static_cast<std::uint32_t>(row + i);
+        draw8(key, &rays.ray[row], {.batch = batch.number}, words);
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            // Rows beyond the end of the batch are filler.
+            const std::uint64_t piece = std::min(rays.ray[row + i], batch.count - 1);
+            // stride * word / 2^32
+            const std::uint64_t jitter =
+                (batch.stride >> 32) * words[0][i] + ((batch.stride & 0xffffffffu) * words[0][i] >> 32);
+            const auto along = static_cast<std::uint32_t>((piece * batch.stride + jitter) >> 32);
+            const auto [x, y] = hilbert_cell(along);
+            rays.x[row + i] = coordinate(x, words[1][i] >> 16, min_x, max_x);
+            rays.y[row + i] = coordinate(y, words[1][i] & 0xffffu, min_y, max_y);
+            rays.z[row + i] = top;
+        }
+    }
+}
+
+// cos^1 about -z: the common case.
+void emit_thermal(const Batch& batch, Rays& rays) {
+    for (std::size_t row = 0; row < rays.count; row += kLanes)
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const Pair pair = direction_numbers(batch, rays.ray[row + i]);
+            lambert(0.0f, 0.0f, -1.0f, unit_float(pair.first), unit_float(pair.second), rays.dx[row + i],
+                    rays.dy[row + i], rays.dz[row + i]);
+        }
+}
+
+double unit_double(std::uint32_t word) {
+    return (word + 0.5) * 0x1p-32;
+}
+
+// Any beam, in double precision.
+void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& rays) {
+    const double horizontal = std::hypot(species.beam.x(), species.beam.y());
+    for (std::size_t row = 0; row < rays.count; ++row) {
+        Stream random(key, {.ray = rays.ray[row], .batch = batch.number, .bounce = 0, .generation = 1});
+        Vec3 axis = species.beam;
+        if (species.rotating) {
+            const double azimuth = 2.0 * std::numbers::pi * random.uniform();
+            axis = {horizontal * std::cos(azimuth), horizontal * std::sin(azimuth), axis.z()};
+        }
+        const Pair pair = direction_numbers(batch, rays.ray[row]);
+        Vec3 d = sample_cosine_power(axis, species.source_exponent, unit_double(pair.first),
+                                     unit_double(pair.second));
+        while (!(d.z() < -1e-6))
+            d = sample_cosine_power(axis, species.source_exponent, random.uniform(), random.uniform());
+        rays.dx[row] = static_cast<float>(d.x());
+        rays.dy[row] = static_cast<float>(d.y());
+        rays.dz[row] = static_cast<float>(d.z());
+        double energy = species.energy.mean;
+        if (species.energy.sigma > 0.0) do
+                energy = species.energy.mean + species.energy.sigma * sample_normal(random);
+            while (!(energy > 0.0));
+        rays.energy[row] = static_cast<float>(energy);
+    }
+}
+
+}  // namespace
+
+Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count) {
+    Batch batch{number, count, count == 1 ? ~std::uint64_t{0} : ~std::uint64_t{0} / count, {}};
+    Stream random(key, {.batch = number, .bounce = kScramble});
+    for (std::uint32_t& word : batch.scramble) word = random.next();
+    return batch;
+}
+
+void emit(const Stage& stage, const Species& species, RandomKey key, const Batch& batch, std::uint32_t first,
+          std::uint32_t count, Rays& rays) {
+    rays.count = count;
+    emit_positions(stage, key, batch, first, rays);
+    const bool thermal =
+        species.source_exponent == 1.0 && species.beam.z() == -1.0 && species.energy.mean == 0.0;
+    if (thermal)
+        emit_thermal(batch, rays);
+    else
+        emit_beam(species, key, batch, rays);
+    for (std::size_t row = 0; row < count; ++row) {
+        rays.from[row] = 0xffffffffu;
+        rays.weight[row] = kOne;
+    }
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,53 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "flux/species.hpp"
+
+namespace sidewall::flux {
+
+/// f(theta) of a yield, from the cosine of the incidence, in [0, 1].
+inline double angular_factor(const Yield& yield, double cosine) {
+    const auto& a = yield.coefficient;
+    switch (yield.angular) {
+        case Angular::none:
+            return 1.0;
+        case Angular::cosine:
+            return cosine;
+        case Angular::sputter:
+            return std::max(0.0, (1.0 + a[0] * (1.0 - cosine * cosine)) * cosine);
+        case Angular::enhanced:
+            return cosine >= 0.5 ? 1.0 : std::max(0.0, 3.0 - 6.0 * std::acos(cosine) * std::numbers::inv_pi);
+        case Angular::polynomial: {
+            double sum = 0.0, value = 0.0;
+            for (std::size_t k = a.size(); k-- > 0;) {
+                sum += a[k];
+                value = (value + a[k]) * cosine;
+            }
+            return std::max(0.0, value / sum);
+        }
+        case Angular::table: {
+            const double steps = static_cast<double>(a.size() - 1);
+            const double at = std::acos(cosine) * 2.0 * std::numbers::inv_pi * steps;
+            const std::size_t i = std::min(static_cast<std::size_t>(at), a.size() - 2);
+            const double part = at - static_cast<double>(i);
+            return std::max(0.0, (1.0 - part) * a[i] + part * a[i + 1]);
+        }
+    }
+    return 0.0;
+}
+
+/// max(0, sqrt(E) - sqrt(threshold)); 1 for a species without energy.
+inline double energy_factor(const Yield& yield, bool has_energy, double energy) {
+    return has_energy ? std::max(0.0, std::sqrt(energy) - std::sqrt(yield.threshold)) : 1.0;
+}
+
+/// Y of a hit on \p material.
+inline double yield_of(const Yield& yield, std::size_t material, bool has_energy, double energy,
+                       double cosine) {
+    return yield.scale[yield.scale.size() == 1 ? 0 : material] * energy_factor(yield, has_energy, energy) *
+           angular_factor(yield, cosine);
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,346 @@
+#include "simplify/cgal_lindstrom_turk.hpp"
+
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_simplification/Edge_collapse_visitor_base.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/LindstromTurk.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/optional.hpp>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "simplify/halfedges.hpp"
+#include "simplify/materials.hpp"
+
+namespace sidewall::simplify {
+namespace {
+
+namespace sms = CGAL::Surface_mesh_simplification;
+using Kernel = CGAL::Simple_cartesian<double>;
+using Point = Kernel::Point_3;
+using Vector = Kernel::Vector_3;
+using Mesh = CGAL::Surface_mesh<Point>;
+using Vertex = Mesh::Vertex_index;
+
+constexpr std::uint32_t kMoved = 0xffffffffu;
+
+/// Side planes a boundary vertex lies in.
+enum SideBit : std::uint8_t { kMinX = 1, kMaxX = 2, kMinY = 4, kMaxY = 8 };
+
+/// What the policies share, by vertex index. A merged vertex inherits from both.
+struct State {
+    const Mesh* mesh = nullptr;
+    double max_length = 0.0;       ///< only shorter edges collapse
+    std::size_t target = 0;        ///< ends when no more vertices are left
+    std::size_t vertices = 0;      ///< left
+    std::array<double, 4> side{};  ///< x min, x max, y min, y max
+    Vector low, high;  ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
+    std::vector<std::uint8_t> boundary;  ///< lies on the open boundary
+    std::vector<std::uint8_t> sides;     ///< SideBits, of boundary vertices
+    std::vector<std::uint8_t> frozen;    ///< on a material border, or fixed by the caller
+    std::vector<std::uint32_t> source;   ///< input vertex whose position it has, or kMoved
+    std::uint32_t next_source = kMoved;
+
+    bool frozen_edge(Vertex a, Vertex b) const { return frozen[a] || frozen[b]; }
+    /// Neither end pins the other to another place: one's side planes include the other's.
+    bool boundary_allows(Vertex a, Vertex b, bool border_edge) const {
+        if (!boundary[a] || !boundary[b]) return true;
+        const int common = sides[a] & sides[b];
+        return border_edge && (common == sides[a] || common == sides[b]);
+    }
+    bool allows(Vertex a, Vertex b, const Point& p, const Point& q, bool border_edge) const {
+        return !frozen_edge(a, b) && boundary_allows(a, b, border_edge) &&
+               CGAL::squared_distance(p, q) < max_length * max_length;
+    }
+};
+
+bool is_corner(std::uint8_t sides) {
+    return (sides & (kMinX | kMaxX)) && (sides & (kMinY | kMaxY));
+}
+
+/// Lindstrom-Turk's placement, held to the boundary and to the neighbourhood; none for edges the pass leaves
+/// alone.
+struct Placement {
+    const State* state;
+    sms::LindstromTurk_placement<Mesh> lindstrom_turk;
+
+    template <class Profile>
+    boost::optional<Point> operator()(const Profile& edge) const {
+        const Vertex a = edge.v0(), b = edge.v1();
+        const bool border = edge.is_v0_v1_a_border() || edge.is_v1_v0_a_border();
+        if (!state->allows(a, b, edge.p0(), edge.p1(), border)) return boost::none;
+        if (edge.p0() == edge.p1()) return edge.p0();
+        const std::uint8_t sides_a = state->sides[a], sides_b = state->sides[b];
+        if (state->boundary[a] != state->boundary[b]) return state->boundary[a] ? edge.p0() : edge.p1();
+        if (sides_a != sides_b) return (sides_a & sides_b) == sides_b ? edge.p0() : edge.p1();
+        if (is_corner(sides_a)) return edge.p0();
+        boost::optional<Point> place = lindstrom_turk(edge);
+        if (!place || !near(edge, *place)) place = CGAL::midpoint(edge.p0(), edge.p1());
+        return snapped(*place, sides_a);
+    }
+
+    Point snapped(const Point& p, std::uint8_t sides) const {
+        const double x = sides & kMinX ? state->side[0] : sides & kMaxX ? state->side[1] : p.x();
+        const double y = sides & kMinY ? state->side[2] : sides & kMaxY ? state->side[3] : p.y();
+        return {x, y, p.z()};
+    }
+
+    /// Within the box of the surrounding vertices; half an edge more, since on a curved surface the point
+    /// that keeps the volume lies above them all.
+    template <class Profile>
+    bool near(const Profile& edge, const Point& p) const {
+        CGAL::Bbox_3 box = edge.p0().bbox() + edge.p1().bbox();
+        for (const Vertex v : edge.link()) box += state->mesh->point(v).bbox();
+        const double margin = 0.5 * std::sqrt(CGAL::squared_distance(edge.p0(), edge.p1()));
+        for (int axis = 0; axis < 3; ++axis)
+            if (!(p[axis] >= std::max(box.min(axis) - margin, state->low[axis]) &&
+                  p[axis] <= std::min(box.max(axis) + margin, state->high[axis])))
+                return false;
+        return true;
+    }
+};
+
+/// Refuses a collapse that flips a triangle or makes a sliver of it.
+struct ShapeFilter {
+    // Height over longest edge, 3 degrees in a thin triangle. The worst triangle around an edge may not sink
+    // below this, or below what it was: comparing triangle by triangle would protect the slivers that are
+    // there.
+    static constexpr double kMinHeight = 0.05;
+
+    const State* state;
+
+    template <class Profile>
+    boost::optional<Point> operator()(const Profile& edge, const boost::optional<Point>& place) const {
+        if (!place) return boost::none;
+        const std::size_t vanishing =
+            std::size_t{edge.left_face_exists()} + std::size_t{edge.right_face_exists()};
+        double worst_before = kMinHeight, worst_after = kMinHeight;
+        for (std::size_t i = 0; i < edge.triangles().size(); ++i) {
+            const auto& t = edge.triangles()[i];
+            const Point &p = state->mesh->point(t.v0), &q = state->mesh->point(t.v2);
+            const Shape before = shape(p, state->mesh->point(t.v1), q);
+            worst_before = std::min(worst_before, before.height);
+            if (i < vanishing) continue;
+            // The second vertex of every triangle that stays is the one that moves.
+            const Shape after = shape(p, *place, q);
+            worst_after = std::min(worst_after, after.height);
+            if (!(after.height > 0.0)) return boost::none;
+            if (before.height > 0.0 && !(before.normal * after.normal > 0.0)) return boost::none;
+        }
+        if (worst_after < worst_before) return boost::none;
+        return place;
+    }
+
+    struct Shape {
+        Vector normal;
+        double height;  ///< over the longest edge
+    };
+    static Shape shape(const Point& a, const Point& b, const Point& c) {
+        const Vector u = b - a, v = c - a, w = c - b;
+        const Vector normal = CGAL::cross_product(u, v);
+        const double longest = std::max({u * u, v * v, w * w});
+        return {normal, longest > 0.0 ? std::sqrt(normal * normal) / longest : 0.0};
+    }
+};
+
+struct Stop {
+    const State* state;
+    template <class Profile>
+    bool operator()(double, const Profile&, std::size_t, std::size_t) const {
+        return state->vertices <= state->target;
+    }
+};
+
+/// Hands the flags of both ends to the vertex that is kept.
+struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
+    State* state;
+    explicit Visitor(State* s) : state(s) {}
+
+    template <class Profile, class Place>
+    void OnCollapsing(const Profile& edge, const Place& place) const {
+        state->next_source = *place == edge.p0()   ? state->source[edge.v0()]
+                             : *place == edge.p1() ? state->source[edge.v1()]
+                                                   : kMoved;
+    }
+    template <class Profile>
+    void OnCollapsed(const Profile& edge, Vertex kept) const {
+        const Vertex gone = kept == edge.v0() ? edge.v1() : edge.v0();
+        for (auto* flags : {&state->boundary, &state->sides, &state->frozen})
+            (*flags)[kept] |= (*flags)[gone];
+        state->source[kept] = state->next_source;
+        --state->vertices;
+    }
+};
+
+/// CGAL collapses edges of no length unasked; those the pass must leave alone are declared constrained.
+struct UntouchableZeroEdges {
+    using key_type = Mesh::Edge_index;
+    using value_type = bool;
+    using reference = bool;
+    using category = boost::readable_property_map_tag;
+    const State* state;
+    friend bool get(const UntouchableZeroEdges& map, key_type edge) {
+        const State& s = *map.state;
+        const Vertex a = s.mesh->vertex(edge, 0), b = s.mesh->vertex(edge, 1);
+        const Point &p = s.mesh->point(a), &q = s.mesh->point(b);
+        return p == q && (s.vertices <= s.target || !s.allows(a, b, p, q, s.mesh->is_border(edge)));
+    }
+};
+
+using Halfedge = Mesh::Halfedge_index;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// CGAL's half-edge structure from ours. Built by hand: its add_face depends on the order of triangles and
+/// searches.
+Mesh build(const TriangleMesh& input, const Halfedges& edges, const Vec3& centre) {
+    const auto halfedges = static_cast<std::uint32_t>(edges.opposite.size());
+    Mesh mesh;
+    mesh.reserve(static_cast<Mesh::size_type>(input.vertices.size()), halfedges / 2 + halfedges / 8,
+                 halfedges / 3);
+    for (const Vec3& v : input.vertices) {
+        const Vec3 p = v - centre;
+        mesh.add_vertex(Point(p.x(), p.y(), p.z()));
+    }
+    std::vector<Halfedge> ours(halfedges), border_out(input.vertices.size());
+    for (std::uint32_t h = 0; h < halfedges; ++h) {
+        const std::uint32_t other = edges.opposite[h];
+        if (other != kNoHalfedge && other < h) {
+            ours[h] = mesh.opposite(ours[other]);
+            continue;
+        }
+        const Triangle& t = input.triangles[h / 3];
+        ours[h] = mesh.add_edge(Vertex(t[h % 3]), Vertex(t[(h + 1) % 3]));
+        if (other == kNoHalfedge) border_out[t[(h + 1) % 3]] = mesh.opposite(ours[h]);
+    }
+    for (std::uint32_t t = 0; t < halfedges / 3; ++t) {
+        const Mesh::Face_index face = mesh.add_face();
+        mesh.set_halfedge(face, ours[3 * t]);
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            mesh.set_face(ours[3 * t + k], face);
+            mesh.set_next(ours[3 * t + k], ours[3 * t + (k + 1) % 3]);
+            mesh.set_halfedge(Vertex(input.triangles[t][(k + 1) % 3]), ours[3 * t + k]);
+        }
+    }
+    for (const Halfedge h : border_out)
+        if (h.is_valid()) {
+            mesh.set_next(h, border_out[mesh.target(h)]);
+            mesh.set_halfedge(mesh.target(h), h);
+        }
+    for (const Vertex v : mesh.vertices())
+        if (!mesh.halfedge(v).is_valid()) mesh.remove_vertex(v);
+    return mesh;
+}
+
+/// The mesh in CGAL's structure and what its policies read.
+struct Engine {
+    const TriangleMesh& input;
+    sms::internal::LindstromTurk_params weights;
+    // Positions are relative to the centre: the cost's determinants cancel badly far from the origin.
+    Vec3 centre = Vec3::Zero();
+    Box3 box;
+    Mesh mesh;
+    State state;
+
+    Engine(const TriangleMesh& m, const Weights& w) : input(m), weights(w.volume, w.boundary, w.shape) {
+        const Halfedges edges = connect(input);
+        const std::size_t n = input.vertices.size();
+        box = bounding_box(input);
+        if (n > 0) centre = 0.5 * box.min + 0.5 * box.max;
+        mesh = build(input, edges, centre);
+        state.mesh = &mesh;
+        state.vertices = mesh.number_of_vertices();
+        state.side = {box.min.x() - centre.x(), box.max.x() - centre.x(), box.min.y() - centre.y(),
+                      box.max.y() - centre.y()};
+        state.boundary.assign(n, 0);
+        state.sides.assign(n, 0);
+        state.frozen = frozen_vertices(input);
+        state.source.resize(n);
+        for (std::uint32_t v = 0; v < n; ++v) state.source[v] = v;
+        find_boundary();
+    }
+
+    void find_boundary() {
+        std::array<double, 3> low{-kInfinity, -kInfinity, -kInfinity}, high{kInfinity, kInfinity, kInfinity};
+        for (const Halfedge h : mesh.halfedges()) {
+            if (!mesh.is_border(h)) continue;
+            const Vertex a = mesh.source(h), b = mesh.target(h);
+            for (const Vertex v : {a, b}) {
+                const Vec3& p = input.vertices[v];
+                state.boundary[v] = 1;
+                state.sides[v] = static_cast<std::uint8_t>(
+                    (p.x() == box.min.x()) * kMinX + (p.x() == box.max.x()) * kMaxX +
+                    (p.y() == box.min.y()) * kMinY + (p.y() == box.max.y()) * kMaxY);
+            }
+            const int common = state.sides[a] & state.sides[b];
+            for (std::size_t axis : {0, 1}) {
+                if (common & (kMinX << 2 * axis)) low[axis] = state.side[2 * axis];
+                if (common & (kMaxX << 2 * axis)) high[axis] = state.side[2 * axis + 1];
+            }
+        }
+        state.low = {low[0], low[1], low[2]};
+        state.high = {high[0], high[1], high[2]};
+    }
+
+    void run(double max_length, std::size_t target) {
+        state.max_length = max_length;
+        state.target = target;
+        if (state.vertices <= target) return;
+        sms::edge_collapse(mesh, Stop{&state},
+                           CGAL::parameters::get_cost(sms::LindstromTurk_cost<Mesh>(weights))
+                               .get_placement(Placement{&state, sms::LindstromTurk_placement<Mesh>(weights)})
+                               .filter(ShapeFilter{&state})
+                               .edge_is_constrained_map(UntouchableZeroEdges{&state})
+                               .visitor(Visitor(&state)));
+    }
+
+    TriangleMesh take_mesh() const {
+        TriangleMesh result;
+        result.vertices.reserve(mesh.number_of_vertices());
+        result.triangles.reserve(mesh.number_of_faces());
+        std::vector<std::uint32_t> renamed(input.vertices.size(), 0);
+        for (const Vertex v : mesh.vertices()) {
+            renamed[v] = static_cast<std::uint32_t>(result.vertices.size());
+            if (state.source[v] != kMoved) {
+                result.vertices.push_back(input.vertices[state.source[v]]);
+                continue;
+            }
+            const Point& p = mesh.point(v);
+            Vec3 position = Vec3(p.x(), p.y(), p.z()) + centre;
+            // Adding the centre back rounds; the side planes must not.
+            if (state.sides[v] & kMinX) position.x() = box.min.x();
+            if (state.sides[v] & kMaxX) position.x() = box.max.x();
+            if (state.sides[v] & kMinY) position.y() = box.min.y();
+            if (state.sides[v] & kMaxY) position.y() = box.max.y();
+            result.vertices.push_back(position);
+        }
+        const Attribute* material = input.triangle_attribute("material");
+        if (material) result.triangle_attributes.push_back({material->name, 1, material->type, {}});
+        for (const Mesh::Face_index f : mesh.faces()) {
+            const Halfedge h = mesh.halfedge(f);
+            result.triangles.push_back(
+                {renamed[mesh.source(h)], renamed[mesh.target(h)], renamed[mesh.target(mesh.next(h))]});
+            if (material) result.triangle_attributes[0].values.push_back(material->values[f]);
+        }
+        return result;
+    }
+};
+
+}  // namespace
+
+Result simplify_cgal_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options) {
+    check(options);
+    Engine engine(mesh, options.weights);
+    const std::size_t before = engine.state.vertices;
+    engine.run(options.max_edge_length, options.target_vertices.value_or(0));
+    Result result;
+    result.rings.push_back({options.max_edge_length, before - engine.state.vertices});
+    result.mesh = engine.take_mesh();
+    return result;
+}
+
+}  // namespace sidewall::simplify

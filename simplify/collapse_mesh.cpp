@@ -1,0 +1,134 @@
+#include "simplify/collapse_mesh.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+
+namespace sidewall::simplify {
+namespace {
+
+/// A power of two that brings the mean edge near to one.
+double unit_scale(const TriangleMesh& mesh) {
+    // A thousand edges tell the magnitude.
+    const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / 1000);
+    double sum = 0.0, count = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
+        sum += (mesh.vertices[mesh.triangles[t][0]] - mesh.vertices[mesh.triangles[t][1]]).norm();
+        ++count;
+    }
+    return sum > 0.0 ? std::exp2(-std::round(std::log2(sum / count))) : 1.0;
+}
+
+}  // namespace
+
+CollapseMesh::CollapseMesh(const TriangleMesh& input) {
+    opposite = connect(input).opposite;
+    const auto vertices = static_cast<std::uint32_t>(input.vertices.size());
+    const Box3 box = bounding_box(input);
+    if (vertices > 0) centre = 0.5 * box.min + 0.5 * box.max;
+    scale = unit_scale(input);
+    low = to_mesh(box.min);
+    high = to_mesh(box.max);
+
+    corner.resize(opposite.size());
+    leaving.assign(vertices, kNoHalfedge);
+    state.resize(vertices);
+    sums.resize(vertices);
+    tbb::parallel_for(std::uint32_t{0}, vertices,
+                      [&](std::uint32_t v) { sums[v].position = to_mesh(input.vertices[v]); });
+    for (std::uint32_t h = 0; h < corner.size(); ++h) {
+        corner[h] = input.triangles[h / 3][h % 3];
+        // On the boundary the fan must begin at its first edge, the one without a triangle on its right.
+        if (leaving[corner[h]] == kNoHalfedge || opposite[h] == kNoHalfedge) leaving[corner[h]] = h;
+    }
+    for (std::uint32_t h = 0; h < corner.size(); ++h)
+        if (opposite[h] == kNoHalfedge) {
+            const Vec3 &p = input.vertices[start(h)], &q = input.vertices[end(h)];
+            for (const std::uint32_t v : {start(h), end(h)}) state[v].flags |= kBoundary;
+            for (const auto& [v, x] : {std::pair{start(h), p}, {end(h), q}})
+                state[v].flags = static_cast<std::uint8_t>(
+                    state[v].flags | (x.x() == box.min.x() ? kMinX : 0) | (x.x() == box.max.x() ? kMaxX : 0) |
+                    (x.y() == box.min.y() ? kMinY : 0) | (x.y() == box.max.y() ? kMaxY : 0));
+        }
+    constexpr std::uint32_t kGrain = 1024;
+    tbb::parallel_for(std::uint32_t{0}, (vertices + kGrain - 1) / kGrain, [&](std::uint32_t block) {
+        std::vector<std::uint32_t> neighbours;
+        for (std::uint32_t v = block * kGrain; v < std::min(vertices, (block + 1) * kGrain); ++v)
+            sum_up(v, neighbours);
+    });
+}
+
+void CollapseMesh::sum_up(std::uint32_t v, std::vector<std::uint32_t>& neighbours) {
+    VertexSums& s = sums[v];
+    s.planes = {};
+    s.normal = s.link = Vec3::Zero();
+    s.link2 = 0.0;
+    const std::uint32_t first = leaving[v];
+    if (first == kNoHalfedge) return;
+    neighbours.clear();
+    std::uint32_t h = first, last = 0;
+    do {
+        neighbours.push_back(end(h));
+        last = previous(h);
+        h = opposite[last];
+    } while (h != kNoHalfedge && h != first);
+    if (h == kNoHalfedge) neighbours.push_back(start(last));
+    const std::size_t n = neighbours.size(), triangles = h == kNoHalfedge ? n - 1 : n;
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3 a = position(neighbours[i]) - s.position;
+        s.link += a;
+        s.link2 += a.squaredNorm();
+        if (i >= triangles) continue;
+        const Vec3 normal = a.cross(position(neighbours[(i + 1) % n]) - s.position);
+        s.normal += normal;
+        s.planes.add_outer(normal, 1.0);
+    }
+    state[v].degree = static_cast<std::uint32_t>(n);
+}
+
+void CollapseMesh::ring(std::uint32_t v, Ring& result) const {
+    const std::uint32_t first = leaving[v];
+    std::uint32_t h = first, last = 0, n = 0;
+    do {
+        result.out[n] = h;
+        result.neighbours[n++] = end(h);
+        last = previous(h);
+        h = opposite[last];
+    } while (h != kNoHalfedge && h != first);
+    result.triangles = n;
+    if (h == kNoHalfedge) result.neighbours[n++] = start(last);
+    result.size = n;
+}
+
+void CollapseMesh::unlink(std::uint32_t h, const Ring& end_ring) {
+    const std::uint32_t a = start(h), b = end(h), other = opposite[h];
+    const bool a_boundary = flagged(a, kBoundary), b_boundary = flagged(b, kBoundary);
+    std::uint32_t first_of_b = leaving[b], inner = kNoHalfedge;
+    for (std::uint32_t i = 0; i < end_ring.triangles; ++i) corner[end_ring.out[i]] = a;
+
+    // Triangle a, b, c left of h: its two other edges become one.
+    const std::uint32_t bc = next(h), ca = previous(h), c = corner[ca];
+    const std::uint32_t cb = opposite[bc], ac = opposite[ca];
+    if (cb != kNoHalfedge) opposite[cb] = ac;
+    if (ac != kNoHalfedge) opposite[ac] = cb;
+    if (leaving[c] == ca) leaving[c] = cb;
+    if (first_of_b == bc) first_of_b = ac;  // b c was the boundary; now a c is
+    inner = ac;
+    if (other != kNoHalfedge) {
+        // Triangle b, a, d on the other side.
+        const std::uint32_t ad = next(other), db = previous(other), d = corner[db];
+        const std::uint32_t da = opposite[ad], bd = opposite[db];
+        if (da != kNoHalfedge) opposite[da] = bd;
+        if (bd != kNoHalfedge) opposite[bd] = da;
+        if (leaving[d] == db) leaving[d] = da;
+        if (leaving[a] == ad && a_boundary) leaving[a] = bd;
+        for (std::uint32_t k = 0; k < 3; ++k) corner[other / 3 * 3 + k] = kNoHalfedge;
+    }
+    for (std::uint32_t k = 0; k < 3; ++k) corner[h / 3 * 3 + k] = kNoHalfedge;
+    // The boundary goes on where it left b, if b lay on it; else where it left a.
+    if (b_boundary) leaving[a] = first_of_b;
+    if (!a_boundary && !b_boundary) leaving[a] = inner;
+    leaving[b] = kNoHalfedge;
+}
+
+}  // namespace sidewall::simplify

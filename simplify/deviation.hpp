@@ -1,0 +1,52 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "simplify/collapse_mesh.hpp"
+
+namespace sidewall::simplify {
+
+/// A triangle that a collapse moves one corner of: the halfedge opposite to that corner stays.
+struct MovedTriangle {
+    std::uint32_t triangle;
+    std::uint32_t u, w;  ///< the corners that stay, in order after the one that moves
+};
+
+/// How far a mesh has come away from what it was: every vertex of the original keeps to a triangle of the
+/// simplified mesh that it is near to, every vertex of the simplified mesh to one of the original. A collapse
+/// is measured before it is made, in both directions, at the vertices. The distances are those to the
+/// triangles around, and so never less than those to the whole surface.
+class Deviation {
+  public:
+    /// Scratch of one worker.
+    struct Plan {
+        std::vector<std::pair<std::uint32_t, std::uint32_t>> points;  ///< original vertex, its next triangle
+        std::uint32_t home = 0;  ///< original vertex nearest to the place
+    };
+
+    /// Remembers \p mesh as the original.
+    explicit Deviation(const CollapseMesh& mesh);
+
+    /// Whether all stays within \p limit if the edge from \p a to \p b goes to \p place. \p moved are the
+    /// triangles that stay, \p gone the one or two that go. Fills in the plan.
+    bool within(double limit, const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
+                std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone, Plan& plan) const;
+
+    /// Makes it so.
+    void apply(std::uint32_t a, std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone,
+               const Plan& plan);
+
+  private:
+    /// Squared distance from \p p to the original, near to vertex \p home, which follows.
+    double distance2_to_original(const Vec3& p, std::uint32_t& home) const;
+
+    std::vector<Vec3> points_;                                ///< of the original
+    std::vector<std::uint32_t> corner_, opposite_, leaving_;  ///< of the original
+    std::vector<std::uint32_t> first_;                        ///< per triangle: a point that keeps to it
+    std::vector<std::uint32_t> next_;                         ///< per point: another one
+    std::vector<std::uint32_t> home_;                         ///< per vertex: point near to it
+};
+
+}  // namespace sidewall::simplify

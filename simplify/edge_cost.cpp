@@ -1,0 +1,204 @@
+#include "simplify/edge_cost.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace sidewall::simplify {
+namespace {
+
+/// Strength of the pull towards the neighbours' middle, of the quadric's trace: enough to hold what rounding
+/// and grid noise leave undetermined.
+constexpr double kPull = 1e-5;
+/// The trace of shape cost in every edge; edges are about one long.
+constexpr double kTieBreak = 1e-11;
+
+/// The quadratic form x H x - 2 g x + c, x relative to the edge's start: the sum of the squared volumes swept
+/// (times 36), and what bounds and pulls the place.
+struct Form {
+    Symmetric3 h;
+    Vec3 g;
+    double c;
+    Vec3 normal;  ///< normal . x = offset keeps the volume
+    double offset;
+    Vec3 along;  ///< end - start
+    double length2;
+    Vec3 middle;     ///< of the neighbours
+    double count;    ///< neighbours
+    double spread2;  ///< mean squared distance of the neighbours from the start
+};
+
+/// Sums of both ends, the one or two triangles they share counted once.
+Form form_of(const CollapseMesh& mesh, std::uint32_t h) {
+    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+    const VertexSums &s = mesh.sums[a], &e = mesh.sums[b];
+    Form f;
+    f.along = e.position - s.position;
+    f.length2 = f.along.squaredNorm();
+    f.h = s.planes;
+    f.h.add(e.planes);
+    f.g = e.planes * f.along;
+    f.c = f.along.dot(f.g);
+    f.normal = s.normal + e.normal;
+    f.offset = e.normal.dot(f.along);
+    const double end_degree = mesh.state[b].degree;
+    f.count = mesh.state[a].degree + end_degree - 2.0;
+    f.middle = s.link - f.along + e.link + end_degree * f.along;
+    f.spread2 = s.link2 - f.length2 + e.link2 + 2.0 * f.along.dot(e.link) + end_degree * f.length2;
+    double sign = 1.0;
+    for (const std::uint32_t side : {h, mesh.opposite[h]}) {
+        if (side == kNoHalfedge) continue;
+        const Vec3 apex = mesh.position(mesh.corner[CollapseMesh::previous(side)]) - s.position;
+        const Vec3 normal = sign * f.along.cross(apex);
+        f.h.add_outer(normal, -1.0);
+        f.normal -= normal;
+        f.count -= 1.0;
+        f.middle -= apex;
+        f.spread2 -= apex.squaredNorm();
+        sign = -1.0;
+    }
+    f.count = std::max(f.count, 1.0);
+    f.middle /= f.count;
+    f.spread2 = std::max(0.0, f.spread2 / f.count);
+    return f;
+}
+
+/// Least of the form on the plane that keeps the volume.
+Vec3 place_inside(const Form& f) {
+    const double trace = f.h.trace(), pull = kPull * trace;
+    const double square = f.normal.squaredNorm();
+    // On a fold so sharp that the areas cancel there is no volume to keep.
+    if (!(square > 1e-6 * trace)) {
+        Eigen::Matrix3d m;
+        m << f.h.xx + pull, f.h.xy, f.h.xz, f.h.xy, f.h.yy + pull, f.h.yz, f.h.xz, f.h.yz, f.h.zz + pull;
+        return m.ldlt().solve(f.g + pull * f.middle);
+    }
+    const double inverse = 1.0 / std::sqrt(square);
+    const Vec3 n = f.normal * inverse, base = n * (f.offset * inverse);
+    // A frame of the plane: Duff et al., Building an orthonormal basis, revisited (2017).
+    const double sign = std::copysign(1.0, n.z()), p = -1.0 / (sign + n.z()), q = n.x() * n.y() * p;
+    const Vec3 u(1.0 + sign * n.x() * n.x() * p, sign * q, -sign * n.x());
+    const Vec3 v(q, sign + n.y() * n.y() * p, -n.y());
+    const Vec3 hu = f.h * u, hv = f.h * v, rest = f.g - f.h * base + pull * f.middle;
+    const double uu = u.dot(hu) + pull, uv = u.dot(hv), vv = v.dot(hv) + pull;
+    const double ru = u.dot(rest), rv = v.dot(rest), determinant = uu * vv - uv * uv;
+    return base + (u * (ru * vv - rv * uv) + v * (rv * uu - ru * uv)) / determinant;
+}
+
+/// The boundary edges at both ends of an edge, for the area they sweep.
+struct BoundaryForm {
+    Symmetric3 h;
+    Vec3 g = Vec3::Zero();
+    double c = 0.0;
+    Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+
+    /// An edge from p, running along d: |d x (x - p)|^2.
+    void add(const Vec3& p, const Vec3& d) {
+        h.add_cross(d, 1.0);
+        const Vec3 m = d.cross(p);
+        g -= d.cross(m);
+        c += m.squaredNorm();
+        sum += d;
+        moment += m;
+    }
+};
+
+BoundaryForm boundary_form(const CollapseMesh& mesh, std::uint32_t h) {
+    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+    const Vec3 origin = mesh.position(a);
+    BoundaryForm form;
+    const auto add = [&](std::uint32_t from, std::uint32_t to) {
+        const Vec3 p = mesh.position(from) - origin, q = mesh.position(to) - origin;
+        form.add(p, q - p);
+    };
+    for (const std::uint32_t v : {a, b}) {
+        if (!mesh.flagged(v, kBoundary)) continue;
+        const std::uint32_t first = mesh.leaving[v];
+        std::uint32_t out = first, last = 0;
+        do {
+            last = CollapseMesh::previous(out);
+            out = mesh.opposite[last];
+        } while (out != kNoHalfedge);
+        add(v, mesh.end(first));
+        // The edge between the two is already the first one of the other.
+        if (const std::uint32_t before = mesh.start(last); before != a && before != b) add(before, v);
+    }
+    return form;
+}
+
+/// Least of volume and boundary form together on the line that keeps the boundary's area; that line as a
+/// stiff spring.
+Vec3 place_on_boundary(const Form& f, const BoundaryForm& b, const Weights& w) {
+    constexpr double kStiff = 1e4;
+    const double boundary = 9.0 * std::max(w.boundary, 1e-3) * f.length2;
+    Symmetric3 h;
+    h.add(f.h, w.volume);
+    h.add(b.h, boundary);
+    Vec3 g = w.volume * f.g + boundary * b.g;
+    const double stiff = kStiff * boundary;
+    h.add_cross(b.sum, stiff);
+    g -= stiff * b.sum.cross(b.moment);
+    const double pull = kPull * (w.volume * f.h.trace() + boundary * b.h.trace());
+    g += pull * 0.5 * f.along;
+    Eigen::Matrix3d m;
+    m << h.xx + pull, h.xy, h.xz, h.xy, h.yy + pull, h.yz, h.xz, h.yz, h.zz + pull;
+    return m.ldlt().solve(g);
+}
+
+}  // namespace
+
+Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& weights) {
+    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+    const int flags_a = mesh.state[a].flags, flags_b = mesh.state[b].flags;
+    const Form f = form_of(mesh, h);
+    const Vec3 origin = mesh.position(a);
+    BoundaryForm boundary;
+    Vec3 x;
+    if (((flags_a | flags_b) & kBoundary) == 0) {
+        x = place_inside(f);
+    } else {
+        const int sides_a = flags_a & kSides, sides_b = flags_b & kSides;
+        const bool corner = (sides_a & (kMinX | kMaxX)) && (sides_a & (kMinY | kMaxY));
+        boundary = boundary_form(mesh, h);
+        if ((flags_a & kBoundary) != (flags_b & kBoundary))
+            x = flags_a & kBoundary ? Vec3(Vec3::Zero()) : f.along;
+        else if (sides_a != sides_b)
+            x = (sides_a & sides_b) == sides_b ? Vec3(Vec3::Zero()) : f.along;
+        else if (corner)
+            x = Vec3::Zero();
+        else
+            x = place_on_boundary(f, boundary, weights);
+    }
+    // No farther from the midpoint than the neighbours are, in the mean; NaN is caught, too.
+    const Vec3 half = 0.5 * f.along;
+    const double reach2 = f.spread2 - 2.0 * half.dot(f.middle) + half.squaredNorm();
+    if (f.length2 == 0.0)
+        x = Vec3::Zero();
+    else if (!((x - half).squaredNorm() <= std::max(reach2, f.length2)))
+        x = half;
+
+    Candidate result;
+    result.place = x + origin;
+    // Ends that are kept stay as they are; all else is held in the box and in the side planes.
+    if (x.isZero(0.0)) {
+        result.place = origin;
+    } else if (x == f.along) {
+        result.place = mesh.position(b);
+    } else {
+        result.place = result.place.cwiseMax(mesh.low).cwiseMin(mesh.high);
+        const int sides = flags_a & flags_b & kSides;
+        if (sides & kMinX) result.place.x() = mesh.low.x();
+        if (sides & kMaxX) result.place.x() = mesh.high.x();
+        if (sides & kMinY) result.place.y() = mesh.low.y();
+        if (sides & kMaxY) result.place.y() = mesh.high.y();
+        x = result.place - origin;
+    }
+    const double swept = x.dot(f.h * x) - 2.0 * f.g.dot(x) + f.c;
+    const double shape = f.count * (x.squaredNorm() - 2.0 * x.dot(f.middle) + f.spread2);
+    const double area = x.dot(boundary.h * x) - 2.0 * boundary.g.dot(x) + boundary.c;
+    result.cost = weights.volume / 36.0 * std::max(0.0, swept) +
+                  weights.boundary / 4.0 * f.length2 * std::max(0.0, area) +
+                  (weights.shape + kTieBreak) * f.length2 * f.length2 * std::max(0.0, shape);
+    return result;
+}
+
+}  // namespace sidewall::simplify

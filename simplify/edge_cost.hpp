@@ -1,0 +1,25 @@
+#pragma once
+#include "simplify/collapse_mesh.hpp"
+#include "simplify/options.hpp"
+
+namespace sidewall::simplify {
+
+/// Where an edge's vertex would go and what that costs; positions and lengths as CollapseMesh has them.
+struct Candidate {
+    Vec3 place;
+    double cost = 0.0;
+};
+
+/// Cost and placement of collapsing an edge, after Lindstrom and Turk, Fast and memory efficient polygonal
+/// simplification (1998): the volume is kept exactly, then the squared volume swept by the triangles is
+/// least; on the boundary likewise for its area; where that leaves the place open, it goes to the middle of
+/// the neighbours (triangle shape). The costs are those of CGAL's Lindstrom-Turk policies. Three deviations:
+/// optima that are all but undetermined are pulled softly to the middle rather than by a threshold; a place
+/// farther from the edge than its neighbours becomes the midpoint; and a trace of the shape cost decides
+/// between edges of flat parts, which all cost nothing.
+///
+/// Constant time, from the sums of both ends; only edges on the boundary look at their neighbours there.
+/// \pre the edge may collapse: where the flags of its ends bind the place, one end's include the other's.
+Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t halfedge, const Weights& weights);
+
+}  // namespace sidewall::simplify

@@ -1,0 +1,84 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "simplify/collapse.hpp"
+#include "simplify/region.hpp"
+#include "surface/error.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::simplify {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Edges from the nearest feature; the largest number where none can be reached.
+std::vector<std::uint32_t> hops_to_features(const TriangleMesh& mesh,
+                                            std::span<const std::uint8_t> features) {
+    constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> hops(mesh.vertices.size(), kFar), front, next;
+    for (std::uint32_t v = 0; v < hops.size(); ++v)
+        if (features[v]) hops[v] = 0, front.push_back(v);
+    const surface::Rows around = surface::vertex_corners(mesh);
+    for (std::uint32_t distance = 1; !front.empty(); ++distance, front.swap(next), next.clear())
+        for (const std::uint32_t v : front)
+            for (const std::uint32_t corner : around[v])
+                for (const std::uint32_t w : mesh.triangles[corner / 3])
+                    if (hops[w] == kFar) hops[w] = distance, next.push_back(w);
+    return hops;
+}
+
+std::vector<double> graded_lengths(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
+                                   const RegionOptions& options) {
+    const std::vector<std::uint32_t> hops = hops_to_features(mesh, features);
+    const double most = options.target_vertices ? kInfinity : options.l_max;
+    std::vector<double> lengths(hops.size());
+    for (std::size_t v = 0; v < hops.size(); ++v)
+        lengths[v] = std::min(most, options.l0 + options.step * static_cast<double>(hops[v]));
+    return lengths;
+}
+
+}  // namespace
+
+Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
+                                const RegionOptions& options) {
+    check(options);
+    CollapseEngine engine(mesh, options.weights);
+    engine.report_to(options.progress);
+    const bool has_features = std::any_of(features.begin(), features.end(), [](auto f) { return f != 0; });
+    if (!features.empty()) engine.set_features(features);
+    engine.set_max_lengths(has_features ? graded_lengths(mesh, features, options) : std::vector<double>{},
+                           options.max_length_at);
+    Result result;
+    const auto run = [&](CollapsePass pass) {
+        const std::size_t removed = engine.run(pass);
+        result.rings.push_back({pass.max_length, removed});
+    };
+    if (!options.target_vertices) {
+        run({.max_length = options.l_max, .max_error = options.max_error});
+    } else {
+        constexpr double kFirstError = 0.01, kLooser = 1.5;
+        // The first bound is near to none; after the last the target is out of reach.
+        constexpr int kMostRounds = 40;
+        double error = std::min(options.max_error, kFirstError * (options.l0 + options.step)), factor = 1.0;
+        for (int round = 0; round < kMostRounds; ++round) {
+            const bool last = round + 1 == kMostRounds;
+            run({.max_length = kInfinity,
+                 .target_vertices = *options.target_vertices,
+                 .max_error = last ? options.max_error : error,
+                 .give_up = error < options.max_error,
+                 .length_factor = factor});
+            if (engine.vertex_count() <= *options.target_vertices) break;
+            const bool stuck = result.rings.back().removed == 0 && error >= options.max_error;
+            if (stuck && !has_features) break;
+            error = std::min(options.max_error, error * kLooser);
+            factor *= kLooser;
+        }
+    }
+    result.mesh = engine.take_mesh();
+    return result;
+}
+
+}  // namespace sidewall::simplify

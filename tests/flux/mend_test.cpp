@@ -1,0 +1,121 @@
+#include "flux/mend.hpp"
+
+#include <catch2/catch.hpp>
+#include <numbers>
+
+#include "flux/random.hpp"
+#include "surface/error.hpp"
+#include "tests/flux/meshes.hpp"
+
+using namespace sidewall;
+using namespace sidewall::flux;
+using Catch::Matchers::Contains;
+
+namespace {
+
+TriangleMesh trench() {
+    return extrude(trench_profile(2.0, 0.5, {0.5}, {0.5}), 1.0, 3);
+}
+
+void turn(TriangleMesh& mesh, std::size_t t) {
+    std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+}
+
+// As formats without shared vertices list it.
+TriangleMesh soup(const TriangleMesh& mesh) {
+    TriangleMesh loose;
+    for (const Triangle& t : mesh.triangles) {
+        const auto n = static_cast<std::uint32_t>(loose.vertices.size());
+        for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
+        loose.triangles.push_back({n, n + 1, n + 2});
+    }
+    return loose;
+}
+
+TriangleMesh octahedron() {
+    TriangleMesh mesh;
+    mesh.vertices = {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a sound mesh is left alone, inside out or not") {
+    for (auto mesh : {trench(), octahedron()}) {
+        const auto before = mesh.triangles;
+        const Mending mending = mend(mesh);
+        CHECK(mending.welded == 0);
+        CHECK(mending.turned == 0);
+        CHECK(mesh.triangles == before);
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) turn(mesh, t);
+        CHECK(mend(mesh).turned == 0);  // a matter of opinion: lateral_box refuses it
+    }
+}
+
+TEST_CASE("some triangles turned over are turned back") {
+    for (auto mesh : {trench(), octahedron()}) {
+        const auto before = mesh.triangles;
+        turn(mesh, 1);
+        turn(mesh, 5);
+        CHECK(mend(mesh).turned == 2);
+        const auto same = [](const Triangle& a, const Triangle& b) {
+            return a == b || a == Triangle{b[1], b[2], b[0]} || a == Triangle{b[2], b[0], b[1]};
+        };
+        for (std::size_t t = 0; t < before.size(); ++t) CHECK(same(mesh.triangles[t], before[t]));
+    }
+}
+
+TEST_CASE("orientations at random become outwards for a closed surface, upwards for an open one") {
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+        for (auto mesh : {trench(), octahedron()}) {
+            const double volume = enclosed_volume(mesh);
+            for (std::size_t t = 0; t < mesh.triangles.size(); t += 2) turn(mesh, t);  // no majority
+            for (std::size_t t = 0; t + 1 < mesh.triangles.size(); t += 2)
+                if (draw(random_key(seed, 0, 0), t, 0).uniform(0) < 0.5) {
+                    turn(mesh, t);
+                    turn(mesh, t + 1);
+                }
+            mend(mesh);
+            CHECK(enclosed_volume(mesh) == Approx(volume));
+            if (mesh.vertices.size() > 6)
+                CHECK_NOTHROW(lateral_box(mesh, {Boundary::reflective, Boundary::periodic}));
+        }
+}
+
+TEST_CASE("triangles with vertices of their own are welded, and traced as one surface") {
+    auto mesh = soup(trench());
+    mesh.vertex_attributes.push_back({"height", 1, Scalar::float64, {}});
+    for (const Vec3& p : mesh.vertices) mesh.vertex_attributes[0].values.push_back(p.z());
+    const std::size_t loose = mesh.vertices.size(), shared = trench().vertices.size();
+    const Mending mending = mend(mesh);
+    CHECK(mending.welded == loose - shared);
+    CHECK(mesh.vertices.size() == trench().vertices.size());
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        CHECK(mesh.vertex_attributes[0].values[v] == mesh.vertices[v].z());
+    const auto result =
+        trace(mesh, {Boundary::periodic, Boundary::periodic}, {"n", 1.0, {0.5}}, {.rays = 32'000});
+    CHECK(result.leaked == 0);
+    auto twisted = soup(trench());
+    turn(twisted, 7);
+    CHECK(mend(twisted).turned == 1);
+}
+
+TEST_CASE("a Moebius strip is refused") {
+    TriangleMesh mesh;
+    constexpr int kPieces = 12;
+    for (int i = 0; i < kPieces; ++i) {
+        const double a = 2.0 * std::numbers::pi * i / kPieces, half = 0.5 * a;
+        for (const double s : {-0.4, 0.4})
+            mesh.vertices.emplace_back((2.0 + s * std::cos(half)) * std::cos(a),
+                                       (2.0 + s * std::cos(half)) * std::sin(a), s * std::sin(half));
+    }
+    for (std::uint32_t i = 0; i < kPieces; ++i) {
+        const bool last = i + 1 == kPieces;  // glued with a half turn
+        const std::uint32_t a = 2 * i, b = a + 1, c = last ? 1 : a + 2, d = last ? 0 : a + 3;
+        mesh.triangles.push_back({a, b, c});
+        mesh.triangles.push_back({b, d, c});
+    }
+    CHECK_THROWS_AS(mend(mesh), GeometryError);
+    CHECK_THROWS_WITH(mend(mesh), Contains("one side only"));
+}

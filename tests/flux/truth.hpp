@@ -1,0 +1,100 @@
+#pragma once
+#include <Eigen/Dense>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+// Converged quadratures that flux tests compare with.
+namespace sidewall::flux {
+
+/// Probability that a molecule passes a tube of the given length and radius 1 whose wall re-emits diffusely:
+/// Clausing's integral equation (1932), collocated at the middle of \p cells rings. Second order in the
+/// cells' size.
+inline double clausing_transmission(double length, int cells) {
+    // Of what a ring emits, the share that passes the disk at distance d; minus its derivative is the share
+    // per length that meets the wall there.
+    const auto to_disk = [](double d) {
+        const double h = 0.5 * d;
+        return (h * h + 0.5) / std::sqrt(h * h + 1.0) - h;
+    };
+    const double step = length / cells;
+    Eigen::MatrixXd system = Eigen::MatrixXd::Identity(cells, cells);
+    Eigen::VectorXd exit(cells);
+    for (int i = 0; i < cells; ++i) {
+        const double x = (i + 0.5) * step;
+        exit[i] = to_disk(length - x);
+        for (int j = 0; j < cells; ++j) {
+            const double near = std::abs(i - j) - 0.5, far = std::abs(i - j) + 0.5;
+            // The ring's own cell reaches half a cell either way.
+            system(i, j) -=
+                i == j ? 2.0 * (0.5 - to_disk(0.5 * step)) : to_disk(near * step) - to_disk(far * step);
+        }
+    }
+    const Eigen::VectorXd escape = system.partialPivLu().solve(exit);
+    const double x = 2.0 + length * length;
+    double transmitted = 0.5 * (x - std::sqrt(x * x - 4.0));  // disk to disk
+    for (int i = 0; i < cells; ++i) transmitted += 2.0 * step * to_disk((i + 0.5) * step) * escape[i];
+    return transmitted;
+}
+
+/// Richardson's extrapolation of the above; good to 1e-6.
+inline double clausing_transmission(double length) {
+    return (4.0 * clausing_transmission(length, 400) - clausing_transmission(length, 200)) / 3.0;
+}
+
+/// Flux in an infinitely long trench of width 1, thermal source, one sticking probability: exact view factors
+/// between strips (Hottel's crossed strings), radiosity on each constant.
+struct TrenchFlux {
+    double wall_mean = 0.0, floor_mean = 0.0;
+};
+inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips) {
+    struct Strip {
+        double x0, z0, x1, z1;
+        double length() const { return std::hypot(x1 - x0, z1 - z0); }
+    };
+    std::vector<Strip> strips;
+    for (int i = 0; i < wall_strips; ++i)
+        strips.push_back({0.0, -depth * i / wall_strips, 0.0, -depth * (i + 1) / wall_strips});
+    for (int i = 0; i < floor_strips; ++i)
+        strips.push_back({1.0 * i / floor_strips, -depth, 1.0 * (i + 1) / floor_strips, -depth});
+    for (int i = 0; i < wall_strips; ++i)
+        strips.push_back({1.0, -depth * (wall_strips - i) / wall_strips, 1.0,
+                          -depth * (wall_strips - i - 1) / wall_strips});
+    // Walked along the profile, so that a's end faces b's start.
+    const auto exchange = [](const Strip& a, const Strip& b) {
+        const auto apart = [](double x0, double z0, double x1, double z1) {
+            return std::hypot(x1 - x0, z1 - z0);
+        };
+        return 0.5 * (apart(a.x0, a.z0, b.x0, b.z0) + apart(a.x1, a.z1, b.x1, b.z1) -
+                      apart(a.x1, a.z1, b.x0, b.z0) - apart(a.x0, a.z0, b.x1, b.z1));
+    };
+    const auto n = static_cast<int>(strips.size());
+    const Strip opening{1.0, 0.0, 0.0, 0.0};
+    Eigen::MatrixXd system = Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd direct(n);
+    for (int i = 0; i < n; ++i) {
+        const auto a = static_cast<std::size_t>(i);
+        direct[i] = exchange(strips[a], opening) / strips[a].length();
+        for (int j = 0; j < n; ++j) {
+            const auto b = static_cast<std::size_t>(j);
+            if (i != j)
+                system(i, j) -= (1.0 - sticking) * exchange(strips[std::min(a, b)], strips[std::max(a, b)]) /
+                                strips[a].length();
+        }
+    }
+    const Eigen::VectorXd flux = system.partialPivLu().solve(direct);
+    TrenchFlux result;
+    for (int i = 0; i < wall_strips; ++i) result.wall_mean += flux[i] / wall_strips;
+    for (int i = 0; i < floor_strips; ++i) result.floor_mean += flux[wall_strips + i] / floor_strips;
+    return result;
+}
+
+/// Composite Simpson rule.
+inline double integral(double from, double to, const std::function<double(double)>& f, int steps = 4000) {
+    const double h = (to - from) / steps;
+    double sum = f(from) + f(to);
+    for (int i = 1; i < steps; ++i) sum += (i % 2 == 1 ? 4.0 : 2.0) * f(from + i * h);
+    return sum * h / 3.0;
+}
+
+}  // namespace sidewall::flux

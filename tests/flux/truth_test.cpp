@@ -1,0 +1,172 @@
+#include "tests/flux/truth.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+
+#include "simplify/simplify.hpp"
+#include "tests/flux/meshes.hpp"
+
+using namespace sidewall;
+using namespace sidewall::flux;
+
+namespace {
+
+constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
+constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
+
+void check_ledger(const FluxResult& result) {
+    CHECK(result.leaked == 0);
+    CHECK(result.emitted == result.absorbed + result.escaped + result.leaked);
+    CHECK(result.ledger.balanced());
+    CHECK(result.ledger.emitted == result.emitted * kOne);
+    CHECK(result.ledger.leaked == 0);
+}
+
+}  // namespace
+
+TEST_CASE("the quadratures that tests compare with have converged") {
+    // Clausing (1932), as tabulated by Cole, Prog. Astronaut. Aeronaut. 51 (1977) 261.
+    for (const auto& [length, value] : {std::pair(0.5, 0.80127),
+                                        {1.0, 0.67198},
+                                        {2.0, 0.51423},
+                                        {4.0, 0.35657},
+                                        {10.0, 0.19094},
+                                        {20.0, 0.10931}})
+        CHECK(clausing_transmission(length) == Approx(value).margin(1.1e-5));
+    const TrenchFlux coarse = trench_flux(10.0, 0.001, 100, 30), fine = trench_flux(10.0, 0.001, 200, 60);
+    CHECK(coarse.wall_mean == Approx(fine.wall_mean).epsilon(1e-4));
+    CHECK(coarse.floor_mean == Approx(fine.floor_mean).epsilon(1e-4));
+}
+
+TEST_CASE("a cylinder transmits what Clausing's integral equation says, for any length") {
+    const auto [length, rays] = GENERATE(table<double, std::uint64_t>({{0.5, 500'000},
+                                                                       {1.0, 500'000},
+                                                                       {2.0, 1'000'000},
+                                                                       {4.0, 1'000'000},
+                                                                       {10.0, 2'000'000},
+                                                                       {20.0, 3'000'000}}));
+    const double truth = clausing_transmission(length);
+    const auto hole = round_hole(1.0, length, 1.02, 64, 0.5);
+    const auto result =
+        trace(hole.mesh, kReflective, {"test", 1.0, {1.0, 0.0, 1.0, 1.0}}, {.rays = rays}, hole.materials);
+    check_ledger(result);
+    const Mean floor = mean_flux(hole.mesh, result, [&](std::size_t t) { return hole.materials[t] >= 2; });
+    CAPTURE(length, truth, floor.flux, floor.error);
+    CHECK(floor.error < 0.0025 * truth);
+    CHECK(std::abs(floor.flux - truth) < 0.005 * truth);
+}
+
+TEST_CASE(
+    "sticking 0.001 in a deep trench: any roulette is unbiased, and every ledger balances to the last bit") {
+    constexpr double kDepth = 10.0, kSticking = 0.001;
+    const TrenchFlux truth = trench_flux(kDepth, kSticking, 200, 60);
+    const auto mesh = extrude(trench_profile(kDepth, 0.05, {0.5}, {0.5}), 1.0);
+    const double threshold = GENERATE(1.0, 0.9, 0.1);
+    const auto result =
+        trace(mesh, kPeriodic, {"test", 1.0, {kSticking}}, {.rays = 250'000, .roulette = threshold});
+    check_ledger(result);
+    CHECK((result.ledger.gained > 0) == (threshold > 0.1));
+    const Mean wall = mean_flux(mesh, result, [&](std::size_t t) {
+        const double z = triangle_centroid(mesh, t).z();
+        return z < -1e-9 && z > -kDepth + 1e-9;
+    });
+    const Mean floor = mean_flux(
+        mesh, result, [&](std::size_t t) { return triangle_centroid(mesh, t).z() < -kDepth + 1e-9; });
+    CAPTURE(threshold, wall.flux, wall.error, truth.wall_mean, floor.flux, floor.error, truth.floor_mean);
+    // Many hits of one particle: triangles are correlated, which mean_flux leaves out.
+    CHECK(std::abs(wall.flux - truth.wall_mean) < 0.01 * truth.wall_mean);
+    CHECK(std::abs(floor.flux - truth.floor_mean) < 0.015 * truth.floor_mean);
+}
+
+TEST_CASE("weights that play roulette late agree with analog absorption") {
+    constexpr double kDepth = 3.0;
+    const double sticking = GENERATE(0.9, 0.3);
+    const TrenchFlux truth = trench_flux(kDepth, sticking, 200, 60);
+    const auto mesh = extrude(trench_profile(kDepth, 0.05, {0.5}, {0.5}), 1.0);
+    for (const double threshold : {1.0, 0.5, 0.02}) {
+        const auto result =
+            trace(mesh, kPeriodic, {"test", 1.0, {sticking}}, {.rays = 1'000'000, .roulette = threshold});
+        check_ledger(result);
+        const Mean floor = mean_flux(
+            mesh, result, [&](std::size_t t) { return triangle_centroid(mesh, t).z() < -kDepth + 1e-9; });
+        CAPTURE(sticking, threshold, floor.flux, floor.error, truth.floor_mean);
+        CHECK(std::abs(floor.flux - truth.floor_mean) < 3.0 * floor.error + 0.003 * truth.floor_mean);
+    }
+}
+
+TEST_CASE("a simplified mesh of flat walls has the flux of the raw one") {
+    constexpr double kDepth = 2.0;
+    auto raw = extrude(
+        trench_profile(kDepth, 0.2, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9}, {0.2, 0.4, 0.6, 0.8}), 1.0,
+        16);
+    // Periodic sides must go on matching; corners are features.
+    Attribute fixed{"fixed", 1, Scalar::int32, {}};
+    for (const Vec3& p : raw.vertices) fixed.values.push_back(p.y() == 0.0 || p.y() == 1.0 ? 1.0 : 0.0);
+    raw.vertex_attributes.push_back(fixed);
+    const Wedges corners = make_wedges(raw);
+    std::vector<std::uint8_t> features;
+    for (std::size_t v = 0; v < raw.vertices.size(); ++v)
+        features.push_back(corners.first[v + 1] - corners.first[v] > 1);
+    const auto method =
+        GENERATE(simplify::Method::none, simplify::Method::lindstrom_turk, simplify::Method::region);
+    TriangleMesh mesh = raw;
+    if (method != simplify::Method::none) {
+        simplify::Options options;
+        options.method = method;
+        if (method == simplify::Method::region) {
+            options.l0 = 0.0;
+            options.step = 0.15;
+            options.l_max = 0.6;
+        } else {
+            // The cheapest half: flat parts. Beyond, it would round off the corners.
+            options.target_vertices = raw.vertices.size() / 2;
+        }
+        mesh = simplify::simplify(raw, features, options).mesh;
+        REQUIRE(10 * mesh.vertices.size() < 6 * raw.vertices.size());
+    }
+    for (const double sticking : {1.0, 0.1}) {
+        const TrenchFlux truth = trench_flux(kDepth, sticking, 200, 60);
+        const auto result = trace(mesh, kPeriodic, {"test", 1.0, {sticking}}, {.rays = 1'000'000});
+        check_ledger(result);
+        const Mean wall = mean_flux(mesh, result, [&](std::size_t t) {
+            return std::abs(area_vector(mesh, t).normalized().x()) > 0.9;
+        });
+        const Mean floor = mean_flux(
+            mesh, result, [&](std::size_t t) { return triangle_centroid(mesh, t).z() < -kDepth + 1e-6; });
+        CAPTURE(static_cast<int>(method), sticking, wall.flux, wall.error, floor.flux, floor.error);
+        CHECK(std::abs(wall.flux - truth.wall_mean) < 3.0 * wall.error + 0.005 * truth.wall_mean);
+        CHECK(std::abs(floor.flux - truth.floor_mean) < 3.0 * floor.error + 0.005 * truth.floor_mean);
+    }
+}
+
+TEST_CASE(
+    "over many seeds, the error in units of the standard error is Student's: mean 0, the right spread") {
+    constexpr double kDepth = 2.0, kSticking = 0.5;
+    const auto mesh = extrude(trench_profile(kDepth, 0.1, {0.5}, {}), 1.0);
+    const TrenchFlux truth = trench_flux(kDepth, kSticking, 300, 100);
+    const surface::RayScene scene(mesh);
+    const auto box = lateral_box(mesh, kPeriodic);
+    // One wedge fan covers the floor, so its flux and error are the tally's own: no covariance is left out.
+    const auto wedges = make_wedges(mesh);
+    std::vector<std::size_t> floor;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (triangle_centroid(mesh, t).z() < -kDepth + 1e-9) floor.push_back(t);
+    REQUIRE(floor.size() == 2);
+    constexpr int kSeeds = 400;
+    double sum = 0.0, squares = 0.0;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+        const auto result = trace_flux(mesh, scene, box, {"test", 1.0, {kSticking}}, {}, wedges,
+                                       {.rays = 8192, .seed = static_cast<std::uint64_t>(seed)});
+        // By symmetry both triangles have the floor's mean flux.
+        const std::size_t t = floor[static_cast<std::size_t>(seed % 2)];
+        const double z = (result.triangle.flux[t] - truth.floor_mean) / result.triangle.error[t];
+        sum += z;
+        squares += z * z;
+    }
+    const double mean = sum / kSeeds, variance = squares / kSeeds - mean * mean;
+    CAPTURE(mean, variance);
+    CHECK(std::abs(mean) < 4.0 / std::sqrt(kSeeds));
+    // Student's t of 31 degrees of freedom has variance 31/29 and kurtosis 3.22.
+    CHECK(std::abs(variance - 31.0 / 29.0) < 4.0 * 31.0 / 29.0 * std::sqrt(2.22 / kSeeds));
+}
