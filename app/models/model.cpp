@@ -55,7 +55,8 @@ std::vector<std::string> model_names() {
 Model make_model(const Step& step, const Materials& materials) {
     const ModelEntry* model = find_model(step.model);
     if (model == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
-    return model->make(step.values, materials);
+    // A geometric step takes no time and moves nothing by a speed.
+    return model->make ? model->make(step.values, materials) : Model{};
 }
 
 Model make_model(const Step& step, const Materials& materials, const DomainSection& domain) {
