@@ -214,11 +214,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy") {
         recipe("no rays", kGood + "[flux]\nrays = 0\n", "11: flux.rays = 0: ", "in [1, 1e+12]"),
         recipe("too many rays", kGood + "[flux]\nrays = 1e15\n", "11: flux.rays = ", "in [1, 1e+12]"),
         recipe("relative error", kGood + "[flux]\nrelative_error = 0.0\n", "11: flux.relative_error = 0",
-<<<<<<< HEAD
                "must be in (0, 0.5]"),
-=======
-               "in (0, 0.5]"),
->>>>>>> flux-engine
         recipe("few batches", kGood + "[flux]\nbatches = 8\n", "11: flux.batches = 8: ", "in [16"),
         recipe("seed negative", kGood + "[flux]\nseed = -1\n", "11: flux.seed = -1: ", "in [0"),
         recipe("method", kGood + "[simplify]\nmethod = \"lindstrom_turk\"\n",
