@@ -39,6 +39,7 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
     const std::vector<Variant> variants{{"none", "none", 0},
                                         {"lindstrom-turk", "lindstrom-turk", 0},
                                         {"region", "region", 0},
+                                        {"region-bounded", "region-bounded", 0},
                                         {"none", "none-other-seed", 1}};
     Json comparison{{"recipe", recipe.file}, {"variants", Json::array()}};
     RunResult raw;

@@ -18,8 +18,7 @@ struct CompareArguments {
 
 void add_compare_command(CLI::App& program) {
     CLI::App* command = program.add_subcommand(
-        "compare",
-        "Run a recipe raw, with Lindstrom-Turk and with region simplification: run time against error");
+        "compare", "Run a recipe raw and with each way of simplification: run time against error");
     const auto recipe = add_recipe_options(*command);
     const auto arguments = std::make_shared<CompareArguments>();
     command

@@ -113,14 +113,15 @@ TEST_CASE("compare ends with a table of raw, Lindstrom-Turk and region, and the 
     const auto outcome = run_program(folder.path, "compare " + kRecipe + " -o out", 240);
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
-    for (const char* word :
-         {"raw", "lindstrom-turk", "region", "noise floor", "trace [s]", "triangles", "distance max [dx]"})
+    for (const char* word : {"raw", "lindstrom-turk", "region", "region-bounded", "noise floor", "trace [s]",
+                             "triangles", "distance max [dx]"})
         CHECK(outcome.output.find(word) != std::string::npos);
     const auto json = nlohmann::json::parse(read_bytes(folder.path / "out" / "compare.json"));
-    REQUIRE(json["variants"].size() == 3);
+    REQUIRE(json["variants"].size() == 4);
     CHECK(json["variants"][0]["final"]["hausdorff_max"] == 0.0);
-    CHECK(json["variants"][2]["mesh"]["simplified"]["triangles"] <
-          json["variants"][0]["mesh"]["simplified"]["triangles"]);
+    for (std::size_t simplified = 1; simplified < 4; ++simplified)
+        CHECK(json["variants"][simplified]["mesh"]["simplified"]["triangles"] <
+              json["variants"][0]["mesh"]["simplified"]["triangles"]);
     CHECK(json["noise_floor"]["hausdorff_mean"] > 0.0);
 }
 
