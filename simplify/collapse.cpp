@@ -26,9 +26,9 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kMoved = 0xffffffffu;
 constexpr std::uint32_t kAnywhere = 0xfffffffeu;
-// Height over longest edge, 3 degrees in a thin triangle. The worst triangle around an edge may not sink
-// below this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
-constexpr double kMinHeight = 0.05;
+// sin^2 of 5 degrees, below which a triangle is a sliver. The least angle around an edge may not sink below
+// this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
+constexpr double kSliver = 0.0871557 * 0.0871557;
 
 /// Twice the area vector of a triangle that stays, before and after a collapse.
 struct Change {
@@ -57,10 +57,12 @@ struct Worker {
     Surroundings around;
 };
 
-/// |n|^2 over longest edge^4: the square of height over longest edge.
-double height2(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    return longest > 0.0 ? normal.squaredNorm() / (longest * longest) : 0.0;
+/// sin^2 of a triangle's least angle, the one between its two longer edges. \p normal is twice its area
+/// vector.
+double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+    const double longer = std::max({ab * bc, bc * ca, ca * ab});
+    return longer > 0.0 ? normal.squaredNorm() / longer : 0.0;
 }
 
 }  // namespace
@@ -159,7 +161,7 @@ struct CollapseEngine::Impl {
     }
 
     bool keeps_shape(std::uint32_t a, std::uint32_t b, const Vec3& place, Surroundings& s) const {
-        double worst_before = kMinHeight * kMinHeight, worst_after = worst_before;
+        double worst_before = kSliver, worst_after = kSliver;
         s.count = 0;
         for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
             const Vec3& from = mesh.position(v);
@@ -168,12 +170,12 @@ struct CollapseEngine::Impl {
                                     w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
                 const Vec3 &p = mesh.position(u), &q = mesh.position(w);
                 const Vec3 before = (p - from).cross(q - from);
-                worst_before = std::min(worst_before, height2(before, from, p, q));
+                worst_before = std::min(worst_before, least_angle(before, from, p, q));
                 if (u == other || w == other) continue;
                 const Vec3 after = (p - place).cross(q - place);
-                const double height = height2(after, place, p, q);
-                worst_after = std::min(worst_after, height);
-                if (!(height > 0.0)) return false;
+                const double angle = least_angle(after, place, p, q);
+                worst_after = std::min(worst_after, angle);
+                if (!(angle > 0.0)) return false;
                 if (!(before.dot(after) > 0.0) && before.squaredNorm() > 0.0) return false;
                 s.moved[s.count] = {ring->out[i] / 3, u, w};
                 s.changes[s.count++] = {before, after};

@@ -35,11 +35,12 @@ struct CollapsePass {
 /// - Vertices whose attribute `fixed` is not zero, likewise: both sides of a periodic domain must keep the
 /// same curve.
 /// - Orientation: no triangle turns by 90 degrees or more in a collapse.
-/// - Shape: the worst triangle around an edge gets no worse once it is a sliver, and none becomes degenerate.
+/// - Shape: the least angle around an edge gets no smaller once it is below 5 degrees, and no triangle
+/// becomes degenerate.
 /// - Manifoldness and Euler number (link condition).
 /// - Box: no vertex leaves that of the input.
 /// - Degree: no collapse makes a vertex of more than 64 neighbours.
-/// A placement outside of the edge's neighbourhood, where constraints are near-singular, becomes the
+/// A placement far outside of the edge's neighbourhood, where constraints are near-singular, becomes the
 /// midpoint.
 class CollapseEngine {
   public:

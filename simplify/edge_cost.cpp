@@ -9,6 +9,9 @@ namespace {
 /// Strength of the pull towards the neighbours' middle, of the quadric's trace: enough to hold what rounding
 /// and grid noise leave undetermined.
 constexpr double kPull = 1e-5;
+/// How many times farther than its neighbours a vertex may go. Nearer bounds cut sharp corners off: there the
+/// optimum lies far out until the next collapse, and the midpoint inside of the corner.
+constexpr double kReach = 10.0;
 /// The trace of shape cost in every edge; edges are about one long.
 constexpr double kTieBreak = 1e-11;
 
@@ -168,12 +171,12 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
         else
             x = place_on_boundary(f, boundary, weights);
     }
-    // No farther from the midpoint than the neighbours are, in the mean; NaN is caught, too.
+    // Within reach of the midpoint, measured by the neighbours' mean distance; NaN is caught, too.
     const Vec3 half = 0.5 * f.along;
     const double reach2 = f.spread2 - 2.0 * half.dot(f.middle) + half.squaredNorm();
     if (f.length2 == 0.0)
         x = Vec3::Zero();
-    else if (!((x - half).squaredNorm() <= std::max(reach2, f.length2)))
+    else if (!((x - half).squaredNorm() <= kReach * kReach * std::max(reach2, f.length2)))
         x = half;
 
     Candidate result;

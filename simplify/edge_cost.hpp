@@ -15,8 +15,8 @@ struct Candidate {
 /// least; on the boundary likewise for its area; where that leaves the place open, it goes to the middle of
 /// the neighbours (triangle shape). The costs are those of CGAL's Lindstrom-Turk policies. Three deviations:
 /// optima that are all but undetermined are pulled softly to the middle rather than by a threshold; a place
-/// farther from the edge than its neighbours becomes the midpoint; and a trace of the shape cost decides
-/// between edges of flat parts, which all cost nothing.
+/// ten times farther from the edge than its neighbours becomes the midpoint; and a trace of the shape cost
+/// decides between edges of flat parts, which all cost nothing.
 ///
 /// Constant time, from the sums of both ends; only edges on the boundary look at their neighbours there.
 /// \pre the edge may collapse: where the flags of its ends bind the place, one end's include the other's.

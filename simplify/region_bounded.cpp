@@ -59,9 +59,9 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     if (!options.target_vertices) {
         run({.max_length = options.l_max, .max_error = options.max_error});
     } else {
-        constexpr double kFirstError = 0.01, kLooser = 1.5;
+        constexpr double kFirstError = 0.008, kLooser = 1.25;
         // The first bound is near to none; after the last the target is out of reach.
-        constexpr int kMostRounds = 40;
+        constexpr int kMostRounds = 80;
         double error = std::min(options.max_error, kFirstError * (options.l0 + options.step)), factor = 1.0;
         for (int round = 0; round < kMostRounds; ++round) {
             const bool last = round + 1 == kMostRounds;

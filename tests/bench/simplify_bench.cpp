@@ -251,6 +251,9 @@ int main(int argc, char** argv) {
         } else if (const auto equals = word.rfind('='); equals != std::string::npos) {
             surfaces.push_back({word.substr(0, equals), surface::read_mesh(word.substr(0, equals)),
                                 std::atof(word.substr(equals + 1).c_str())});
+            // The bare surface, as the study has it: borders of materials would stay as they are.
+            surfaces.back().mesh.triangle_attributes.clear();
+            surfaces.back().mesh.vertex_attributes.clear();
         } else {
             fmt::print(stderr,
                        "simplify_bench: '{}': give MESH=GRID_SPACING, --repeat N, --no-cgal or --scaling\n",
