@@ -68,8 +68,8 @@ CoverageField coverage_field(const TriangleMesh& mesh, const flux::Wedges& wedge
 }
 
 std::vector<std::vector<double>> carry(const CoverageField& field, const std::vector<std::string>& names,
-                                       const TriangleMesh& mesh, const flux::Wedges& wedges) {
-    std::vector<std::vector<double>> result(names.size(), std::vector<double>(wedges.count(), 0.0));
+                                       std::span<const Vec3> points) {
+    std::vector<std::vector<double>> result(names.size(), std::vector<double>(points.size(), 0.0));
     std::vector<const std::vector<double>*> source(names.size(), nullptr);
     bool known = false;
     for (std::size_t k = 0; k < names.size(); ++k) {
@@ -80,8 +80,7 @@ std::vector<std::vector<double>> carry(const CoverageField& field, const std::ve
     }
     if (!known || field.mesh.triangles.empty()) return result;
     const surface::RayScene scene(field.mesh);
-    const std::vector<Vec3> points = inner_points(mesh, wedges);
-    const Box3 bounds = bounding_box(mesh);
+    const Box3 bounds = bounding_box(field.mesh);
     const double reach = 1e-2 * bounds.size().norm();
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t w) {
         surface::SurfaceHit hit = scene.closest_point(points[w], reach);
@@ -93,6 +92,11 @@ std::vector<std::vector<double>> carry(const CoverageField& field, const std::ve
                                hit.v * (*source[k])[c + 2];
     });
     return result;
+}
+
+std::vector<std::vector<double>> carry(const CoverageField& field, const std::vector<std::string>& names,
+                                       const TriangleMesh& mesh, const flux::Wedges& wedges) {
+    return carry(field, names, inner_points(mesh, wedges));
 }
 
 Json to_json(const CoverageField& field) {

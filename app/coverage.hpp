@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,13 @@ CoverageField coverage_field(const TriangleMesh& mesh, const flux::Wedges& wedge
                              const std::vector<std::string>& names,
                              const std::vector<std::vector<double>>& by_wedge);
 
-/// Values on another surface, one list of \p names by wedge of \p mesh: those of the closest point of the
-/// field; 0 for names it does not have. The look-up starts a little inside each wedge's own fan, so that
-/// values do not leak over creases. O(n log n), parallel, deterministic.
+/// Values at points near the surface, one list of \p names: those of the closest point of the field; 0 for
+/// names it does not have. O(n log n), parallel, deterministic.
+std::vector<std::vector<double>> carry(const CoverageField& field, const std::vector<std::string>& names,
+                                       std::span<const Vec3> points);
+
+/// Values on another surface, one list of \p names by wedge of \p mesh. The look-up starts a little
+/// inside each wedge's own fan, so that values do not leak over creases.
 std::vector<std::vector<double>> carry(const CoverageField& field, const std::vector<std::string>& names,
                                        const TriangleMesh& mesh, const flux::Wedges& wedges);
 

@@ -79,6 +79,7 @@ struct SimplifySection {
     std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own
     std::int64_t target_vertices = 0;               ///< 0: none
     std::optional<double> max_error;                ///< hard bound; not for CGAL's method
+    double flux_change = 0.1;                       ///< along an edge, of itself; region-bounded only; 0: any
     bool operator==(const SimplifySection&) const = default;
 };
 

@@ -178,6 +178,13 @@ std::vector<Field> fields(SimplifySection& simplify) {
         {"max_error", &simplify.max_error, kLength,
          "hard bound on the distance to the extracted surface; auto: region-bounded 0.05 dx, others none",
          kAboveZeroOrAuto},
+        {"flux_change",
+         &simplify.flux_change,
+         "",
+         "region-bounded: along no longer edge did a flux change by more than this share of itself in the "
+         "step "
+         "before; 0 = any",
+         {.min = 0.0, .max = 2.0}},
     };
 }
 

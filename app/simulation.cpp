@@ -111,8 +111,7 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
                 levelset::advect(state.stack, motion, dt, scheme_for(model, recipe.advection));
             state.timing.advect += seconds.advect;
             state.timing.redistance += seconds.redistance;
-            state.coverage =
-                coverage_field(surface.traced(), surface.wedges, model.coverages.names, surface.coverage);
+            state.coverage = carried_field(recipe, model, surface);
             state.advance(dt, until);
             progress.update(state.time,
                             fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));

@@ -24,14 +24,17 @@ struct Method {
     const char* name;
     simplify::Method method;
     simplify::Weights weights;
-    bool traced;  // CGAL's meshes are Lindstrom-Turk's: they are not traced again
+    bool traced = true;      // CGAL's meshes are Lindstrom-Turk's: they are not traced again
+    bool automatic = false;  // feature parameter from the distribution of curvature, not 0.5
 };
 
 const Method kMethods[] = {
-    {"lindstrom-turk 0.5/0.5/0", simplify::Method::lindstrom_turk, simplify::kVolumeWeights, true},
-    {"lindstrom-turk 0.4/0.3/0.3", simplify::Method::lindstrom_turk, simplify::kShapeWeights, true},
-    {"region", simplify::Method::region, simplify::kVolumeWeights, true},
-    {"region-bounded", simplify::Method::region_bounded, simplify::kVolumeWeights, true},
+    {"lindstrom-turk 0.5/0.5/0", simplify::Method::lindstrom_turk, simplify::kVolumeWeights},
+    {"lindstrom-turk 0.4/0.3/0.3", simplify::Method::lindstrom_turk, simplify::kShapeWeights},
+    {"region", simplify::Method::region, simplify::kVolumeWeights},
+    {"region-bounded", simplify::Method::region_bounded, simplify::kVolumeWeights},
+    {"region, C auto", simplify::Method::region, simplify::kVolumeWeights, false, true},
+    {"region-bounded, C auto", simplify::Method::region_bounded, simplify::kVolumeWeights, false, true},
     {"cgal-lindstrom-turk 0.5/0.5/0", simplify::Method::cgal_lindstrom_turk, simplify::kVolumeWeights, false},
     {"cgal-lindstrom-turk 0.4/0.3/0.3", simplify::Method::cgal_lindstrom_turk, simplify::kShapeWeights,
      false},
@@ -50,6 +53,21 @@ struct Surface {
     double spacing;
     flux::LateralBox box;
 };
+
+// The vertices that count as features, and the parameter C that made them ones.
+struct Features {
+    std::vector<std::uint8_t> flags;
+    double parameter = 0.5;
+};
+
+Features find_features(const TriangleMesh& mesh, double spacing, bool automatic) {
+    Features features;
+    const surface::Curvature curvature = surface::mesh_curvature(mesh);
+    if (automatic)
+        features.parameter = surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
+    features.flags = surface::feature_flags(curvature, spacing, features.parameter);
+    return features;
+}
 
 struct Simplified {
     TriangleMesh mesh;
@@ -75,7 +93,8 @@ Simplified run_method(const Surface& surface, const Method& method, double remov
     for (int n = 0; n < (method.traced ? repeats : 1); ++n) {
         const tbb::tick_count start = tbb::tick_count::now();
         std::vector<std::uint8_t> flags;
-        if (uses_features(method.method)) flags = surface::feature_flags(surface.mesh, surface.spacing);
+        if (uses_features(method.method))
+            flags = find_features(surface.mesh, surface.spacing, method.automatic).flags;
         features.push_back((tbb::tick_count::now() - start).seconds());
         simplify::Result run = simplify::simplify(surface.mesh, flags, options);
         collapse.push_back(run.seconds.collapse);
@@ -195,14 +214,18 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
                                               .title = fmt::format("growing surface {}", number)});
     Surface surface{number, run.surface, run.summary["grid_spacing"].get<double>(), {}};
     surface.box = flux::lateral_box(surface.mesh, {flux::Boundary::reflective, flux::Boundary::reflective});
-    const auto features = surface::feature_flags(surface.mesh, surface.spacing);
+    const auto features = find_features(surface.mesh, surface.spacing, false),
+               automatic = find_features(surface.mesh, surface.spacing, true);
     json = Json{{"surface", number},
                 {"recipe", path.filename().string()},
                 {"vertices", surface.mesh.vertices.size()},
                 {"triangles", surface.mesh.triangles.size()},
                 {"grid_spacing", surface.spacing},
                 {"length_unit", run.summary["length_unit"]},
-                {"features", std::count(features.begin(), features.end(), 1)}};
+                {"features", std::count(features.flags.begin(), features.flags.end(), 1)},
+                {"features_auto",
+                 {{"parameter", automatic.parameter},
+                  {"count", std::count(automatic.flags.begin(), automatic.flags.end(), 1)}}}};
     return surface;
 }
 

@@ -127,7 +127,9 @@ std::string table(const Json& surface, const std::vector<std::string>& methods, 
 
 std::vector<std::string> traced(const Json& surface) {
     std::vector<std::string> names = methods_of(surface);
-    std::erase_if(names, [](const std::string& name) { return name.starts_with("cgal"); });
+    std::erase_if(names, [&](const std::string& name) {
+        return !find_row(surface, name, removals_of(surface).front())->contains("trace");
+    });
     return names;
 }
 
@@ -227,11 +229,12 @@ std::string surface_report(const Json& surface, double target) {
         return fmt::format("![{0}](surface{1}_{0}.svg)\n\n", figure, surface["surface"].get<int>());
     };
     std::string text = fmt::format(
-        "## Surface {}\n\n{} vertices, {} triangles, grid spacing dx = {:.6g} {}, {} feature vertices (C = "
-        "0.5).\n\n",
+        "## Surface {}\n\n{} vertices, {} triangles, grid spacing dx = {:.6g} {}, {} feature vertices at C = "
+        "0.5, {} at C = {:.3g}, which `auto` chooses.\n\n",
         surface["surface"].get<int>(), surface["vertices"].get<int>(), surface["triangles"].get<int>(),
         surface["grid_spacing"].get<double>(), surface["length_unit"].get<std::string>(),
-        surface["features"].get<int>());
+        surface["features"].get<int>(), surface["features_auto"]["count"].get<int>(),
+        surface["features_auto"]["parameter"].get<double>());
     text += "### Distance to the original\n\nMaximum, original to simplified, in dx:\n\n" +
             table(surface, all, max_distance) + "Mean, in dx:\n\n" + table(surface, all, mean_distance) +
             "Maximum, simplified to original, in dx:\n\n" +
@@ -248,7 +251,7 @@ std::string surface_report(const Json& surface, double target) {
     text +=
         "### Simplification time\n\nSeconds, features and collapse (median; CGAL's methods: one run):\n\n" +
         table(surface, all, simplification) + "Of which features:\n\n" +
-        table(surface, with_features(some),
+        table(surface, with_features(all),
               [](const Json& r) {
                   return at(r, {"seconds", "features"});
               }) +

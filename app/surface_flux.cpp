@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "app/flux_gradient.hpp"
 #include "app/output.hpp"
 #include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
@@ -35,6 +36,10 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
     return options;
 }
 
+bool bounds_by_flux(const SimplifySection& section) {
+    return section.flux_change > 0.0 && section.method == "region-bounded";
+}
+
 // A particle that leaves through a periodic side must find the same surface on the opposite one.
 TriangleMesh with_fixed_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
     TriangleMesh mesh = raw;
@@ -51,9 +56,9 @@ TriangleMesh with_fixed_sides(const levelset::Domain& domain, const TriangleMesh
 }
 
 TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, const TriangleMesh& raw,
-                    Timing& timing) {
+                    const CoverageField& carried, Timing& timing) {
     const double spacing = stack.domain.spacing;
-    const simplify::Options options = simplify_options(recipe.simplify, spacing);
+    simplify::Options options = simplify_options(recipe.simplify, spacing);
     std::vector<std::uint8_t> features;
     if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
         const PhaseClock clock(timing.features);
@@ -63,6 +68,11 @@ TriangleMesh reduce(const Recipe& recipe, const levelset::MaterialStack& stack, 
         features = levelset::feature_flags(curvature, spacing, parameter);
     }
     const PhaseClock clock(timing.simplify);
+    std::vector<double> lengths;
+    if (bounds_by_flux(recipe.simplify)) {
+        lengths = resolving_lengths(carried, raw, recipe.simplify.flux_change, spacing);
+        options.max_length_at = lengths;
+    }
     return simplify::simplify(with_fixed_sides(stack.domain, raw), features, options).mesh;
 }
 
@@ -232,7 +242,7 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
                 "the surface has vanished: no material boundary is left in the domain; shorten the step");
     }
     if (!model.species.empty() && recipe.simplify.method != "none")
-        surface.simplified = reduce(recipe, stack, surface.raw, timing);
+        surface.simplified = reduce(recipe, stack, surface.raw, carried, timing);
     if (model.species.empty() && !model.visibility) return surface;
     {
         const PhaseClock clock(timing.bvh);
@@ -244,6 +254,16 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
     surface.wedges = flux::make_wedges(surface.traced(), surface.materials);
     settle_coverages(recipe, model, carried, settle, time_step, progress, surface);
     return surface;
+}
+
+CoverageField carried_field(const Recipe& recipe, const Model& model, const SurfaceFlux& surface) {
+    std::vector<std::string> names = model.coverages.names;
+    std::vector<std::vector<double>> values = surface.coverage;
+    if (surface.simplified && bounds_by_flux(recipe.simplify)) {
+        names.emplace_back(kFluxGradient);
+        values.push_back(flux_gradient(surface));
+    }
+    return coverage_field(surface.traced(), surface.wedges, names, values);
 }
 
 bool visible(const SurfaceFlux& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,

@@ -32,13 +32,17 @@ struct SurfaceFlux {
 
 /// Extracts the surface, simplifies it as the recipe says if the model traces species, and traces them;
 /// coverages follow from the fluxes, and the next fluxes from them. \param carried    coverages of the
-/// surface before; those of the model's that it lacks begin at 0. \param settle     trace again until the
-/// coverages have settled; else one trace does. \param time_step  counts over the whole run; keys the random
-/// numbers. \param progress   told the finished fraction of the tracing; may be empty. \throws NumericsError
-/// if particles leak through the surface.
+/// surface before, from carried_field; those of the model's that it lacks begin at 0. \param settle     trace
+/// again until the coverages have settled; else one trace does. \param time_step  counts over the whole run;
+/// keys the random numbers. \param progress   told the finished fraction of the tracing; may be empty.
+/// \throws NumericsError if particles leak through the surface.
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                           const CoverageField& carried, bool settle, std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress = {});
+
+/// What the next time step needs to know of this one's surface: coverages, and how steeply fluxes vary if the
+/// recipe lets that bound the simplification.
+CoverageField carried_field(const Recipe& recipe, const Model& model, const SurfaceFlux& surface);
 
 /// Fluxes and coverages at a point of a traced triangle, barycentric weights \p u and \p v: first all
 /// tallies, then all coverages. \pre \p values has room for both.
