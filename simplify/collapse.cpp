@@ -16,6 +16,7 @@
 #include "simplify/bucket_queue.hpp"
 #include "simplify/collapse_mesh.hpp"
 #include "simplify/deviation.hpp"
+#include "simplify/edge_collapse.hpp"
 #include "simplify/edge_cost.hpp"
 #include "simplify/materials.hpp"
 #include "surface/error.hpp"
@@ -26,26 +27,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint32_t kMoved = 0xffffffffu;
 constexpr std::uint32_t kAnywhere = 0xfffffffeu;
-// sin^2 of 5 degrees, below which a triangle is a sliver. The least angle around an edge may not sink below
-// this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
-constexpr double kSliver = 0.0871557 * 0.0871557;
-
-/// Twice the area vector of a triangle that stays, before and after a collapse.
-struct Change {
-    Vec3 before, after;
-};
-
-/// Everything around an edge that is about to collapse.
-struct Surroundings {
-    Ring start, end;
-    std::array<MovedTriangle, 2 * Ring::kMost> moved;
-    std::array<Change, 2 * Ring::kMost> changes;
-    std::size_t count = 0;                ///< of the two above
-    std::array<std::uint32_t, 2> gone{};  ///< triangles that go
-    std::array<std::uint32_t, 2> apex{};  ///< third corners of the triangles that go
-    std::size_t apexes = 0;
-    Deviation::Plan plan;
-};
 
 /// One worker's queue; workers in different blocks share the mesh.
 struct Worker {
@@ -56,14 +37,6 @@ struct Worker {
     std::size_t refused = 0;  ///< edges, by the error bound
     Surroundings around;
 };
-
-/// sin^2 of a triangle's least angle, the one between its two longer edges. \p normal is twice its area
-/// vector.
-double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
-    const double longer = std::max({ab * bc, bc * ca, ca * ab});
-    return longer > 0.0 ? normal.squaredNorm() / longer : 0.0;
-}
 
 }  // namespace
 
@@ -133,58 +106,7 @@ struct CollapseEngine::Impl {
             worker.queue.remove(edge);
     }
 
-    /// Whether the edge can go without damage: the link condition, no flip, no new sliver. Fills in the
-    /// surroundings.
-    bool examine(std::uint32_t h, const Vec3& place, Surroundings& s) const {
-        const std::uint32_t a = mesh.start(h), b = mesh.end(h);
-        mesh.ring(a, s.start);
-        mesh.ring(b, s.end);
-        s.apexes = 0;
-        for (const std::uint32_t side : {h, mesh.opposite[h]}) {
-            if (side == kNoHalfedge) continue;
-            const std::uint32_t c = mesh.corner[CollapseMesh::previous(side)];
-            if (!mesh.flagged(c, kBoundary) && mesh.state[c].degree <= 3) return false;
-            if (mesh.opposite[CollapseMesh::next(side)] == kNoHalfedge &&
-                mesh.opposite[CollapseMesh::previous(side)] == kNoHalfedge)
-                return false;
-            s.gone[s.apexes] = side / 3;
-            s.apex[s.apexes++] = c;
-        }
-        const std::size_t degree = s.start.size + s.end.size - 2 - s.apexes;
-        const bool boundary = mesh.flagged(a, kBoundary) || mesh.flagged(b, kBoundary);
-        if (degree > Ring::kMost || degree < (boundary ? 2u : 3u)) return false;
-        std::size_t common = 0;
-        for (std::uint32_t i = 0; i < s.end.size; ++i)
-            for (std::uint32_t j = 0; j < s.start.size; ++j)
-                common += s.end.neighbours[i] == s.start.neighbours[j];
-        return common == s.apexes && keeps_shape(a, b, place, s);
-    }
-
-    bool keeps_shape(std::uint32_t a, std::uint32_t b, const Vec3& place, Surroundings& s) const {
-        double worst_before = kSliver, worst_after = kSliver;
-        s.count = 0;
-        for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
-            const Vec3& from = mesh.position(v);
-            for (std::uint32_t i = 0; i < ring->triangles; ++i) {
-                const std::uint32_t u = ring->neighbours[i],
-                                    w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
-                const Vec3 &p = mesh.position(u), &q = mesh.position(w);
-                const Vec3 before = (p - from).cross(q - from);
-                worst_before = std::min(worst_before, least_angle(before, from, p, q));
-                if (u == other || w == other) continue;
-                const Vec3 after = (p - place).cross(q - place);
-                const double angle = least_angle(after, place, p, q);
-                worst_after = std::min(worst_after, angle);
-                if (!(angle > 0.0)) return false;
-                if (!(before.dot(after) > 0.0) && before.squaredNorm() > 0.0) return false;
-                s.moved[s.count] = {ring->out[i] / 3, u, w};
-                s.changes[s.count++] = {before, after};
-            }
-        }
-        return worst_after >= worst_before;
-    }
-
-    /// Whether all stays within the error bound; examine() has passed.
+    /// Whether all stays within the error bound; can_collapse() has passed.
     bool within_bound(std::uint32_t h, const Vec3& place, Surroundings& s) const {
         return !deviation || deviation->within(max_error, mesh, mesh.start(h), mesh.end(h), place,
                                                std::span(s.moved).first(s.count),
@@ -194,55 +116,12 @@ struct CollapseEngine::Impl {
     /// Collapses an edge that passed both.
     void collapse(std::uint32_t h, const Vec3& place, const Surroundings& s) {
         const std::uint32_t a = mesh.start(h), b = mesh.end(h);
-        const Vec3 from_a = mesh.position(a), from_b = mesh.position(b);
-        VertexSums sums{place, {}, Vec3::Zero(), Vec3::Zero(), 0.0};
-        for (std::size_t i = 0; i < s.count; ++i) {
-            const Change& c = s.changes[i];
-            for (const std::uint32_t r : {s.moved[i].u, s.moved[i].w}) {
-                mesh.sums[r].planes.add_outer(c.after, 1.0);
-                mesh.sums[r].planes.add_outer(c.before, -1.0);
-                mesh.sums[r].normal += c.after - c.before;
-            }
-            sums.planes.add_outer(c.after, 1.0);
-            sums.normal += c.after;
-        }
-        for (std::size_t i = 0; i < s.apexes; ++i) {
-            VertexSums& apex = mesh.sums[s.apex[i]];
-            const Vec3 gone = (from_a - apex.position).cross(from_b - apex.position);
-            apex.planes.add_outer(gone, -1.0);
-            apex.normal -= (i == 0 ? 1.0 : -1.0) * gone;
-        }
-        const auto relink = [&](const Ring& ring, std::uint32_t other, const Vec3& from, bool twice) {
-            for (std::uint32_t i = 0; i < ring.size; ++i) {
-                const std::uint32_t r = ring.neighbours[i];
-                if (r == other) continue;
-                VertexSums& neighbour = mesh.sums[r];
-                const Vec3 before = from - neighbour.position, after = place - neighbour.position;
-                const bool shared =
-                    std::find(s.apex.begin(), s.apex.begin() + s.apexes, r) != s.apex.begin() + s.apexes;
-                neighbour.link -= before;
-                neighbour.link2 -= before.squaredNorm();
-                if (shared && twice) {
-                    --mesh.state[r].degree;
-                    continue;
-                }
-                neighbour.link += after;
-                neighbour.link2 += after.squaredNorm();
-                sums.link -= after;
-                sums.link2 += after.squaredNorm();
-            }
-        };
-        relink(s.start, b, from_a, false);
-        relink(s.end, a, from_b, true);
+        source[a] = place == mesh.position(a) ? source[a] : place == mesh.position(b) ? source[b] : kMoved;
         if (deviation)
             deviation->apply(a, std::span(s.moved).first(s.count), std::span(s.gone).first(s.apexes), s.plan);
         for (std::vector<float>& lengths : max_length_at)
             if (!lengths.empty()) lengths[a] = std::min(lengths[a], lengths[b]);
-        source[a] = place == from_a ? source[a] : place == from_b ? source[b] : kMoved;
-        mesh.unlink(h, s.end);
-        mesh.sums[a] = sums;
-        mesh.state[a].flags |= mesh.state[b].flags;
-        mesh.state[a].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
+        collapse_edge(mesh, h, place, s);
     }
 
     bool gives_up(const Worker& worker, std::size_t removed) const {
@@ -266,7 +145,7 @@ struct CollapseEngine::Impl {
                 worker.queue.push(edge, now);
                 continue;
             }
-            if (!examine(edge, candidate.place, worker.around)) continue;
+            if (!can_collapse(mesh, edge, candidate.place, worker.around)) continue;
             if (!within_bound(edge, candidate.place, worker.around)) {
                 ++worker.refused;
                 if (gives_up(worker, removed)) break;

@@ -1,0 +1,120 @@
+#include "simplify/edge_collapse.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace sidewall::simplify {
+namespace {
+
+// sin^2 of 5 degrees, below which a triangle is a sliver. The least angle around an edge may not sink below
+// this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
+constexpr double kSliver = 0.0871557 * 0.0871557;
+
+/// sin^2 of a triangle's least angle, the one between its two longer edges. \p normal is twice its area
+/// vector.
+double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
+    const double longer = std::max({ab * bc, bc * ca, ca * ab});
+    return longer > 0.0 ? normal.squaredNorm() / longer : 0.0;
+}
+
+bool keeps_shape(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
+                 Surroundings& s) {
+    double worst_before = kSliver, worst_after = kSliver;
+    s.count = 0;
+    for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
+        const Vec3& from = mesh.position(v);
+        for (std::uint32_t i = 0; i < ring->triangles; ++i) {
+            const std::uint32_t u = ring->neighbours[i], w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
+            const Vec3 &p = mesh.position(u), &q = mesh.position(w);
+            const Vec3 before = (p - from).cross(q - from);
+            worst_before = std::min(worst_before, least_angle(before, from, p, q));
+            if (u == other || w == other) continue;
+            const Vec3 after = (p - place).cross(q - place);
+            const double angle = least_angle(after, place, p, q);
+            worst_after = std::min(worst_after, angle);
+            if (!(angle > 0.0)) return false;
+            if (!(before.dot(after) > 0.0) && before.squaredNorm() > 0.0) return false;
+            s.moved[s.count] = {ring->out[i] / 3, u, w};
+            s.changes[s.count++] = {before, after};
+        }
+    }
+    return worst_after >= worst_before;
+}
+
+}  // namespace
+
+bool can_collapse(const CollapseMesh& mesh, std::uint32_t h, const Vec3& place, Surroundings& s) {
+    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+    mesh.ring(a, s.start);
+    mesh.ring(b, s.end);
+    s.apexes = 0;
+    for (const std::uint32_t side : {h, mesh.opposite[h]}) {
+        if (side == kNoHalfedge) continue;
+        const std::uint32_t c = mesh.corner[CollapseMesh::previous(side)];
+        if (!mesh.flagged(c, kBoundary) && mesh.state[c].degree <= 3) return false;
+        if (mesh.opposite[CollapseMesh::next(side)] == kNoHalfedge &&
+            mesh.opposite[CollapseMesh::previous(side)] == kNoHalfedge)
+            return false;
+        s.gone[s.apexes] = side / 3;
+        s.apex[s.apexes++] = c;
+    }
+    const std::size_t degree = s.start.size + s.end.size - 2 - s.apexes;
+    const bool boundary = mesh.flagged(a, kBoundary) || mesh.flagged(b, kBoundary);
+    if (degree > Ring::kMost || degree < (boundary ? 2u : 3u)) return false;
+    std::size_t common = 0;
+    for (std::uint32_t i = 0; i < s.end.size; ++i)
+        for (std::uint32_t j = 0; j < s.start.size; ++j)
+            common += s.end.neighbours[i] == s.start.neighbours[j];
+    return common == s.apexes && keeps_shape(mesh, a, b, place, s);
+}
+
+void collapse_edge(CollapseMesh& mesh, std::uint32_t h, const Vec3& place, const Surroundings& s) {
+    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
+    const Vec3 from_a = mesh.position(a), from_b = mesh.position(b);
+    VertexSums sums{place, {}, Vec3::Zero(), Vec3::Zero(), 0.0};
+    for (std::size_t i = 0; i < s.count; ++i) {
+        const Change& c = s.changes[i];
+        for (const std::uint32_t r : {s.moved[i].u, s.moved[i].w}) {
+            mesh.sums[r].planes.add_outer(c.after, 1.0);
+            mesh.sums[r].planes.add_outer(c.before, -1.0);
+            mesh.sums[r].normal += c.after - c.before;
+        }
+        sums.planes.add_outer(c.after, 1.0);
+        sums.normal += c.after;
+    }
+    for (std::size_t i = 0; i < s.apexes; ++i) {
+        VertexSums& apex = mesh.sums[s.apex[i]];
+        const Vec3 gone = (from_a - apex.position).cross(from_b - apex.position);
+        apex.planes.add_outer(gone, -1.0);
+        apex.normal -= (i == 0 ? 1.0 : -1.0) * gone;
+    }
+    const auto relink = [&](const Ring& ring, std::uint32_t other, const Vec3& from, bool twice) {
+        for (std::uint32_t i = 0; i < ring.size; ++i) {
+            const std::uint32_t r = ring.neighbours[i];
+            if (r == other) continue;
+            VertexSums& neighbour = mesh.sums[r];
+            const Vec3 before = from - neighbour.position, after = place - neighbour.position;
+            const bool shared =
+                std::find(s.apex.begin(), s.apex.begin() + s.apexes, r) != s.apex.begin() + s.apexes;
+            neighbour.link -= before;
+            neighbour.link2 -= before.squaredNorm();
+            if (shared && twice) {
+                --mesh.state[r].degree;
+                continue;
+            }
+            neighbour.link += after;
+            neighbour.link2 += after.squaredNorm();
+            sums.link -= after;
+            sums.link2 += after.squaredNorm();
+        }
+    };
+    relink(s.start, b, from_a, false);
+    relink(s.end, a, from_b, true);
+    mesh.unlink(h, s.end);
+    mesh.sums[a] = sums;
+    mesh.state[a].flags |= mesh.state[b].flags;
+    mesh.state[a].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
+}
+
+}  // namespace sidewall::simplify
