@@ -15,7 +15,8 @@ struct Distance {
 
 /// Distance from every vertex of \p from to the nearest point of \p to, found in parallel and computed in
 /// double precision; the sum runs in vertex order, so that the result does not depend on threads. Vertices
-/// that no triangle uses count too.
+/// that no triangle uses are not on the surface: their distance is 0 and does not count. A mesh without
+/// triangles is its points.
 ///
 /// \throws GeometryError if \p from has no vertex or \p to no triangle.
 /// \note Each search starts from the nearest point of the vertex before: cheap if vertices lie in spatial

@@ -70,6 +70,20 @@ TEST_CASE("distances have the same bits on one and on two threads") {
     CHECK(one.mean == two.mean);
 }
 
+TEST_CASE("a vertex that no triangle uses has no distance") {
+    TriangleMesh from;
+    from.vertices = {{9.0, 9.0, 9.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 1.0}, {0.0, 1.0, 1.0}};
+    from.triangles = {{1, 2, 3}};
+    TriangleMesh to = from;
+    for (Vec3& p : to.vertices) p.z() = 0.0;
+    const auto result = surface::distance(from, to);
+    CHECK(result.max == Approx(1.0));
+    CHECK(result.mean == Approx(1.0));
+    CHECK(result.per_vertex[0] == 0.0);
+    from.triangles.clear();
+    CHECK(surface::distance(from, to).max > 10.0);
+}
+
 TEST_CASE("an empty mesh has no distance") {
     CHECK_THROWS_AS(distance({}, test::plane_mesh(1)), GeometryError);
     CHECK_THROWS_AS(distance(test::plane_mesh(1), TriangleMesh{}), GeometryError);
