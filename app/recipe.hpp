@@ -67,6 +67,8 @@ struct FluxSection {
     std::int64_t max_rays = 1'000'000'000;  ///< that relative_error may spend
     std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
+    double reuse = 0.0;  ///< fluxes serve further time steps until they have changed by so much; 0: one
+    std::string stages = "step";  ///< when they are traced: at the start of a time step, or "midpoint"
     bool operator==(const FluxSection&) const = default;
 };
 

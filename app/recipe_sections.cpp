@@ -148,6 +148,18 @@ std::vector<Field> fields(FluxSection& flux) {
          "independent parts of the rays, whose scatter gives the standard errors",
          {.min = 16.0, .max = 65536.0}},
         {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
+        {"reuse",
+         &flux.reuse,
+         "",
+         "fluxes serve further time steps for as long as they change by less than this share of their mean; "
+         "0 = "
+         "trace every time step",
+         {.min = 0.0, .max = 0.5}},
+        {"stages",
+         &flux.stages,
+         "",
+         "step: fluxes as of the start of a time step; midpoint: traced again half way, second order in time",
+         {.choices = {"step", "midpoint"}}},
     };
 }
 

@@ -50,6 +50,8 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
         json.at("rows").get_to(state.rows);
         json.at("time_steps").get_to(state.time_steps);
         state.coverage = coverage_from_json(json.at("coverage"));
+        json.at("reuse").at("left").get_to(state.reuse.left);
+        json.at("reuse").at("since").get_to(state.reuse.since);
         state.files = json.at("files");
         state.timing = timing_from_json(json.at("timing"));
     } catch (const std::exception& error) {
@@ -69,6 +71,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"rows", state.rows},
                     {"time_steps", state.time_steps},
                     {"coverage", to_json(state.coverage)},
+                    {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},
                     {"files", state.files},
                     {"timing", to_json(state.timing)}};
     const std::vector<std::uint8_t> bytes = Json::to_cbor(json);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/coverage.hpp"
+#include "app/flux_reuse.hpp"
 #include "app/recipe.hpp"
 #include "app/timing.hpp"
 #include "levelset/stack.hpp"
@@ -20,7 +21,8 @@ struct RunState {
     std::size_t saved = 0;                ///< surfaces written
     std::size_t rows = 0;                 ///< of the timeline
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
-    CoverageField coverage;               ///< what the last time step left on the surface
+    CoverageField coverage;               ///< what the last trace left on the surface
+    FluxReuse reuse;                      ///< of its fluxes
     Json files = Json::array();           ///< what surface.pvd lists: {"time", "part", "file"}
     Timing timing;
 

@@ -217,10 +217,12 @@ void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& sur
         leaked += flux.leaked;
         error = std::max(error, flux.relative_error);
     }
-    std::string row =
-        fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{:.6g}", state.step + 1, field(step.name),
-                    state.time, dt, speed, surface.raw.vertices.size(), surface.raw.triangles.size(),
-                    traced.vertices.size(), traced.triangles.size(), segments, leaked, error);
+    // Fluxes of an earlier time step have no error of their own.
+    const bool reused = surface.fluxes.empty() && !surface.wedge_flux.empty();
+    std::string row = fmt::format(
+        "{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1, field(step.name), state.time, dt,
+        speed, surface.raw.vertices.size(), surface.raw.triangles.size(), traced.vertices.size(),
+        traced.triangles.size(), segments, leaked, reused ? std::string() : fmt::format("{:.6g}", error));
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
     for (const Measure& m : measures) row += fmt::format(",{:.9g}", m.value);
     std::ofstream out(path, std::ios::app | std::ios::binary);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/flux_reuse.hpp"
 #include "app/memory.hpp"
 #include "app/metrology.hpp"
 #include "app/run_state.hpp"
@@ -49,6 +50,16 @@ double fastest(const Model& model, double speed) {
     return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
 }
 
+// For how long the fluxes at hand will do. Those a step begins with tell nothing yet of how fast they change.
+FluxReuse next_reuse(const Recipe& recipe, const Model& model, const RunState& state, bool begins,
+                     bool traced, const SurfaceFlux& surface) {
+    if (!traced) return {state.reuse.left - 1, state.reuse.since + 1};
+    if (begins || model.species.empty() || recipe.flux.reuse == 0.0) return {0, 1};
+    const double change = flux_change(model, state.coverage, surface);
+    const std::uint32_t steps = steps_within(recipe.flux.reuse, change, state.reuse.since);
+    return {steps > 0 ? steps - 1 : 0, 1};
+}
+
 }  // namespace
 
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
@@ -75,16 +86,23 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
             fmt::format("stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume",
                         state.time, total, recipe.domain.time_unit, recipe.file, options.output.string()));
     };
-    const auto trace = [&](bool settle) {
+    const auto trace_stack = [&](const levelset::MaterialStack& stack, const CoverageField& carried,
+                                 bool settle, std::uint32_t key) {
         try {
-            return trace_surface(recipe, model, state.stack, state.coverage, settle, state.time_step,
-                                 state.timing, [&](double part) {
-                                     progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
-                                 });
+            return trace_surface(recipe, model, stack, carried, settle, key, state.timing, [&](double part) {
+                progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+            });
         } catch (const Interrupted&) {
             stop();
             throw;
         }
+    };
+    const auto trace = [&](bool settle) {
+        return trace_stack(state.stack, state.coverage, settle, state.time_step);
+    };
+    const auto trace_middle = [&](const levelset::MaterialStack& half, const CoverageField& carried) {
+        constexpr std::uint32_t kMiddle = 0x80000000u;  // random numbers of its own
+        return trace_stack(half, carried, false, state.time_step | kMiddle);
     };
     for (; state.step < steps.size(); state.enter(state.step + 1)) {
         const Step& step = steps[state.step];
@@ -95,10 +113,14 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         model = make_model(step, recipe.materials, recipe.domain);
         if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
         while (!state.reached(state.step_start + step.duration)) {
-            const SurfaceFlux surface = trace(state.time == state.step_start);
+            const bool begins = state.time == state.step_start;
+            const bool traced = begins || state.reuse.left == 0 || writer.due(state) || model.species.empty();
+            SurfaceFlux surface =
+                traced ? trace(begins) : carried_surface(model, state.stack, state.coverage, state.timing);
+            if (traced) state.reuse.left = 0;  // a run resumed here traces, too
             const double to_stop = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
             if (to_stop == 0.0) break;
-            const levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
+            levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (writer.due(state)) writer.save(state, model, surface);
 
             const double until = next_stop(state, recipe, state.step_start, step.duration);
@@ -106,12 +128,22 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
             const double dt =
                 std::min(time_step(until - state.time, speed, domain.spacing, recipe.advection.cfl),
                          approach(to_stop, speed, domain.spacing, recipe.advection.cfl));
+            const FluxReuse reuse = next_reuse(recipe, model, state, begins, traced, surface);
+            CoverageField carried = traced ? carried_field(recipe, model, surface) : state.coverage;
+            if (recipe.flux.stages == "midpoint" && traced && !model.species.empty()) {
+                levelset::MaterialStack half = levelset::copy(state.stack);
+                levelset::advect(half, motion, 0.5 * dt, scheme_for(model, recipe.advection));
+                take_fluxes(model, flux_field(model, trace_middle(half, carried)), surface);
+                motion = surface_motion(model, state.stack, surface, state.timing);
+            }
+            // From here on the time step is made.
             writer.record(state, step, surface, dt, speed);
+            state.reuse = reuse;
+            state.coverage = std::move(carried);
             const auto seconds =
                 levelset::advect(state.stack, motion, dt, scheme_for(model, recipe.advection));
             state.timing.advect += seconds.advect;
             state.timing.redistance += seconds.redistance;
-            state.coverage = carried_field(recipe, model, surface);
             state.advance(dt, until);
             progress.update(state.time,
                             fmt::format("step {}/{} {}", state.step + 1, steps.size(), step.name));

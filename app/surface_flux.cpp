@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/flux_gradient.hpp"
+#include "app/flux_reuse.hpp"
 #include "app/output.hpp"
 #include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
@@ -227,20 +228,29 @@ void settle_coverages(const Recipe& recipe, const Model& model, const CoverageFi
              surface.iterations < coverages.most_iterations);
 }
 
+// The stack's surface as it is now, nothing known of its fluxes.
+SurfaceFlux extracted(const levelset::MaterialStack& stack, Timing& timing) {
+    const PhaseClock clock(timing.extract);
+    SurfaceFlux surface;
+    surface.box = lateral_box(stack.domain);
+    surface.raw = levelset::extract_surface(stack.top(), stack.domain);
+    if (surface.raw.triangles.empty())
+        throw NumericsError(
+            "the surface has vanished: no material boundary is left in the domain; shorten the step");
+    return surface;
+}
+
+void split_at_creases(const levelset::MaterialStack& stack, SurfaceFlux& surface) {
+    surface.materials = materials_of(stack, surface.traced());
+    surface.wedges = flux::make_wedges(surface.traced(), surface.materials);
+}
+
 }  // namespace
 
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                           const CoverageField& carried, bool settle, std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress) {
-    SurfaceFlux surface;
-    surface.box = lateral_box(stack.domain);
-    {
-        const PhaseClock clock(timing.extract);
-        surface.raw = levelset::extract_surface(stack.top(), stack.domain);
-        if (surface.raw.triangles.empty())
-            throw NumericsError(
-                "the surface has vanished: no material boundary is left in the domain; shorten the step");
-    }
+    SurfaceFlux surface = extracted(stack, timing);
     if (!model.species.empty() && recipe.simplify.method != "none")
         surface.simplified = reduce(recipe, stack, surface.raw, carried, timing);
     if (model.species.empty() && !model.visibility) return surface;
@@ -250,9 +260,21 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
     }
     if (model.species.empty()) return surface;
     const PhaseClock clock(timing.trace);
-    surface.materials = materials_of(stack, surface.traced());
-    surface.wedges = flux::make_wedges(surface.traced(), surface.materials);
+    split_at_creases(stack, surface);
     settle_coverages(recipe, model, carried, settle, time_step, progress, surface);
+    return surface;
+}
+
+SurfaceFlux carried_surface(const Model& model, const levelset::MaterialStack& stack,
+                            const CoverageField& field, Timing& timing) {
+    SurfaceFlux surface = extracted(stack, timing);
+    {
+        const PhaseClock clock(timing.bvh);
+        surface.scene.emplace(surface.raw);
+    }
+    const PhaseClock clock(timing.rates);
+    split_at_creases(stack, surface);
+    take_fluxes(model, field, surface);
     return surface;
 }
 
@@ -262,6 +284,13 @@ CoverageField carried_field(const Recipe& recipe, const Model& model, const Surf
     if (surface.simplified && bounds_by_flux(recipe.simplify)) {
         names.emplace_back(kFluxGradient);
         values.push_back(flux_gradient(surface));
+    }
+    if (recipe.flux.reuse > 0.0) {
+        const std::vector<std::string> tallies = flux_names(model.species);
+        for (std::size_t k = 0; k < tallies.size(); ++k) {
+            names.push_back("flux_" + tallies[k]);
+            values.push_back(surface.wedge_flux[k]);
+        }
     }
     return coverage_field(surface.traced(), surface.wedges, names, values);
 }

@@ -40,8 +40,13 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
                           const CoverageField& carried, bool settle, std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress = {});
 
-/// What the next time step needs to know of this one's surface: coverages, and how steeply fluxes vary if the
-/// recipe lets that bound the simplification.
+/// Extracts the surface and gives it the fluxes and coverages of an earlier one, from flux_field, in place of
+/// a trace: those of the closest points. \pre the model traces species.
+SurfaceFlux carried_surface(const Model& model, const levelset::MaterialStack& stack,
+                            const CoverageField& field, Timing& timing);
+
+/// What the next time step needs to know of this one's surface: coverages; how steeply fluxes vary if the
+/// recipe lets that bound the simplification; the fluxes themselves if it lets them be used again.
 CoverageField carried_field(const Recipe& recipe, const Model& model, const SurfaceFlux& surface);
 
 /// Fluxes and coverages at a point of a traced triangle, barycentric weights \p u and \p v: first all

@@ -78,6 +78,12 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
     return stack;
 }
 
+MaterialStack copy(const MaterialStack& stack) {
+    MaterialStack result = stack;
+    for (Layer& layer : result.layers) layer.phi = layer.phi->deepCopy();
+    return result;
+}
+
 void begin_film(MaterialStack& stack, int material) {
     if (stack.layers.back().material == material) return;
     stack.layers.push_back({material, stack.top().deepCopy()});

@@ -33,6 +33,9 @@ inline constexpr double kExposed = 0.02;
 /// that makes no surface in the domain, FileError for a mesh file that cannot be read.
 MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies);
 
+/// A stack that shares nothing with this one.
+MaterialStack copy(const MaterialStack& stack);
+
 /// Puts a film of \p material, still without thickness, on everything, unless it is the uppermost layer
 /// already.
 void begin_film(MaterialStack& stack, int material);

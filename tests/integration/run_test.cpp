@@ -35,8 +35,9 @@ const std::string kRecipe = config("quick/trench_deposition.toml") + " --set flu
 
 TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, and interrupted and resumed") {
     const Folder folder;
-    for (const std::string method : {"none", "region"}) {
-        const std::string recipe = kRecipe + " --set simplify.method=" + method;
+    for (const std::string key :
+         {"simplify.method=none", "simplify.method=region", "flux.reuse=0.1 --set flux.stages=midpoint"}) {
+        const std::string recipe = kRecipe + " --set " + key;
         for (const std::string run : {"first", "again", "one"}) {
             const auto outcome = run_program(
                 folder.path,
