@@ -1,0 +1,54 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+
+#include "app/simulation.hpp"
+#include "surface/mesh_io.hpp"
+#include "tests/integration/program.hpp"
+
+using namespace sidewall;
+
+namespace {
+
+// Volume within the domain of all voids below the wafer's surface: parts of the mesh that do not reach its
+// top. Sides of the domain across y close them: x n_x has no flux through those.
+double void_volume(const TriangleMesh& mesh) {
+    std::vector<std::uint32_t> root(mesh.vertices.size());
+    std::iota(root.begin(), root.end(), 0u);
+    const auto find = [&](std::uint32_t v) {
+        while (root[v] != v) v = root[v] = root[root[v]];
+        return v;
+    };
+    for (const Triangle& t : mesh.triangles)
+        for (int k = 1; k < 3; ++k) root[find(t[static_cast<std::size_t>(k)])] = find(t[0]);
+    std::uint32_t top = 0;
+    for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
+        if (mesh.vertices[v].z() > mesh.vertices[top].z()) top = v;
+    double volume = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (find(mesh.triangles[t][0]) != find(top))
+            volume -= 0.5 * area_vector(mesh, t).x() * triangle_centroid(mesh, t).x();
+    return volume;
+}
+
+}  // namespace
+
+TEST_CASE("a void that deposition has closed off keeps its volume while the film grows on") {
+    const test::Folder folder;
+    for (const std::string method : {"none", "region-bounded"}) {
+        const app::Recipe recipe =
+            app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml",
+                             {"step[0].duration=2.4", "output.every=0.6", "simplify.method=" + method});
+        app::run_recipe(recipe, {.output = folder.path, .quiet = true});
+        const auto volume = [&](int n) {
+            return void_volume(
+                surface::read_mesh(folder.path / ("surface_000" + std::to_string(n) + ".vtp")));
+        };
+        const double closed = volume(2), later = volume(3), last = volume(4);
+        CAPTURE(method, closed, later, last);
+        CHECK(volume(0) == 0.0);
+        CHECK(closed > 0.1);  // of the trench's 0.94 um^3
+        CHECK(later == Approx(closed).epsilon(1e-3));
+        CHECK(last == Approx(closed).epsilon(1e-3));
+    }
+}
