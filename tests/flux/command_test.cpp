@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -174,6 +175,30 @@ TEST_CASE("a surface whose outline is no rectangle is traced with open sides, an
     CHECK(outcome.code == 0);
     CHECK_THAT(outcome.error,
                Contains("taken as open") && Contains("not on a side of its bounding rectangle"));
+}
+
+TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is written") {
+    const Workshop shop;
+    shop.write("deep.vtp", extrude(trench_profile(20.0, 0.1, {0.5}, {0.5}), 1.0, 4));
+    const std::string program =
+        "timeout --preserve-status --signal=INT 1 '" SIDEWALL_PROGRAM "' flux deep.vtp ";
+    const auto [options, what] = GENERATE(
+        table<std::string, std::string>({{"--rays 1e12", "many rays"},
+                                         {"--rays 1e12 --sticking 0.00001", "long histories"},
+                                         {"--relative-error 1e-6 --rays 1e12 --threads 1", "a far target"}}));
+    const auto start = std::chrono::steady_clock::now();
+    const int status = std::system(("cd '" + shop.folder.string() + "' && " + program + options +
+                                    " -o flux.csv --json flux.json > out.txt 2> error.txt")
+                                       .c_str());
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    CAPTURE(what, seconds, slurp(shop.folder / "error.txt"));
+    CHECK(WEXITSTATUS(status) == 130);
+    CHECK(seconds >= 1.0);
+    CHECK(seconds < 2.0);
+    CHECK_THAT(slurp(shop.folder / "error.txt"), Contains("interrupted"));
+    CHECK(slurp(shop.folder / "out.txt").empty());
+    CHECK_FALSE(std::filesystem::exists(shop.folder / "flux.csv"));
+    CHECK_FALSE(std::filesystem::exists(shop.folder / "flux.json"));
 }
 
 TEST_CASE("bad meshes and options of the flux command end with their code and a message, and write nothing") {
