@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 #include "flux/lateral.hpp"
 #include "surface/error.hpp"
+#include "surface/ray_scene.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::flux {
@@ -73,41 +75,37 @@ std::vector<std::vector<Neighbour>> neighbours(const TriangleMesh& mesh) {
     return across;
 }
 
-// Whether a piece is the better way round with all its triangles reversed. \p turn: reversed to agree with
-// the first.
-bool better_reversed(const TriangleMesh& mesh, const std::vector<std::uint32_t>& piece,
-                     const std::vector<std::int8_t>& turn, bool open) {
-    double kept = 0.0, reversed = 0.0, upwards = 0.0, volume = 0.0;
-    for (const std::uint32_t t : piece) {
-        (turn[t] > 0 ? reversed : kept) += triangle_area(mesh, t);
-        const double sign = turn[t] > 0 ? -1.0 : 1.0;
-        upwards += sign * area_vector(mesh, t).z();
-        volume += sign * area_vector(mesh, t).dot(mesh.vertices[mesh.triangles[t][0]]);
-    }
-    if (kept >= 2.0 * reversed) return false;
-    if (reversed >= 2.0 * kept) return true;
-    return (open ? upwards : volume) < 0.0;
+// Triangles that hang together, and what it takes to make them agree.
+struct Piece {
+    std::vector<std::uint32_t> triangles;
+    bool agrees = true, open = false;
+};
+
+void turn_over(TriangleMesh& mesh, std::uint32_t t) {
+    std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
 }
 
-std::size_t orient(TriangleMesh& mesh) {
+// Turns triangles over until every piece agrees with its first one. \p turned: one flag a triangle.
+std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& turned) {
     const auto across = neighbours(mesh);
-    std::vector<std::int8_t> turn(mesh.triangles.size(), -1);  // not yet reached
-    std::size_t turned = 0;
-    for (std::uint32_t seed = 0; seed < turn.size(); ++seed) {
-        if (turn[seed] >= 0) continue;
-        std::vector<std::uint32_t> piece{seed};
-        turn[seed] = 0;
-        bool agrees = true, open = false;
-        for (std::size_t i = 0; i < piece.size(); ++i) {
-            const std::uint32_t t = piece[i];
-            open |= across[t].size() < 3;
+    std::vector<std::uint8_t> reached(mesh.triangles.size(), 0);
+    std::vector<Piece> pieces;
+    for (std::uint32_t seed = 0; seed < reached.size(); ++seed) {
+        if (reached[seed]) continue;
+        Piece piece;
+        piece.triangles = {seed};
+        reached[seed] = 1;
+        for (std::size_t i = 0; i < piece.triangles.size(); ++i) {
+            const std::uint32_t t = piece.triangles[i];
+            piece.open |= across[t].size() < 3;
             for (const auto& [other, opposed] : across[t]) {
-                const auto wanted = static_cast<std::int8_t>(opposed ? 1 - turn[t] : turn[t]);
-                agrees &= !opposed;
-                if (turn[other] < 0) {
-                    turn[other] = wanted;
-                    piece.push_back(other);
-                } else if (turn[other] != wanted) {
+                const auto wanted = static_cast<std::uint8_t>(turned[t] ^ (opposed ? 1 : 0));
+                piece.agrees &= !opposed;
+                if (!reached[other]) {
+                    reached[other] = 1;
+                    turned[other] = wanted;
+                    piece.triangles.push_back(other);
+                } else if (turned[other] != wanted) {
                     const Vec3 c = triangle_centroid(mesh, other);
                     throw GeometryError(fmt::format(
                         "the surface has one side only: around triangle {} at ({:.6g}, {:.6g}, {:.6g}) no "
@@ -116,15 +114,69 @@ std::size_t orient(TriangleMesh& mesh) {
                 }
             }
         }
-        if (agrees) continue;
-        const bool reverse = better_reversed(mesh, piece, turn, open);
-        for (const std::uint32_t t : piece)
-            if ((turn[t] > 0) != reverse) {
-                std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-                ++turned;
-            }
+        pieces.push_back(std::move(piece));
     }
-    return turned;
+    for (std::uint32_t t = 0; t < turned.size(); ++t)
+        if (turned[t]) turn_over(mesh, t);
+    return pieces;
+}
+
+// Areas, projected along z, of a piece's triangles whose middle is the first thing met from straight above.
+struct Seen {
+    double front = 0.0, back = 0.0;
+};
+
+Seen seen_from_above(const TriangleMesh& mesh, const surface::RayScene& scene, const Piece& piece) {
+    constexpr std::size_t kSamples = 1024;
+    const std::size_t step = (piece.triangles.size() + kSamples - 1) / kSamples;
+    const double above = scene.top() + 1.0;
+    Seen seen;
+    for (std::size_t i = 0; i < piece.triangles.size(); i += step) {
+        const std::uint32_t t = piece.triangles[i];
+        const double area = area_vector(mesh, t).z();
+        const Vec3 c = triangle_centroid(mesh, t);
+        const auto hit = scene.closest_hit({c.x(), c.y(), above}, -Vec3::UnitZ(), 0.0, above - c.z() + 1.0);
+        if (hit.triangle == t) (area > 0.0 ? seen.front : seen.back) += std::abs(area);
+    }
+    return seen;
+}
+
+// Whether a piece that nothing above shows is the better way round with all its triangles reversed.
+bool better_reversed(const TriangleMesh& mesh, const Piece& piece, const std::vector<std::uint8_t>& turned) {
+    if (piece.agrees) return false;
+    double kept = 0.0, changed = 0.0, upwards = 0.0, volume = 0.0;
+    for (const std::uint32_t t : piece.triangles) {
+        (turned[t] ? changed : kept) += triangle_area(mesh, t);
+        upwards += area_vector(mesh, t).z();
+        volume += area_vector(mesh, t).dot(mesh.vertices[mesh.triangles[t][0]]);
+    }
+    if (kept >= 2.0 * changed) return false;
+    if (changed >= 2.0 * kept) return true;
+    return (piece.open ? upwards : volume) < 0.0;
+}
+
+std::size_t orient(TriangleMesh& mesh) {
+    std::vector<std::uint8_t> turned(mesh.triangles.size(), 0);
+    const std::vector<Piece> pieces = make_agree(mesh, turned);
+    const surface::RayScene scene(mesh);
+    for (const Piece& piece : pieces) {
+        const auto [front, back] = seen_from_above(mesh, scene, piece);
+        if (std::min(front, back) > 0.25 * (front + back)) {
+            const Vec3 c = triangle_centroid(mesh, piece.triangles.front());
+            throw GeometryError(fmt::format(
+                "from above, the piece of the surface around ({:.6g}, {:.6g}, {:.6g}) shows its front in "
+                "some "
+                "places and its back in others: it does not tell which side is the material's; close the "
+                "mesh, or cut away what is open to behind",
+                c.x(), c.y(), c.z()));
+        }
+        if (front + back > 0.0 ? back <= front : !better_reversed(mesh, piece, turned)) continue;
+        for (const std::uint32_t t : piece.triangles) {
+            turn_over(mesh, t);
+            turned[t] ^= 1;
+        }
+    }
+    return static_cast<std::size_t>(std::count(turned.begin(), turned.end(), 1));
 }
 
 }  // namespace

@@ -14,10 +14,12 @@ struct Mending {
 /// Makes what other programs write traceable, where that is not a matter of opinion.
 ///
 /// Vertices of the very same position become one, if edges pair up by it: some formats list every triangle's
-/// own. Triangles that share an edge get the same orientation: that of two thirds of their piece's area, or,
-/// where no such majority is, outwards for a closed piece and upwards for an open one. Pieces that agree in
-/// themselves stay as they are. Triangles keep their numbers. \throws GeometryError for a one-sided surface,
-/// and as require_traceable. \note O(n log n).
+/// own. Triangles that share an edge get the same orientation, and every piece of the surface that the source
+/// sees shows it its front: a surface wholly inside out is turned over, too. What is hidden from straight
+/// above, e.g. a buried cavity, stays as it is if it agrees in itself; else it takes the orientation of two
+/// thirds of its area, or, where no such majority is, outwards for a closed piece and upwards for an open
+/// one. Triangles keep their numbers. \throws GeometryError for a one-sided surface, for a piece that shows
+/// front and back, and as require_traceable. \note O(n log n).
 Mending mend(TriangleMesh& mesh);
 
 }  // namespace sidewall::flux

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace sidewall::flux {
@@ -161,7 +162,7 @@ class Flyer {
         for (std::size_t i = 0; i < kLanes; ++i) {
             const float nx = packet_.hit.Ng_x[i], ny = packet_.hit.Ng_y[i], nz = packet_.hit.Ng_z[i];
             const float d = nx * dx[i] + ny * dy[i] + nz * dz[i];
-            behind_[i] = d > 0.0f && d * d > kGrazingSquared * (nx * nx + ny * ny + nz * nz) ? -1 : 0;
+            behind_[i] = (d > 0.0f) & (d * d > kGrazingSquared * (nx * nx + ny * ny + nz * nz)) ? -1 : 0;
         }
     }
 
@@ -177,19 +178,22 @@ class Flyer {
         const std::size_t lanes = std::min(kLanes, r.count - first);
         intersect(&r.x[first], &r.y[first], &r.z[first], &r.dx[first], &r.dy[first], &r.dz[first], lanes,
                   0.0f);
-        // Nearly all lanes are clear: a fair hit, or nothing met on the way out through the top.
-        int unclear[kLanes], any = 0;
-        const bool open = b_.open_x || b_.open_y;
+        // Nearly all lanes are clear: a fair hit, or nothing met on the way out through the top. Loops over
+        // lanes without branches, which compilers vectorise.
+        alignas(32) int unclear[kLanes];
+        int any = 0;
+        const int open = b_.open_x || b_.open_y ? -1 : 0;
+        const float* const dz = &r.dz[first];
+        const std::uint32_t* const from = &r.from[first];
         for (std::size_t i = 0; i < kLanes; ++i) {
-            const std::size_t row = first + i;
             const std::uint32_t triangle = packet_.hit.primID[i];
-            const bool out =
-                std::min(reach_.side_x[i], reach_.side_y[i]) >= reach_.exit[i] && ((r.dz[row] > 0.0f) | open);
-            const bool fair = (behind_[i] == 0) & (triangle != r.from[row]);
-            unclear[i] = valid_[i] & (triangle == surface::kNoTriangle ? (out ? 0 : -1) : (fair ? 0 : -1));
-            any |= unclear[i];
-            land(row, i);
+            const int ends = std::min(reach_.side_x[i], reach_.side_y[i]) >= reach_.exit[i] ? -1 : 0;
+            const int out = ends & ((dz[i] > 0.0f ? -1 : 0) | open);
+            const int own = triangle == from[i] ? -1 : 0, missed = triangle == surface::kNoTriangle ? -1 : 0;
+            unclear[i] = valid_[i] & ((missed & ~out) | (~missed & (behind_[i] | own)));
         }
+        for (std::size_t i = 0; i < kLanes; ++i) any |= unclear[i];
+        land_packet(first);
         if (any == 0) return;
         for (std::size_t i = 0; i < lanes; ++i) {
             if (unclear[i] == 0) continue;
@@ -236,6 +240,20 @@ class Flyer {
             else
                 push(c, row, x, y, z, dx, dy, dz);
         }
+    }
+
+    // land() of lane i in row first + i, column by column.
+    void land_packet(std::size_t first) {
+        const auto copy = [first](auto& column, const auto& lanes) {
+            std::memcpy(&column[first], &lanes[0], sizeof lanes);
+        };
+        copy(rays_.triangle, packet_.hit.primID);
+        copy(rays_.u, packet_.hit.u);
+        copy(rays_.v, packet_.hit.v);
+        copy(rays_.nx, packet_.hit.Ng_x);
+        copy(rays_.ny, packet_.hit.Ng_y);
+        copy(rays_.nz, packet_.hit.Ng_z);
+        copy(rays_.distance, packet_.ray.tfar);
     }
 
     void land(std::size_t row, std::size_t lane) {

@@ -64,7 +64,10 @@ inline std::pair<std::uint32_t, std::uint32_t> hilbert_cell(std::uint32_t index)
     constexpr std::uint32_t kEven = 0x55555555u;
     const std::uint32_t odd = (index >> 1) & kEven;
     std::uint32_t turn = ((index & kEven) + odd) ^ kEven;
-    for (int shift = 2; shift < 32; shift *= 2) turn ^= turn >> shift;
+    turn ^= turn >> 2;  // written out, so that loops over cells are vectorised
+    turn ^= turn >> 4;
+    turn ^= turn >> 8;
+    turn ^= turn >> 16;
     const std::uint32_t swap = turn & kEven, complement = (turn >> 1) & kEven;
     const std::uint32_t flip = (index & swap) ^ complement;
     const std::uint32_t cell = index ^ odd ^ flip ^ (flip << 1);

@@ -32,7 +32,8 @@ void emit_positions(const Stage& stage, RandomKey key, const Batch& batch, std::
     const auto min_x = static_cast<float>(stage.box.min[0]), max_x = static_cast<float>(stage.box.max[0]);
     const auto min_y = static_cast<float>(stage.box.min[1]), max_y = static_cast<float>(stage.box.max[1]);
     const auto top = static_cast<float>(stage.top);
-    alignas(32) std::uint32_t words[4][kLanes];
+    alignas(32) std::uint32_t words[4][kLanes], along[kLanes];
+    const std::uint64_t stride_high = batch.stride >> 32, stride_low = batch.stride & 0xffffffffu;
     for (std::size_t row = 0; row < rays.count; row += kLanes) {
         for (std::size_t i = 0; i < kLanes; ++i)
             rays.ray[row + i] = first + static_cast<std::uint32_t>(row + i);
@@ -41,14 +42,17 @@ void emit_positions(const Stage& stage, RandomKey key, const Batch& batch, std::
             // Rows beyond the end of the batch are filler.
             const std::uint64_t piece = std::min(rays.ray[row + i], batch.count - 1);
             // stride * word / 2^32
-            const std::uint64_t jitter =
-                (batch.stride >> 32) * words[0][i] + ((batch.stride & 0xffffffffu) * words[0][i] >> 32);
-            const auto along = static_cast<std::uint32_t>((piece * batch.stride + jitter) >> 32);
-            const auto [x, y] = hilbert_cell(along);
-            rays.x[row + i] = coordinate(x, words[1][i] >> 16, min_x, max_x);
-            rays.y[row + i] = coordinate(y, words[1][i] & 0xffffu, min_y, max_y);
-            rays.z[row + i] = top;
+            const std::uint64_t jitter = stride_high * words[0][i] + (stride_low * words[0][i] >> 32);
+            along[i] = static_cast<std::uint32_t>((piece * batch.stride + jitter) >> 32);
         }
+        float* const x = &rays.x[row];
+        float* const y = &rays.y[row];
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const auto [cell_x, cell_y] = hilbert_cell(along[i]);
+            x[i] = coordinate(cell_x, words[1][i] >> 16, min_x, max_x);
+            y[i] = coordinate(cell_y, words[1][i] & 0xffffu, min_y, max_y);
+        }
+        for (std::size_t i = 0; i < kLanes; ++i) rays.z[row + i] = top;
     }
 }
 

@@ -74,8 +74,7 @@ class Tracer {
     Tracer(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
            const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
            const TraceOptions& options)
-        : mesh_(mesh),
-          box_(box),
+        : box_(box),
           species_(species),
           options_(options),
           monitor_(options),
@@ -108,18 +107,7 @@ class Tracer {
     void expect(std::uint64_t rays) { monitor_.expect(rays); }
 
     /// sum(area * standard error) / sum(area * flux) over vertices so far.
-    double relative_error() const {
-        const FluxField field = tallies_[0].vertex_flux(area_per_ray());
-        std::vector<double> area(mesh_.vertices.size(), 0.0);
-        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t)
-            for (const std::uint32_t v : mesh_.triangles[t]) area[v] += triangle_area(mesh_, t) / 3.0;
-        double error = 0.0, flux = 0.0;
-        for (std::size_t v = 0; v < area.size(); ++v) {
-            error += area[v] * field.error[v];
-            flux += area[v] * field.flux[v];
-        }
-        return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
-    }
+    double relative_error() const { return relative_error(tallies_[0].vertex_flux(area_per_ray())); }
 
     FluxResult result() const {
         FluxResult result;
@@ -134,12 +122,24 @@ class Tracer {
         result.rescued = counts_.flights.rescued;
         result.ledger = counts_.ledger;
         result.redeposited = counts_.redeposited;
-        result.relative_error = relative_error();
+        result.relative_error = relative_error(result.vertex);
         result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
         return result;
     }
 
   private:
+    double relative_error(const FluxField& vertex) const {
+        const Wedges& wedges = trace_.wedges;
+        double error = 0.0, flux = 0.0;
+        for (std::size_t v = 0; v < vertex.flux.size(); ++v) {
+            double area = 0.0;
+            for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) area += wedges.area[w];
+            error += area * vertex.error[v];
+            flux += area * vertex.flux[v];
+        }
+        return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
+    }
+
     double area_per_ray() const { return box_.area() / static_cast<double>(counts_.emitted); }
     TallyFlux flux_of(const Tally& tally) const {
         const double scale = area_per_ray();
@@ -181,7 +181,6 @@ class Tracer {
     }
 
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    const TriangleMesh& mesh_;
     const LateralBox& box_;
     const Species& species_;
     const TraceOptions& options_;

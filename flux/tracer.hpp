@@ -19,8 +19,9 @@ struct TraceOptions {
     std::uint64_t seed = 1;
     std::uint32_t step = 0;  ///< time step: other steps and species draw other random numbers
     std::uint32_t species_index = 0;
-    std::uint32_t batches = 32;             ///< independent parts the standard errors come from, at least 16
-    std::uint32_t task_rays = 512;          ///< rays a parallel task; the result does not depend on it
+    std::uint32_t batches = 32;      ///< independent parts the standard errors come from, at least 16
+    std::uint32_t task_rays = 1024;  ///< rays a parallel task, rounded down to whole blocks of kBlock, at
+                                     ///< least one; the result does not depend on it
     std::uint32_t max_bounces = 1'000'000;  ///< a particle that bounces more often counts as leaked
     /// What does not stick goes on with its weight reduced, until that is below this threshold, in (0, 1];
     /// then it survives with probability weight, and weight 1, or ends. 1 is analog Monte Carlo.

@@ -139,9 +139,16 @@ TriangleMesh read_mended(const std::string& path) {
         fmt::print(stderr,
                    "sidewall flux: {}: {} vertices of the same position as another were merged with it\n",
                    path, mending.welded);
-    if (mending.turned > 0)
-        fmt::print(stderr, "sidewall flux: {}: {} of {} triangles were turned over, so that all agree\n",
-                   path, mending.turned, mesh.triangles.size());
+    if (mending.turned == mesh.triangles.size())
+        fmt::print(stderr,
+                   "sidewall flux: {}: the surface was inside out: all {} triangles were turned over\n", path,
+                   mending.turned);
+    else if (mending.turned > 0)
+        fmt::print(
+            stderr,
+            "sidewall flux: {}: {} of {} triangles were turned over, so that all agree and show the source "
+            "their front\n",
+            path, mending.turned, mesh.triangles.size());
     return mesh;
 }
 
@@ -283,10 +290,11 @@ void run_flux(const FluxArguments& arguments) {
 
     const double leakage = static_cast<double>(result.leaked) / static_cast<double>(result.emitted);
     if (leakage > kTolerableLeakage)
-        throw NumericsError(
-            fmt::format("{}: {} of {} particles went through the surface: it has holes, overlaps or, with "
-                        "periodic sides, opposite ends that do not match",
-                        arguments.mesh, result.leaked, result.emitted));
+        throw NumericsError(fmt::format(
+            "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
+            "inside out that are hidden from above or, with periodic sides, opposite ends that do "
+            "not match",
+            arguments.mesh, result.leaked, result.emitted));
     if (result.leaked > 0)
         fmt::print(stderr, "sidewall flux: {} of {} particles went through the surface\n", result.leaked,
                    result.emitted);

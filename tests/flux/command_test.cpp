@@ -2,10 +2,13 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 #include <string>
 
@@ -52,6 +55,18 @@ TriangleMesh two_materials() {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         material.values.push_back(triangle_centroid(mesh, t).z() == 0.0 ? 7 : 2);
     mesh.triangle_attributes.push_back(material);
+    return mesh;
+}
+
+// Of so many corners; flat.
+TriangleMesh disk(std::uint32_t corners) {
+    TriangleMesh mesh;
+    mesh.vertices.emplace_back(Vec3::Zero());
+    for (std::uint32_t k = 0; k < corners; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / corners;
+        mesh.vertices.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+        mesh.triangles.push_back({0, 1 + k, 1 + (k + 1) % corners});
+    }
     return mesh;
 }
 
@@ -130,19 +145,60 @@ TEST_CASE("a surface that does not end on a rectangle is traced with open sides,
     CHECK(nlohmann::json::parse(outcome.out)["boundary"] == nlohmann::json{"open", "open"});
 }
 
-TEST_CASE("a mesh some of whose triangles are turned over is mended, and the user is told") {
+TEST_CASE("a mesh some or all of whose triangles are turned over is mended, and the user is told") {
     const Workshop shop;
     const auto mesh = two_materials();
-    auto twisted = mesh;
+    auto twisted = mesh, inverted = mesh;
     std::swap(twisted.triangles[9][1], twisted.triangles[9][2]);
+    for (Triangle& t : inverted.triangles) std::swap(t[1], t[2]);
     shop.write("mesh.vtp", mesh);
     shop.write("twisted.vtp", twisted);
+    shop.write("inverted.vtp", inverted);
     const std::string options = " --rays 3200 --boundary periodic --json -";
-    const auto expected = shop.run("mesh.vtp" + options), outcome = shop.run("twisted.vtp" + options);
+    const auto expected = shop.run("mesh.vtp" + options);
     CHECK(expected.error.empty());
+    for (const auto& [name, note] :
+         {std::pair("twisted.vtp", "1 of 64 triangles were turned over"),
+          std::pair("inverted.vtp", "inside out: all 64 triangles were turned over")}) {
+        const auto outcome = shop.run(name + options);
+        CHECK(outcome.code == 0);
+        CHECK_THAT(outcome.error, Contains(note));
+        CHECK(nlohmann::json::parse(outcome.out)["segments"] ==
+              nlohmann::json::parse(expected.out)["segments"]);
+    }
+}
+
+TEST_CASE("a surface whose outline is no rectangle is traced with open sides, and the user is told why") {
+    const Workshop shop;
+    shop.write("disk.ply", disk(32));
+    const auto outcome = shop.run("disk.ply --rays 3200 --json -");
     CHECK(outcome.code == 0);
-    CHECK_THAT(outcome.error, Contains("1 of 64 triangles were turned over"));
-    CHECK(nlohmann::json::parse(outcome.out)["segments"] == nlohmann::json::parse(expected.out)["segments"]);
+    CHECK_THAT(outcome.error,
+               Contains("taken as open") && Contains("not on a side of its bounding rectangle"));
+}
+
+TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is written") {
+    const Workshop shop;
+    shop.write("deep.vtp", extrude(trench_profile(20.0, 0.1, {0.5}, {0.5}), 1.0, 4));
+    const std::string program =
+        "timeout --preserve-status --signal=INT 1 '" SIDEWALL_PROGRAM "' flux deep.vtp ";
+    const auto [options, what] = GENERATE(
+        table<std::string, std::string>({{"--rays 1e12", "many rays"},
+                                         {"--rays 1e12 --sticking 0.00001", "long histories"},
+                                         {"--relative-error 1e-6 --rays 1e12 --threads 1", "a far target"}}));
+    const auto start = std::chrono::steady_clock::now();
+    const int status = std::system(("cd '" + shop.folder.string() + "' && " + program + options +
+                                    " -o flux.csv --json flux.json > out.txt 2> error.txt")
+                                       .c_str());
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    CAPTURE(what, seconds, slurp(shop.folder / "error.txt"));
+    CHECK(WEXITSTATUS(status) == 130);
+    CHECK(seconds >= 1.0);
+    CHECK(seconds < 2.0);
+    CHECK_THAT(slurp(shop.folder / "error.txt"), Contains("interrupted"));
+    CHECK(slurp(shop.folder / "out.txt").empty());
+    CHECK_FALSE(std::filesystem::exists(shop.folder / "flux.csv"));
+    CHECK_FALSE(std::filesystem::exists(shop.folder / "flux.json"));
 }
 
 TEST_CASE("bad meshes and options of the flux command end with their code and a message, and write nothing") {
@@ -152,9 +208,8 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
     torn.triangles.erase(torn.triangles.begin() + 20);
     torn.triangle_attributes.clear();
     shop.write("torn.ply", torn);
-    auto inverted = two_materials();
-    for (Triangle& t : inverted.triangles) std::swap(t[1], t[2]);
-    shop.write("inverted.ply", inverted);
+    shop.write("disk.ply", disk(32));
+    shop.write("lozenge.ply", disk(4));
     auto fractional = two_materials();
     fractional.triangle_attributes[0].type = Scalar::float64;
     fractional.triangle_attributes[0].values[3] = 1.5;
@@ -165,7 +220,10 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
         {"", 2, "mesh is required"},
         {"missing.vtp", 3, "missing.vtp"},
         {"text.vtp", 3, "text.vtp"},
-        {"inverted.ply", 3, "inside out"},
+        {"disk.ply --boundary reflective", 3, "not on a side of its bounding rectangle"},
+        {"disk.ply --boundary periodic", 3, "not on a side of its bounding rectangle"},
+        {"disk.ply --boundary open,periodic", 3, "not on a side of its bounding rectangle"},
+        {"lozenge.ply --boundary reflective", 3, "not on a side of its bounding rectangle"},
         {"fractional.vtp", 3, "triangle 3 has material 1.5"},
         {"torn.ply --boundary reflective", 3, "not on a side"},
         {"torn.ply --boundary periodic", 3, "not on a side"},

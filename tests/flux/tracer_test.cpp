@@ -125,36 +125,75 @@ TEST_CASE("the tallies agree with each other: arrivals by triangle, wedge and ve
     CHECK(result.relative_error < 1.0);
 }
 
+namespace {
+
+// Neutrals that all stick, neutrals on weights, and ions that sputter: the three ways through a block.
+std::vector<Species> three_kinds() {
+    Species ions = ion("ion");
+    ions.reflection.from = 0.5;
+    ions.yields = {{"sputter", Angular::sputter, 20.0, {0.1}, {9.3}}};
+    ions.redeposition = Redeposition{{"out", Angular::cosine, 20.0, {0.1}, {}}, Reemission::coned, {0.5}};
+    return {{"stick", 1.0, {1.0}}, {"neutral", 1.0, {0.1}}, ions};
+}
+
+void check_same_bits(const FluxResult& a, const FluxResult& b) {
+    for (std::size_t k = 0; k <= a.others.size(); ++k) {
+        CHECK(same_bits(a.tally(k).triangle, b.tally(k).triangle));
+        CHECK(same_bits(a.tally(k).wedge, b.tally(k).wedge));
+        CHECK(same_bits(a.tally(k).vertex, b.tally(k).vertex));
+    }
+    CHECK(a.relative_error == b.relative_error);
+    CHECK(a.absorbed == b.absorbed);
+    CHECK(a.escaped == b.escaped);
+    CHECK(a.segments == b.segments);
+    CHECK(a.rescued == b.rescued);
+    CHECK(a.arrivals == b.arrivals);
+    CHECK(a.ledger == b.ledger);
+    CHECK(a.redeposited == b.redeposited);
+}
+
+}  // namespace
+
 TEST_CASE("the flux has the same bits for any number of threads and any task size") {
     const auto mesh = trench(3.0, 20);
-    const auto run = [&](int threads, std::uint32_t task_rays) {
+    const surface::RayScene scene(mesh);
+    const auto box = lateral_box(mesh, kPeriodic);
+    const auto wedges = make_wedges(mesh);
+    const Species species = GENERATE(from_range(three_kinds()));
+    // 16 batches of 12 blocks and a bit; tasks of 1, 1, 2, 5 and all blocks of a batch.
+    constexpr std::uint64_t kRays = 200'000;
+    const auto run = [&](int threads, std::uint32_t task_rays, double target) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                         static_cast<std::size_t>(threads));
         tbb::task_arena arena(threads);
         return arena.execute([&] {
-            return trace(mesh, kPeriodic, {"test", 1.0, {0.1}}, {.rays = 40'000, .task_rays = task_rays});
+            const TraceOptions options{.rays = kRays, .batches = 16, .task_rays = task_rays, .roulette = 0.2};
+            return target > 0.0 ? trace_flux_to(target, mesh, scene, box, species, {}, wedges, options)
+                                : trace_flux(mesh, scene, box, species, {}, wedges, options);
         });
     };
-    const FluxResult one = run(1, 512);
-    for (const auto& other : {run(2, 512), run(3, 512), run(3, 1), run(2, 77), run(1, 1'000'000)}) {
-        CHECK(same_bits(one.triangle, other.triangle));
-        CHECK(same_bits(one.wedge, other.wedge));
-        CHECK(same_bits(one.vertex, other.vertex));
-        CHECK(one.relative_error == other.relative_error);
-        CHECK(one.absorbed == other.absorbed);
-        CHECK(one.escaped == other.escaped);
-        CHECK(one.segments == other.segments);
-        CHECK(one.arrivals == other.arrivals);
+    const FluxResult one = run(1, 1024, 0.0);
+    CHECK(one.emitted == kRays);
+    for (const std::uint32_t task_rays : {1u, 1024u, 2500u, 5120u, 1'000'000u})
+        for (const int threads : {1, 2, 3}) {
+            CAPTURE(species.name, task_rays, threads);
+            check_same_bits(one, run(threads, task_rays, 0.0));
+        }
+    SECTION("when tracing to a target error, too") {
+        const FluxResult reached = run(1, 1024, 0.1);
+        CHECK(reached.emitted < kRays);  // several rounds, an early end
+        for (const int threads : {2, 3}) check_same_bits(reached, run(threads, 3000, 0.1));
     }
     SECTION("and other bits for another seed, step or species") {
         const auto with = [&](TraceOptions options) {
-            options.rays = 40'000;
-            return trace(mesh, kPeriodic, {"test", 1.0, {0.1}}, options).triangle.flux;
+            options.rays = 20'000;
+            return trace(mesh, kPeriodic, species, options).triangle.flux;
         };
-        CHECK(with({}) == one.triangle.flux);
-        CHECK(with({.seed = 2}) != one.triangle.flux);
-        CHECK(with({.step = 1}) != one.triangle.flux);
-        CHECK(with({.species_index = 1}) != one.triangle.flux);
+        const auto plain = with({});
+        CHECK(with({}) == plain);
+        CHECK(with({.seed = 2}) != plain);
+        CHECK(with({.step = 1}) != plain);
+        CHECK(with({.species_index = 1}) != plain);
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -42,11 +43,28 @@ inline double clausing_transmission(double length) {
     return (4.0 * clausing_transmission(length, 400) - clausing_transmission(length, 200)) / 3.0;
 }
 
+/// View factor from a horizontal element \p offset from the axis, \p depth below a disk of radius 1 (Howell,
+/// configuration factor B-13).
+inline double disk_view(double depth, double offset) {
+    const double a = offset * offset, h = depth * depth, z = 1.0 + a + h;
+    return 0.5 * (1.0 - (a + h - 1.0) / std::sqrt(z * z - 4.0 * a));
+}
+
 /// Flux in an infinitely long trench of width 1, thermal source, one sticking probability: exact view factors
 /// between strips (Hottel's crossed strings), radiosity on each constant.
 struct TrenchFlux {
     double wall_mean = 0.0, floor_mean = 0.0;
+    std::vector<double> wall, floor;  ///< mean flux of equal strips, downwards and across
 };
+
+/// Flux at a position in [0, 1] along the strips: linear between their middles.
+inline double at_position(const std::vector<double>& strips, double position) {
+    const double last = static_cast<double>(strips.size() - 1);
+    const double x = std::clamp(position * static_cast<double>(strips.size()) - 0.5, 0.0, last);
+    const auto i = std::min(static_cast<std::size_t>(x), strips.size() - 2);
+    const double part = position * static_cast<double>(strips.size()) - 0.5 - static_cast<double>(i);
+    return (1.0 - part) * strips[i] + part * strips[i + 1];
+}
 inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips) {
     struct Strip {
         double x0, z0, x1, z1;
@@ -84,8 +102,10 @@ inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, in
     }
     const Eigen::VectorXd flux = system.partialPivLu().solve(direct);
     TrenchFlux result;
-    for (int i = 0; i < wall_strips; ++i) result.wall_mean += flux[i] / wall_strips;
-    for (int i = 0; i < floor_strips; ++i) result.floor_mean += flux[wall_strips + i] / floor_strips;
+    for (int i = 0; i < wall_strips; ++i) result.wall.push_back(flux[i]);
+    for (int i = 0; i < floor_strips; ++i) result.floor.push_back(flux[wall_strips + i]);
+    for (const double value : result.wall) result.wall_mean += value / wall_strips;
+    for (const double value : result.floor) result.floor_mean += value / floor_strips;
     return result;
 }
 

@@ -2,9 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numeric>
 
-#include "simplify/simplify.hpp"
 #include "tests/flux/meshes.hpp"
 
 using namespace sidewall;
@@ -92,51 +90,6 @@ TEST_CASE("weights that play roulette late agree with analog absorption") {
             mesh, result, [&](std::size_t t) { return triangle_centroid(mesh, t).z() < -kDepth + 1e-9; });
         CAPTURE(sticking, threshold, floor.flux, floor.error, truth.floor_mean);
         CHECK(std::abs(floor.flux - truth.floor_mean) < 3.0 * floor.error + 0.003 * truth.floor_mean);
-    }
-}
-
-TEST_CASE("a simplified mesh of flat walls has the flux of the raw one") {
-    constexpr double kDepth = 2.0;
-    auto raw = extrude(
-        trench_profile(kDepth, 0.2, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9}, {0.2, 0.4, 0.6, 0.8}), 1.0,
-        16);
-    // Periodic sides must go on matching; corners are features.
-    Attribute fixed{"fixed", 1, Scalar::int32, {}};
-    for (const Vec3& p : raw.vertices) fixed.values.push_back(p.y() == 0.0 || p.y() == 1.0 ? 1.0 : 0.0);
-    raw.vertex_attributes.push_back(fixed);
-    const Wedges corners = make_wedges(raw);
-    std::vector<std::uint8_t> features;
-    for (std::size_t v = 0; v < raw.vertices.size(); ++v)
-        features.push_back(corners.first[v + 1] - corners.first[v] > 1);
-    const auto method =
-        GENERATE(simplify::Method::none, simplify::Method::lindstrom_turk, simplify::Method::region);
-    TriangleMesh mesh = raw;
-    if (method != simplify::Method::none) {
-        simplify::Options options;
-        options.method = method;
-        if (method == simplify::Method::region) {
-            options.l0 = 0.0;
-            options.step = 0.15;
-            options.l_max = 0.6;
-        } else {
-            // The cheapest half: flat parts. Beyond, it would round off the corners.
-            options.target_vertices = raw.vertices.size() / 2;
-        }
-        mesh = simplify::simplify(raw, features, options).mesh;
-        REQUIRE(10 * mesh.vertices.size() < 6 * raw.vertices.size());
-    }
-    for (const double sticking : {1.0, 0.1}) {
-        const TrenchFlux truth = trench_flux(kDepth, sticking, 200, 60);
-        const auto result = trace(mesh, kPeriodic, {"test", 1.0, {sticking}}, {.rays = 1'000'000});
-        check_ledger(result);
-        const Mean wall = mean_flux(mesh, result, [&](std::size_t t) {
-            return std::abs(area_vector(mesh, t).normalized().x()) > 0.9;
-        });
-        const Mean floor = mean_flux(
-            mesh, result, [&](std::size_t t) { return triangle_centroid(mesh, t).z() < -kDepth + 1e-6; });
-        CAPTURE(static_cast<int>(method), sticking, wall.flux, wall.error, floor.flux, floor.error);
-        CHECK(std::abs(wall.flux - truth.wall_mean) < 3.0 * wall.error + 0.005 * truth.wall_mean);
-        CHECK(std::abs(floor.flux - truth.floor_mean) < 3.0 * floor.error + 0.005 * truth.floor_mean);
     }
 }
 
