@@ -142,26 +142,31 @@ void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
             const openvdb::Coord here = own(corners[n]);
             const float own_value = value(k, here), surface = top_.getValue(here), weight = weights[n] / sum;
             if (own_value - surface <= touching) continue;  // exposed: depth 0
+            Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
             float reached = own_value;
             for (int axis = 0; axis < 3; ++axis) {
                 // From neighbours inside alone, on both sides or on one.
-                float rise = 0.0f, surface_rise = 0.0f, run = 0.0f;
+                float run = 0.0f;
                 for (const int side : {-1, 1}) {
                     openvdb::Coord next = corners[n];
                     next[axis] += side;
                     next = own(next);
                     if (!solid(next)) continue;
                     const auto sign = static_cast<float>(side);
-                    rise += sign * (value(k, next) - own_value);
-                    surface_rise += sign * (top_.getValue(next) - surface);
+                    rise[axis] += sign * (value(k, next) - own_value);
+                    surface_rise[axis] += sign * (top_.getValue(next) - surface);
                     run += 1.0f;
                 }
                 if (run == 0.0f) continue;
-                slope[axis] += weight * rise / run;
-                normal[axis] += weight * surface_rise / run;
-                reached += rise / run * static_cast<float>(point[axis] - corners[n][axis]);
+                rise[axis] /= run;
+                surface_rise[axis] /= run;
+                reached += rise[axis] * static_cast<float>(point[axis] - corners[n][axis]);
             }
-            depth[k] += weight * reached;
+            slope += weight * rise;
+            normal += weight * surface_rise;
+            // Under a film the two are parallel, and their difference is its thickness wherever it is curved.
+            const bool film = rise.dot(surface_rise) > 0.5f * rise.norm() * surface_rise.norm();
+            depth[k] += weight * (film ? own_value - surface : reached);
         }
         // In a layer, or at its end where the surface leaves it straight into the next one?
         constexpr float kStraight = 0.5f;
