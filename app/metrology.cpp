@@ -50,6 +50,16 @@ double opening(const Profile& profile, double z) {
     return widest;
 }
 
+// The narrowest opening within two grid spacings above the mask's bottom: the mask's own, where its lower
+// edge is worn, too.
+double mask_opening(const Profile& profile, double bottom, double spacing) {
+    constexpr int kSamples = 16;
+    double narrowest = std::numeric_limits<double>::quiet_NaN();
+    for (int k = 1; k <= kSamples; ++k)
+        narrowest = std::fmin(narrowest, opening(profile, bottom + 2.0 * spacing * k / kSamples));
+    return narrowest;
+}
+
 double lowest(const Profile& profile) {
     double z = std::numeric_limits<double>::infinity();
     profile.each_segment([&](const Vec3& p, const Vec3& q) { z = std::min({z, p.z(), q.z()}); });
@@ -200,7 +210,7 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
         } else if (what == "undercut") {
             const double z = recipe.metrology.mask_bottom;
             measures.push_back(
-                {"undercut", 0.5 * (opening(profile, z - dx) - opening(profile, z + 0.1 * dx)), length});
+                {"undercut", 0.5 * (opening(profile, z - dx) - mask_opening(profile, z, dx)), length});
         } else if (what == "aspect_ratio") {
             measures.push_back({"aspect_ratio", depth / opening(profile, -0.5 * depth), "1"});
         } else if (what == "scallops") {

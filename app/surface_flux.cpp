@@ -22,6 +22,10 @@ namespace {
 constexpr double kTolerableLeakage = 1e-5;  // share of the rays
 constexpr double kTolerableLeaks = 10.0;
 
+struct Torn : NumericsError {
+    using NumericsError::NumericsError;
+};
+
 simplify::Options simplify_options(const SimplifySection& section, double spacing) {
     simplify::Options options;
     options.method = simplify::method_from_string(section.method);
@@ -141,7 +145,7 @@ flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& specie
                                    : traced([](auto&&... parts) { return flux::trace_flux(parts...); });
     if (static_cast<double>(result.leaked) >
         kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
-        throw NumericsError(fmt::format(
+        throw Torn(fmt::format(
             "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
             "milder simplification",
             species.name, result.leaked, result.emitted));
@@ -254,15 +258,27 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
     if (!model.species.empty() && recipe.simplify.method != "none")
         surface.simplified = reduce(recipe, stack, surface.raw, carried, timing);
     if (model.species.empty() && !model.visibility) return surface;
-    {
-        const PhaseClock clock(timing.bvh);
-        surface.scene.emplace(surface.traced());
+    for (;;) {
+        {
+            const PhaseClock clock(timing.bvh);
+            surface.scene.emplace(surface.traced());
+        }
+        if (model.species.empty()) return surface;
+        const PhaseClock clock(timing.trace);
+        split_at_creases(stack, surface);
+        try {
+            settle_coverages(recipe, model, carried, settle, time_step, progress, surface);
+            return surface;
+        } catch (const Torn& torn) {
+            // A fold that coarsening left among thousands of time steps must not end the run.
+            if (!surface.simplified) throw;
+            fmt::print(stderr, "time step {}: {}: tracing the surface as extracted instead\n", time_step,
+                       torn.what());
+            surface.simplified.reset();
+            surface.scene.reset();
+            surface.iterations = 0;
+        }
     }
-    if (model.species.empty()) return surface;
-    const PhaseClock clock(timing.trace);
-    split_at_creases(stack, surface);
-    settle_coverages(recipe, model, carried, settle, time_step, progress, surface);
-    return surface;
 }
 
 SurfaceFlux carried_surface(const Model& model, const levelset::MaterialStack& stack,

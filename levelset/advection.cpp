@@ -6,7 +6,10 @@
 #include <tbb/parallel_reduce.h>
 #include <tbb/tick_count.h>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "levelset/block.hpp"
 #include "levelset/redistance.hpp"
@@ -28,13 +31,22 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
     return below;
 }
 
-// Mean speed over the step: an etch that reaches the next layer goes on with that layer's speed.
+// Mean speed over the step: an etch that reaches another layer goes on with that layer's speed.
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
                   double duration) {
     std::size_t layer = exposed(stack, motion, sample);
     const std::size_t below = stack.layers.size() - 1;
     double speed = motion.speed(sample, layer, normal);
     double moved = 0.0, left = duration;
+    if (layer < below && speed < 0.0) {
+        // From below, out of the layer and into what lies on it.
+        const double rest = -static_cast<double>(motion.thickness[sample * below + layer]);
+        if (rest > 0.0) {
+            if (-speed * left <= rest) return speed;
+            left -= rest / -speed;
+            return -(rest - std::min(0.0, motion.speed(sample, layer + 1, normal)) * left) / duration;
+        }
+    }
     while (layer > 0 && speed < 0.0) {
         const double depth = static_cast<double>(motion.thickness[sample * below + layer - 1]);
         if (-speed * left <= depth - moved) break;
@@ -176,6 +188,26 @@ void integrate(Grid& grid, const StageInput& in) {
     leaves.removeAuxBuffers();
 }
 
+// Marks the nodes of lower layers that were exposed in \p before and did not grow, for cut_layers to set:
+// they follow the surface, and what re-distancing changes there cannot bury them.
+void release_exposed(MaterialStack& stack, const Grid& before) {
+    const Grid& surface = stack.top();
+    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
+        LeafManager leaves(stack.layers[k].phi->tree());
+        const float follows = -2.0f * before.background();
+        leaves.foreach ([&](Leaf& leaf, std::size_t) {
+            const Leaf* old = before.tree().probeConstLeaf(leaf.origin());
+            const Leaf* moved = surface.tree().probeConstLeaf(leaf.origin());
+            if (!old || !moved) return;
+            for (auto it = leaf.beginValueOn(); it; ++it) {
+                const openvdb::Index n = it.pos();
+                if (old->isValueOn(n) && *it == old->getValue(n) && moved->getValue(n) >= *it)
+                    it.setValue(follows);
+            }
+        });
+    }
+}
+
 }  // namespace
 
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
@@ -186,18 +218,13 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
     const auto& samples = motion.extension.samples;
     motion.thickness.resize(samples.size() * below);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
-        const auto top = stack.top().getConstUnsafeAccessor();
-        for (std::size_t k = 0; k < below; ++k) {
-            const Grid& grid = *stack.layers[k].phi;
-            const auto layer = grid.getConstUnsafeAccessor();
-            for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                // A layer that has no voxel here lies deeper than the band: only exposed layers share the
-                // surface's voxels.
-                const openvdb::Coord c = samples[n].node;
-                float value = grid.background();
-                if (layer.isValueOn(c)) value = layer.getValue(c);
-                motion.thickness[n * below + k] = value - top.getValue(c);
-            }
+        const LayerDepths depths(stack);
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const openvdb::Coord c = samples[n].node;
+            const openvdb::Vec3f foot = samples[n].foot;
+            depths.at({c.x() + static_cast<double>(foot.x()), c.y() + static_cast<double>(foot.y()),
+                       c.z() + static_cast<double>(foot.z())},
+                      std::span(motion.thickness).subspan(n * below, below));
         }
     });
     return motion;
@@ -254,6 +281,7 @@ AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double durat
                 in.speed[n] = static_cast<float>(speed_over(stack, motion, n, Vec3::UnitZ(), duration));
         });
     }
+    const Grid::Ptr before = stack.layers.size() > 1 ? stack.top().deepCopy() : nullptr;
     switch (options.scheme) {
         case Scheme::weno5:
             integrate<3>(stack.top(), in);
@@ -266,6 +294,7 @@ AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double durat
             integrate<1>(stack.top(), in);
             break;
     }
+    if (before) release_exposed(stack, *before);
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(stack.top(), stack.domain);
     cut_layers(stack);

@@ -17,8 +17,8 @@ struct Motion {
     Extension extension;
     SpeedFunction speed;
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
-    std::vector<float>
-        thickness;  ///< samples x (layers - 1): depth of each lower layer below the surface; world
+    std::vector<float> thickness;    ///< samples x (layers - 1): depth of each lower layer below the sample
+                                     ///< (LayerDepths); world
 };
 
 /// Prepares a step. \p extension as of the stack's surface.

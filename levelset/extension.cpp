@@ -36,14 +36,24 @@ Vec3 gradient_direction(const B& block, int at) {
 // the level set says, the whole mesh is searched.
 SurfaceSample find_sample(const LeafCells& cells, const surface::RayScene& scene, const openvdb::Coord& node,
                           const Vec3& world, double phi, const Vec3& normal, double dx) {
-    if (normal != Vec3::Zero()) {
-        const Vec3 local(node.x() & 7, node.y() & 7, node.z() & 7);
-        if (const auto hit = cells.nearest_hit(local, normal, -phi / dx))
-            return {hit.triangle, hit.u, hit.v, node};
+    SurfaceSample sample{0, 0.0f, 0.0f, node};
+    LeafCells::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
+    if (normal != Vec3::Zero())
+        near = cells.nearest_hit(Vec3(node.x() & 7, node.y() & 7, node.z() & 7), normal, -phi / dx);
+    if (near) {
+        sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
+    } else {
+        surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);
+        if (!hit) hit = scene.closest_point(world, 1e30);
+        sample.triangle = hit.triangle;
+        sample.u = static_cast<float>(hit.u), sample.v = static_cast<float>(hit.v);
     }
-    surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);
-    if (!hit) hit = scene.closest_point(world, 1e30);
-    return {hit.triangle, static_cast<float>(hit.u), static_cast<float>(hit.v), node};
+    const auto [a, b, c] = scene.triangles()[sample.triangle];
+    const auto vertices = scene.vertices();
+    const double u = static_cast<double>(sample.u), v = static_cast<double>(sample.v);
+    const Vec3 foot = ((1.0 - u - v) * vertices[a] + u * vertices[b] + v * vertices[c] - world) / dx;
+    sample.foot = openvdb::Vec3f(Eigen::Vector3f(foot.cast<float>()).data());
+    return sample;
 }
 
 openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
@@ -122,8 +132,10 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
                 if (std::abs(*it) <= near) {
                     const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
                                      domain.coordinate(2, c.z()));
-                    extension.samples[k] = scene ? find_sample(cells, *scene, c, world, phi, normal, dx)
-                                                 : SurfaceSample{0, 0.0f, 0.0f, c};
+                    const Eigen::Vector3f foot = (-phi / dx * normal).cast<float>();
+                    extension.samples[k] = scene
+                                               ? find_sample(cells, *scene, c, world, phi, normal, dx)
+                                               : SurfaceSample{0, 0.0f, 0.0f, c, openvdb::Vec3f(foot.data())};
                     index[it.pos()] = static_cast<std::int32_t>(k++);
                 } else {
                     const Vec3 foot = -phi / dx * normal;

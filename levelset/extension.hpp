@@ -13,6 +13,7 @@ struct SurfaceSample {
     std::uint32_t triangle = 0;  ///< of the mesh that carries fluxes
     float u = 0.0f, v = 0.0f;    ///< barycentric weights of the triangle's second and third vertex
     openvdb::Coord node;         ///< the grid node that looked
+    openvdb::Vec3f foot{0.0f};   ///< the surface point less the node; index space
 };
 
 /// Which surface sample every band node takes its speed from: the normal extension of the surface's values

@@ -97,12 +97,99 @@ void cut_layers(MaterialStack& stack) {
     }
 }
 
-std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {
-    const double surface = distance_at(stack.top(), stack.domain, point);
+LayerDepths::LayerDepths(const MaterialStack& stack)
+    : stack_(stack), top_(stack.top().getConstUnsafeAccessor()) {
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-        if (distance_at(*stack.layers[k].phi, stack.domain, point) - surface <=
-            kExposed * stack.domain.spacing)
-            return k;
+        layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
+}
+
+void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
+    const Domain& domain = stack_.domain;
+    const float background = stack_.top().background();
+    const auto own = [&](const openvdb::Coord& c) {
+        return openvdb::Coord(domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z());
+    };
+    const auto solid = [&](const openvdb::Coord& c) { return top_.isValueOn(c) && top_.getValue(c) <= 0.0f; };
+    // A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's
+    // voxels.
+    const auto value = [&](std::size_t k, const openvdb::Coord& c) {
+        return layers_[k].isValueOn(c) ? layers_[k].getValue(c) : background;
+    };
+    const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
+    const openvdb::Coord low(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
+                             static_cast<int>(floor.z()));
+    std::array<openvdb::Coord, 8> corners;
+    std::array<float, 8> weights{};
+    float sum = 0.0f;
+    for (int n = 0; n < 8; ++n) {
+        const openvdb::Coord step(n & 1, n >> 1 & 1, n >> 2);
+        const auto k = static_cast<std::size_t>(n);
+        corners[k] = low + step;
+        double weight = 1.0;
+        for (int axis = 0; axis < 3; ++axis) weight *= 1.0 - std::abs(point[axis] - floor[axis] - step[axis]);
+        if (solid(own(corners[k]))) sum += weights[k] = static_cast<float>(weight);
+    }
+    std::fill(depth.begin(), depth.end(), 0.0f);
+    constexpr float kLeast = 1e-3f;  // less is rounding about a face of the cell
+    if (sum < kLeast) {
+        // Material thinner than a cell: the values as they are.
+        const Vec3 world(domain.min[0] + point.x() * domain.spacing,
+                         domain.min[1] + point.y() * domain.spacing, point.z() * domain.spacing);
+        const double surface = distance_at(stack_.top(), domain, world);
+        for (std::size_t k = 0; k < layers_.size(); ++k)
+            depth[k] = static_cast<float>(distance_at(*stack_.layers[k].phi, domain, world) - surface);
+        return;
+    }
+    const float dx = static_cast<float>(domain.spacing), touching = static_cast<float>(kExposed) * dx;
+    for (std::size_t k = 0; k < layers_.size(); ++k) {
+        Eigen::Vector3f slope = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();  // per cell
+        for (std::size_t n = 0; n < 8; ++n) {
+            if (weights[n] == 0.0f) continue;
+            const openvdb::Coord here = own(corners[n]);
+            const float own_value = value(k, here), surface = top_.getValue(here), weight = weights[n] / sum;
+            if (own_value - surface <= touching) continue;  // exposed: depth 0
+            Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
+            float reached = own_value;
+            for (int axis = 0; axis < 3; ++axis) {
+                // From neighbours inside alone, on both sides or on one.
+                float run = 0.0f;
+                for (const int side : {-1, 1}) {
+                    openvdb::Coord next = corners[n];
+                    next[axis] += side;
+                    next = own(next);
+                    if (!solid(next)) continue;
+                    const auto sign = static_cast<float>(side);
+                    rise[axis] += sign * (value(k, next) - own_value);
+                    surface_rise[axis] += sign * (top_.getValue(next) - surface);
+                    run += 1.0f;
+                }
+                if (run == 0.0f) continue;
+                rise[axis] /= run;
+                surface_rise[axis] /= run;
+                reached += rise[axis] * static_cast<float>(point[axis] - corners[n][axis]);
+            }
+            slope += weight * rise;
+            normal += weight * surface_rise;
+            // Under a film the two are parallel, and their difference is its thickness wherever it is curved.
+            const bool film = rise.dot(surface_rise) > 0.5f * rise.norm() * surface_rise.norm();
+            depth[k] += weight * (film ? own_value - surface : reached);
+        }
+        // In a layer, or at its end where the surface leaves it straight into the next one?
+        constexpr float kStraight = 0.5f;
+        const float length = normal.norm(), along = length > 0.0f ? -slope.dot(normal) / (length * dx) : 0.0f;
+        if (depth[k] > touching) continue;
+        if (along <= kStraight)
+            depth[k] = 0.0f;
+        else
+            depth[k] = depth[k] < -touching ? depth[k] / along : 2.0f * touching;
+    }
+}
+
+std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {
+    std::vector<float> depth(stack.layers.size() - 1);
+    LayerDepths(stack).at(stack.domain.to_index(point), depth);
+    for (std::size_t k = 0; k < depth.size(); ++k)
+        if (static_cast<double>(depth[k]) <= kExposed * stack.domain.spacing) return k;
     return stack.layers.size() - 1;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,6 +44,26 @@ void begin_film(MaterialStack& stack, int material);
 /// Cuts every layer by the surface after it moved. Layers nearer to it than kExposed coincide with it from
 /// then on.
 void cut_layers(MaterialStack& stack);
+
+/// How deep every lower layer lies under points on the surface. One a thread.
+class LayerDepths {
+  public:
+    explicit LayerDepths(const MaterialStack& stack);
+
+    /// Depth of each lower layer below \p point (index space, on the surface), world units, to \p depth (one
+    /// value a layer but the last): at most kExposed dx where the layer is exposed. Where the surface leaves
+    /// an exposed layer straight into the one above, as under a mask, it is minus what is left of the layer
+    /// there.
+    ///
+    /// Layers are cut by the surface, so that in the gas they repeat its values: only nodes inside tell where
+    /// an interface is, and it is extrapolated from them by their own slope.
+    void at(const Vec3& point, std::span<float> depth) const;
+
+  private:
+    const MaterialStack& stack_;
+    Grid::ConstUnsafeAccessor top_;
+    std::vector<Grid::ConstUnsafeAccessor> layers_;
+};
 
 /// Index of the layer exposed at a world point on the surface.
 std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point);

@@ -12,7 +12,9 @@ enum Site : std::size_t { kEtchantSite, kPolymerSite, kEtchantOnPolymer };
 
 constexpr double kBoltzmann = 8.617333262e-5;  // eV/K
 
-// La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s.
+// La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s. The defaults, beta_ep
+// = 0.6 and the stickings among them, are those that ViennaPS (psFluorocarbonEtching.hpp) gives for this
+// paper.
 Model make(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {

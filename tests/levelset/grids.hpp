@@ -43,6 +43,15 @@ inline RadiusError radius_error(const TriangleMesh& mesh, double radius) {
     return e;
 }
 
+/// What lies between z = 0 and the front, above less below.
+inline double volume_above_zero(const levelset::Grid& grid, const levelset::Domain& domain) {
+    const TriangleMesh mesh = levelset::extract_surface(grid, domain);
+    double sum = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        sum += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
+    return sum;
+}
+
 /// Moves the stack's surface for \p duration under \p speed(layer, normal), in time steps of at most cfl dx.
 inline void move(levelset::MaterialStack& stack, double duration, const levelset::AdvectionOptions& options,
                  const std::function<double(std::size_t layer, const Vec3& normal)>& speed,
