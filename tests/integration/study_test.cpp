@@ -34,7 +34,7 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
     const auto study = nlohmann::json::parse(std::ifstream(folder.path / "out" / "study.json"));
     REQUIRE(study["surfaces"].size() == 2);
     for (const auto& surface : study["surfaces"]) {
-        REQUIRE(surface["rows"].size() == 12);
+        REQUIRE(surface["rows"].size() == 16);
         for (const auto& row : surface["rows"]) {
             const double target = (1.0 - row["removal"].get<double>()) * surface["vertices"].get<double>();
             INFO(row["method"] << " at " << row["removal"]);
