@@ -50,38 +50,45 @@ Run run(const std::string& name, const std::vector<std::string>& overrides) {
             surface::cut_by_plane(result.surface, surface::parse_plane("y=0")), result.surface};
 }
 
-}  // namespace
-
-TEST_CASE("the trench deposition closes over the void that another simulator finds") {
-    std::vector<Point> reference;
-    std::ifstream in(SIDEWALL_SOURCE_DIR "/tests/assets/trench_deposition_profile.csv");
+// Points x, z of a reference profile in tests/assets/.
+std::vector<Point> load_profile(const std::string& file) {
+    std::vector<Point> points;
+    std::ifstream in(SIDEWALL_SOURCE_DIR "/tests/assets/" + file);
     std::string line;
     std::getline(in, line);
     while (std::getline(in, line)) {
         double x = 0, z = 0;
         char comma = 0;
         std::istringstream(line) >> x >> comma >> z;
-        reference.emplace_back(x, z);
+        points.emplace_back(x, z);
     }
-    REQUIRE(reference.size() > 200);
-    for (const std::string method : {"none", "region"}) {
+    return points;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the trench deposition closes over the void that another simulator finds with either of its tracers") {
+    for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
         const Run result = run("trench_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]",
                                                           "flux.rays=50000", "simplify.method=" + method});
-        double void_error = 0, top_error = 0, seam_error = 0;
-        for (const Point& p : reference) {
-            if (std::abs(p.x()) > 5.0) continue;  // the other simulator's ghost cells
-            const double d = result.distance(p) / result.dx;
-            if (p.y() > 3.0)
-                (std::abs(p.x()) > 1.0 ? top_error : seam_error) =
-                    std::max(std::abs(p.x()) > 1.0 ? top_error : seam_error, d);
-            else
-                (p.y() < -1.0 ? void_error : seam_error) =
-                    std::max(p.y() < -1.0 ? void_error : seam_error, d);
+        for (const std::string tracer : {"triangles", "disks"}) {
+            const std::vector<Point> reference = load_profile("trench_deposition_" + tracer + ".csv");
+            REQUIRE(reference.size() > 200);
+            double void_error = 0, top_error = 0, seam_error = 0;
+            for (const Point& p : reference) {
+                if (std::abs(p.x()) > 5.0) continue;  // the other simulator's ghost cells
+                const double d = result.distance(p) / result.dx;
+                double& error = p.y() > 3.0 && std::abs(p.x()) > 1.0 ? top_error
+                                : p.y() < -1.0                       ? void_error
+                                                                     : seam_error;
+                error = std::max(error, d);
+            }
+            CAPTURE(method, tracer, void_error, top_error, seam_error);
+            CHECK(void_error < 0.6);
+            CHECK(top_error < 1.0);
+            CHECK(seam_error < 2.0);
         }
-        CAPTURE(method, void_error, top_error, seam_error);
-        CHECK(void_error < 0.6);
-        CHECK(top_error < 1.0);
-        CHECK(seam_error < 2.0);
     }
 }
 
