@@ -92,6 +92,27 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's") {
+    const Run result = run("sf6o2_hole.toml", {});
+    double floor = 0.0;
+    for (const Point& p : result.points()) floor = std::min(floor, p.y());
+    CHECK(-floor == Approx(2.448).epsilon(0.04));
+    // Radius at depths below the mask, of that simulator on the same grid.
+    for (const auto& [depth, radius] :
+         {std::pair{0.1, 0.187}, {0.5, 0.187}, {1.0, 0.187}, {1.5, 0.174}, {2.0, 0.164}}) {
+        std::vector<double> walls;
+        for (const auto& line : result.lines)
+            for (std::size_t k = 0; k + 1 < line.points.size(); ++k) {
+                const Vec3 &p = line.points[k], &q = line.points[k + 1];
+                if ((p.z() > -depth) == (q.z() > -depth)) continue;
+                walls.push_back(p.x() + (-depth - p.z()) / (q.z() - p.z()) * (q.x() - p.x()));
+            }
+        CAPTURE(depth, radius, walls);
+        REQUIRE(walls.size() == 2);
+        CHECK(0.5 * std::abs(walls[1] - walls[0]) == Approx(radius).margin(0.5 * result.dx));
+    }
+}
+
 TEST_CASE("isotropic deposition is the trench's exact offset") {
     const Run result = run("isotropic_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]"});
     double flats = 0, arcs = 0, corners = 0;
