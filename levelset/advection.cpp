@@ -53,6 +53,11 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         left -= std::max(0.0, depth - moved) / -speed;
         moved = std::max(moved, depth);
         --layer;
+        // Layers that have no thickness here are not met.
+        const double touching = kExposed * stack.domain.spacing;
+        while (layer > 0 &&
+               static_cast<double>(motion.thickness[sample * below + layer - 1]) <= moved + touching)
+            --layer;
         speed = std::min(0.0, motion.speed(sample, layer, normal));
     }
     return moved > 0.0 ? -(moved - speed * left) / duration : speed;

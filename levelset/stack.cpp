@@ -170,9 +170,13 @@ void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
             }
             slope += weight * rise;
             normal += weight * surface_rise;
-            // Under a film the two are parallel, and their difference is its thickness wherever it is curved.
-            const bool film = rise.dot(surface_rise) > 0.5f * rise.norm() * surface_rise.norm();
-            depth[k] += weight * (film ? own_value - surface : reached);
+            // Under a film the two are parallel, and their difference is its thickness; extrapolating errs by
+            // the film's curvature, which matters most where it is thin.
+            constexpr float kThin = 0.25f, kParallel = 0.9f, kThinParallel = 0.5f;
+            const float thick = own_value - surface;
+            const bool film = rise.dot(surface_rise) > (thick < kThin * dx ? kThinParallel : kParallel) *
+                                                           rise.norm() * surface_rise.norm();
+            depth[k] += weight * (film ? thick : reached);
         }
         // In a layer, or at its end where the surface leaves it straight into the next one?
         constexpr float kStraight = 0.5f;

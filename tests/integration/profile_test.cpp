@@ -50,38 +50,66 @@ Run run(const std::string& name, const std::vector<std::string>& overrides) {
             surface::cut_by_plane(result.surface, surface::parse_plane("y=0")), result.surface};
 }
 
-}  // namespace
-
-TEST_CASE("the trench deposition closes over the void that another simulator finds") {
-    std::vector<Point> reference;
-    std::ifstream in(SIDEWALL_SOURCE_DIR "/tests/assets/trench_deposition_profile.csv");
+// Points x, z of a reference profile in tests/assets/.
+std::vector<Point> load_profile(const std::string& file) {
+    std::vector<Point> points;
+    std::ifstream in(SIDEWALL_SOURCE_DIR "/tests/assets/" + file);
     std::string line;
     std::getline(in, line);
     while (std::getline(in, line)) {
         double x = 0, z = 0;
         char comma = 0;
         std::istringstream(line) >> x >> comma >> z;
-        reference.emplace_back(x, z);
+        points.emplace_back(x, z);
     }
-    REQUIRE(reference.size() > 200);
-    for (const std::string method : {"none", "region"}) {
+    return points;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the trench deposition closes over the void that another simulator finds with either of its tracers") {
+    for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
         const Run result = run("trench_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]",
                                                           "flux.rays=50000", "simplify.method=" + method});
-        double void_error = 0, top_error = 0, seam_error = 0;
-        for (const Point& p : reference) {
-            if (std::abs(p.x()) > 5.0) continue;  // the other simulator's ghost cells
-            const double d = result.distance(p) / result.dx;
-            if (p.y() > 3.0)
-                (std::abs(p.x()) > 1.0 ? top_error : seam_error) =
-                    std::max(std::abs(p.x()) > 1.0 ? top_error : seam_error, d);
-            else
-                (p.y() < -1.0 ? void_error : seam_error) =
-                    std::max(p.y() < -1.0 ? void_error : seam_error, d);
+        for (const std::string tracer : {"triangles", "disks"}) {
+            const std::vector<Point> reference = load_profile("trench_deposition_" + tracer + ".csv");
+            REQUIRE(reference.size() > 200);
+            double void_error = 0, top_error = 0, seam_error = 0;
+            for (const Point& p : reference) {
+                if (std::abs(p.x()) > 5.0) continue;  // the other simulator's ghost cells
+                const double d = result.distance(p) / result.dx;
+                double& error = p.y() > 3.0 && std::abs(p.x()) > 1.0 ? top_error
+                                : p.y() < -1.0                       ? void_error
+                                                                     : seam_error;
+                error = std::max(error, d);
+            }
+            CAPTURE(method, tracer, void_error, top_error, seam_error);
+            CHECK(void_error < 0.6);
+            CHECK(top_error < 1.0);
+            CHECK(seam_error < 2.0);
         }
-        CAPTURE(method, void_error, top_error, seam_error);
-        CHECK(void_error < 0.6);
-        CHECK(top_error < 1.0);
-        CHECK(seam_error < 2.0);
+    }
+}
+
+TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's") {
+    const Run result = run("sf6o2_hole.toml", {});
+    double floor = 0.0;
+    for (const Point& p : result.points()) floor = std::min(floor, p.y());
+    CHECK(-floor == Approx(2.448).epsilon(0.04));
+    // Radius at depths below the mask, of that simulator on the same grid.
+    for (const auto& [depth, radius] :
+         {std::pair{0.1, 0.187}, {0.5, 0.187}, {1.0, 0.187}, {1.5, 0.174}, {2.0, 0.164}}) {
+        std::vector<double> walls;
+        for (const auto& line : result.lines)
+            for (std::size_t k = 0; k + 1 < line.points.size(); ++k) {
+                const Vec3 &p = line.points[k], &q = line.points[k + 1];
+                if ((p.z() > -depth) == (q.z() > -depth)) continue;
+                walls.push_back(p.x() + (-depth - p.z()) / (q.z() - p.z()) * (q.x() - p.x()));
+            }
+        CAPTURE(depth, radius, walls);
+        REQUIRE(walls.size() == 2);
+        CHECK(0.5 * std::abs(walls[1] - walls[0]) == Approx(radius).margin(0.5 * result.dx));
     }
 }
 

@@ -125,12 +125,3 @@ TEST_CASE("compare ends with a table of raw, Lindstrom-Turk and region, and the 
               json["variants"][0]["mesh"]["simplified"]["triangles"]);
     CHECK(json["noise_floor"]["hausdorff_mean"] > 0.0);
 }
-
-TEST_CASE("every quick recipe runs") {
-    const Folder folder;
-    for (const auto& entry : fs::directory_iterator(SIDEWALL_SOURCE_DIR "/configs/quick")) {
-        const auto outcome = run_program(folder.path, "run '" + entry.path().string() + "' -o out", 120);
-        INFO(entry.path().filename().string() << ": " << outcome.output);
-        CHECK(outcome.exit_code == 0);
-    }
-}

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "surface/error.hpp"
@@ -116,6 +117,34 @@ TEST_CASE("an etch that reaches another material within a step goes on with that
         for (const Vec3& p : mesh.vertices) REQUIRE(p.z() == Approx(expected).margin(0.03));
         REQUIRE(exposed_material(stack, mesh.vertices.front()) == 0);
     }
+}
+
+TEST_CASE("an etch through a film goes on below it though a mask lies between elsewhere") {
+    // The mask wraps the substrate without thickness in its window: the step that ends the film is not lost
+    // there.
+    const Domain domain = test::unit_domain(24);
+    Shape substrate, mask;
+    mask.kind = ShapeKind::trench;
+    mask.top = 4.0;
+    mask.width = 14.0;
+    mask.depth = std::numeric_limits<double>::infinity();
+    MaterialStack stack = make_stack(domain, {{0, substrate}, {1, mask}});
+    begin_film(stack, 2);
+    test::move(stack, 1.3, {Scheme::weno3, TimeIntegration::euler, 0.5},
+               [](std::size_t, const Vec3&) { return 1.0; });
+    test::move(
+        stack, 4.0, {Scheme::weno3, TimeIntegration::euler, 0.5},
+        [](std::size_t layer, const Vec3& n) {
+            return layer == 1 ? 0.0 : -std::max(0.0, n.z()) * (layer == 2 ? 1.0 : 0.5);
+        },
+        true);
+    int seen = 0;
+    for (const Vec3& p : extract_surface(stack.top(), domain).vertices) {
+        if (std::abs(p.x()) > 3.0) continue;
+        ++seen;
+        REQUIRE(p.z() == Approx(-0.5 * (4.0 - 1.3)).margin(0.05));
+    }
+    CHECK(seen > 5);
 }
 
 TEST_CASE("a periodic domain moves like its shifted copy") {

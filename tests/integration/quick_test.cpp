@@ -1,0 +1,107 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "app/simulation.hpp"
+#include "tests/integration/program.hpp"
+
+// Every shipped quick recipe in every mode of simplification, against bounds that the process sets.
+using namespace sidewall;
+
+namespace {
+
+struct Bound {
+    const char* measure;
+    double least, most;
+};
+
+// Blanket rates times durations bound depths and films; masks only lose; walls lean as the process makes
+// them. An undercut of less than a cell may come out negative by a part of one.
+const std::map<std::string, std::vector<Bound>> kBounds = {
+    {"ald_hole", {{"film_top", 22.0, 25.3}, {"film_side", 20.0, 25.3}, {"step_coverage_bottom", 0.9, 1.02}}},
+    // Four cycles; a cycle's polymer must guard the walls, or the hole is as wide as it is deep.
+    {"bosch_hole",
+     {{"depth", 1.4, 2.2},
+      {"cd_at_0.5", 1.9, 2.4},
+      {"scallop_pitch", 0.2, 0.8},
+      {"scallop_depth", 0.03, 0.3},
+      {"undercut", 0.0, 0.8},
+      {"removed_volume_Mask", 0.5, 2.9},
+      {"added_volume_Polymer", 0.1, 1.0}}},
+    // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.
+    {"deposit_and_etch",
+     {{"depth", 1.32 - 0.05, 1.32 + 0.05}, {"cd_at_0.25", 1.55, 1.8}, {"removed_volume_Mask", 0.0, 0.012}}},
+    {"directional_hole_etch",
+     {{"depth", 2.1 - 0.06, 2.1 + 0.06},
+      {"cd_at_0.5", 2.15 - 0.125, 2.15 + 0.125},
+      {"removed_volume_Mask", 0.0, 0.027}}},
+    {"fin_deposition", {{"added_volume_Si3N4", 6.0, 8.1}, {"depth", -0.3, -0.2}}},
+    {"fin_sequence", {{"depth", -42.01, -41.98}, {"removed_volume_Si", 0.0, 20.0}}},
+    {"fluorocarbon_contact",
+     {{"depth", 90.0, 150.0},
+      {"cd_at_20", 50.0, 90.0},
+      {"sidewall_angle", 80.0, 100.0},
+      {"added_volume_Polymer", 1.0, 3e5},
+      {"removed_volume_Mask", 0.0, 2.5e4}}},
+    {"gds_masked_etch", {{"depth", 0.5, 0.51}, {"sidewall_angle", 80.0, 90.0}, {"cd_at_0.1", 0.4, 0.6}}},
+    {"hole_deposition", {{"depth", 5.7, 6.0}, {"added_volume_SiO2", 11.0, 13.0}}},
+    // The beam's own direction is 55 degrees from the horizontal; the floor leans less.
+    {"ion_beam_trench",
+     {{"depth", 0.06, 0.16}, {"cd_at_0.05", 0.1, 0.5}, {"added_volume_PolySi", 1e-5, 1e-3}}},
+    {"isotropic_deposition", {{"depth", 6.4, 6.6}, {"added_volume_SiO2", 190.17 * 0.98, 190.17 * 1.02}}},
+    {"pinch_off", {{"film_top", 0.97, 1.03}, {"film_side", 0.1, 0.4}, {"step_coverage_bottom", 0.1, 0.5}}},
+    {"sf6o2_hole",
+     {{"depth", 0.6, 1.1},
+      {"cd_at_0.1", 0.3, 0.48},
+      {"sidewall_angle", 80.0, 92.0},
+      {"undercut", -0.03, 0.06},
+      {"removed_volume_Mask", 0.0, 0.01}}},
+    {"sputter_facet",
+     {{"depth", 0.6 + 0.02, 0.6 + 0.1}, {"cd_at_0.2", 0.85, 1.2}, {"cd_at_0.4", 0.78, 0.82}}},
+    {"teos_trench", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.4, 0.8}}},
+    {"teos_two_precursors", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.5, 0.9}}},
+    {"trench_deposition", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 170.0, 200.0}}},
+    {"wet_etch_pit",
+     {{"depth", 1.594 - 0.1, 1.594 + 0.1},
+      {"sidewall_angle", 54.74 - 6.0, 54.74 + 6.0},
+      {"undercut", -0.05, 0.2},
+      {"added_volume_Mask", 0.0, 0.8}}},
+};
+
+void check_all(const std::string& method) {
+    std::set<std::string> seen;
+    for (const auto& entry : std::filesystem::directory_iterator(SIDEWALL_SOURCE_DIR "/configs/quick")) {
+        const std::string name = entry.path().stem().string();
+        INFO(name << ", " << method);
+        const auto bounds = kBounds.find(name);
+        REQUIRE(bounds != kBounds.end());
+        seen.insert(name);
+        const test::Folder folder;
+        const app::Recipe recipe = app::load_recipe(entry.path().string(), {"simplify.method=" + method});
+        const app::Json metrology =
+            app::run_recipe(recipe, {.output = folder.path, .quiet = true}).summary["metrology"];
+        for (const Bound& bound : bounds->second) {
+            INFO(bound.measure);
+            REQUIRE(metrology[bound.measure].is_number());
+            const double value = metrology[bound.measure].get<double>();
+            CHECK(value >= bound.least);
+            CHECK(value <= bound.most);
+        }
+    }
+    CHECK(seen.size() == kBounds.size());
+}
+
+}  // namespace
+
+TEST_CASE("every quick recipe ends with physical metrology, raw") {
+    check_all("none");
+}
+
+TEST_CASE("every quick recipe ends with physical metrology, lindstrom-turk") {
+    check_all("lindstrom-turk");
+}
+
+TEST_CASE("every quick recipe ends with physical metrology, region-bounded") {
+    check_all("region-bounded");
+}
