@@ -3,20 +3,33 @@
 #include <sys/mman.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace sidewall::flux {
 namespace {
 
-// Takes element i out of all threads' bins.
-std::uint64_t take(const std::vector<std::vector<std::uint64_t>*>& bins, std::size_t i) {
-    std::uint64_t sum = 0;
-    for (auto* bin : bins) {
-        if ((*bin)[i] == 0) continue;  // nearly all in a sparse batch: reading is cheaper than writing
-        sum += (*bin)[i];
-        (*bin)[i] = 0;
+constexpr std::size_t kGroup = 8;  // bins looked at together: in a sparse batch nearly all are empty
+
+// Takes the elements of [first, last) that are not zero out of all threads' bins and hands them over, summed.
+template <class Use>
+void take(const std::vector<std::uint64_t*>& bins, std::size_t first, std::size_t last, const Use& use) {
+    for (std::size_t group = first; group < last; group += kGroup) {
+        const std::size_t end = std::min(last, group + kGroup);
+        std::uint64_t any = end < group + kGroup ? 1 : 0;  // the rest is looked at one by one
+        if (any == 0)
+            for (const std::uint64_t* bin : bins)
+                for (std::size_t k = 0; k < kGroup; ++k) any |= bin[group + k];
+        if (any == 0) continue;
+        for (std::size_t i = group; i < end; ++i) {
+            std::uint64_t sum = 0;
+            for (std::uint64_t* bin : bins) {
+                sum += bin[i];
+                bin[i] = 0;
+            }
+            if (sum > 0) use(i, sum);
+        }
     }
-    return sum;
 }
 
 // Zeros on large pages where the system has them: bins are hit at random.
@@ -32,9 +45,15 @@ void allocate(std::vector<std::uint64_t>& bins, std::size_t count) {
 }
 
 template <class Body>
+void for_ranges(std::size_t count, const Body& body) {
+    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, count, 8192),
+                      [&](const auto& range) { body(range.begin(), range.end()); });
+}
+
+template <class Body>
 void for_blocks(std::size_t count, const Body& body) {
-    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, count, 8192), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
+    for_ranges(count, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i) body(i);
     });
 }
 
@@ -66,23 +85,23 @@ Tally::Bins& Tally::bins() {
 
 void Tally::close_batch() {
     ++batches_;
-    std::vector<std::vector<std::uint64_t>*> triangle, wedge;
+    std::vector<std::uint64_t*> triangle, wedge;
     for (Bins& bins : bins_) {
-        triangle.push_back(&bins.triangle);
-        wedge.push_back(&bins.wedge);
+        triangle.push_back(bins.triangle.data());
+        wedge.push_back(bins.wedge.data());
     }
-    for_blocks(mesh_.triangles.size(), [&](std::size_t t) {
-        if (const std::uint64_t bin = take(triangle, t); bin > 0) triangles_.round[t].add(bin);
+    for_ranges(mesh_.triangles.size(), [&](std::size_t first, std::size_t last) {
+        take(triangle, first, last, [&](std::size_t t, std::uint64_t sum) { triangles_.round[t].add(sum); });
     });
     // Before the wedges' bins are emptied.
     for_blocks(split_.size(), [&](std::size_t i) {
         std::uint64_t vertex = 0;
         for (std::uint32_t w = wedges_.first[split_[i]]; w < wedges_.first[split_[i] + 1]; ++w)
-            for (const auto* bins : wedge) vertex += (*bins)[w];
-        by_split_.round[i].add(vertex);
+            for (const std::uint64_t* bins : wedge) vertex += bins[w];
+        if (vertex > 0) by_split_.round[i].add(vertex);
     });
-    for_blocks(wedges_.count(), [&](std::size_t w) {
-        if (const std::uint64_t bin = take(wedge, w); bin > 0) by_wedge_.round[w].add(bin);
+    for_ranges(wedges_.count(), [&](std::size_t first, std::size_t last) {
+        take(wedge, first, last, [&](std::size_t w, std::uint64_t sum) { by_wedge_.round[w].add(sum); });
     });
 }
 
