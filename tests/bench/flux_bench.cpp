@@ -24,6 +24,8 @@
 #include <string>
 #include <vector>
 
+#include "app/flux_gradient.hpp"
+#include "flux/smoothing.hpp"
 #include "flux/tracer.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/mesh_io.hpp"
@@ -255,6 +257,21 @@ Bias bias_of(const Scene& raw, const std::array<std::vector<double>, 2>& truth,
     return {std::sqrt(std::max(0.0, sum / area)) / mean, std::sqrt(2.0 * std::sqrt(squares) / area) / mean};
 }
 
+// The edges that a time step before leaves to this one: its flux, traced on the default mesh, bounds them.
+std::vector<double> lengths_by_flux(const Scene& raw, double sticking, double dx) {
+    const Scene before("", simplified(raw.mesh, {}));
+    app::SurfaceFlux surface;
+    surface.raw = before.mesh;
+    surface.wedges = before.wedges;
+    surface.fluxes = {before.trace(sticking, kRays / 4, 30)};
+    const flux::FluxResult& result = surface.fluxes.front();
+    surface.wedge_flux = {flux::smoothed_flux(before.mesh, before.wedges, result.wedge, result.arrivals)};
+    const app::CoverageField field =
+        app::coverage_field(before.mesh, before.wedges, {app::kFluxGradient}, {app::flux_gradient(surface)});
+    constexpr double kChange = 0.1;  // the recipes' default
+    return app::resolving_lengths(field, raw.mesh, kChange, dx);
+}
+
 void to_two_percent(const Scene& raw) {
     const double dx = simplify::base_length(raw.mesh, {}, {});
     struct Variant {
@@ -266,7 +283,8 @@ void to_two_percent(const Scene& raw) {
                                   {"LT 75 %", tenth(raw.mesh)},
                                   {"LT 0.02 dx", {}},
                                   {"bounded 0.05 dx", {}},
-                                  {"bounded 0.02 dx", {}}};
+                                  {"bounded 0.02 dx", {}},
+                                  {"bounded, by flux", {}}};
     variants[1].options.weights = variants[2].options.weights = simplify::kVolumeWeights;
     variants[2].options.target_vertices = raw.mesh.vertices.size() / 4;
     variants[3].options.method = simplify::Method::lindstrom_turk;
@@ -280,6 +298,8 @@ void to_two_percent(const Scene& raw) {
             first_light::trace(raw.mesh, raw.scene, raw.box, sticking, raw.wedges, kRays / 4, false);
         // The error falls with the square root of the rays.
         const double first = (cpu_seconds() - begin) * std::pow(old.relative_error / kTarget, 2.0);
+        const std::vector<double> lengths = lengths_by_flux(raw, sticking, dx);
+        variants.back().options.max_length_at = lengths;
         std::array<std::vector<double>, 2> truth, flux;
         for (std::uint64_t k = 0; k < 2; ++k)
             truth[k] = flux_at(raw, raw, raw.trace(sticking, 4 * kRays, 10 + k));
