@@ -98,28 +98,68 @@ void cut_layers(MaterialStack& stack) {
 }
 
 LayerDepths::LayerDepths(const MaterialStack& stack)
-    : stack_(stack), top_(stack.top().getConstUnsafeAccessor()) {
+    : stack_(stack),
+      dx_(static_cast<float>(stack.domain.spacing)),
+      top_(stack.top().getConstUnsafeAccessor()) {
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
         layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
 }
 
+openvdb::Coord LayerDepths::own(const openvdb::Coord& node) const {
+    return {stack_.domain.source_node(0, node.x()), stack_.domain.source_node(1, node.y()), node.z()};
+}
+
+bool LayerDepths::solid(const openvdb::Coord& own_node) const {
+    return top_.isValueOn(own_node) && top_.getValue(own_node) <= 0.0f;
+}
+
+// A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's voxels.
+float LayerDepths::value(std::size_t layer, const openvdb::Coord& own_node) const {
+    return layers_[layer].isValueOn(own_node) ? layers_[layer].getValue(own_node) : stack_.top().background();
+}
+
+LayerDepths::Reading LayerDepths::read(std::size_t layer, const openvdb::Coord& node,
+                                       const Vec3& point) const {
+    const openvdb::Coord here = own(node);
+    const float layer_value = value(layer, here), surface = top_.getValue(here),
+                thickness = layer_value - surface;
+    Reading reading;
+    if (thickness <= static_cast<float>(kExposed) * dx_) return reading;  // exposed
+    reading.depth = layer_value;
+    for (int axis = 0; axis < 3; ++axis) {
+        // From neighbours inside alone, on both sides or on one.
+        float run = 0.0f;
+        for (const int side : {-1, 1}) {
+            openvdb::Coord next = node;
+            next[axis] += side;
+            next = own(next);
+            if (!solid(next)) continue;
+            const auto sign = static_cast<float>(side);
+            reading.rise[axis] += sign * (value(layer, next) - layer_value);
+            reading.surface_rise[axis] += sign * (top_.getValue(next) - surface);
+            run += 1.0f;
+        }
+        if (run == 0.0f) continue;
+        reading.rise[axis] /= run;
+        reading.surface_rise[axis] /= run;
+        reading.depth += reading.rise[axis] * static_cast<float>(point[axis] - node[axis]);
+    }
+    // Under a film the two rise alike, and their difference is its thickness; extrapolating errs by the
+    // film's curvature, which matters most where it is thin.
+    constexpr float kThin = 0.25f, kParallel = 0.9f, kThinParallel = 0.5f;
+    const float parallel = thickness < kThin * dx_ ? kThinParallel : kParallel;
+    if (reading.rise.dot(reading.surface_rise) > parallel * reading.rise.norm() * reading.surface_rise.norm())
+        reading.depth = thickness;
+    return reading;
+}
+
 void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
     const Domain& domain = stack_.domain;
-    const float background = stack_.top().background();
-    const auto own = [&](const openvdb::Coord& c) {
-        return openvdb::Coord(domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z());
-    };
-    const auto solid = [&](const openvdb::Coord& c) { return top_.isValueOn(c) && top_.getValue(c) <= 0.0f; };
-    // A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's
-    // voxels.
-    const auto value = [&](std::size_t k, const openvdb::Coord& c) {
-        return layers_[k].isValueOn(c) ? layers_[k].getValue(c) : background;
-    };
     const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
     const openvdb::Coord low(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
                              static_cast<int>(floor.z()));
     std::array<openvdb::Coord, 8> corners;
-    std::array<float, 8> weights{};
+    std::array<float, 8> weights{};  // trilinear, of the corners inside
     float sum = 0.0f;
     for (int n = 0; n < 8; ++n) {
         const openvdb::Coord step(n & 1, n >> 1 & 1, n >> 2);
@@ -129,7 +169,6 @@ void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
         for (int axis = 0; axis < 3; ++axis) weight *= 1.0 - std::abs(point[axis] - floor[axis] - step[axis]);
         if (solid(own(corners[k]))) sum += weights[k] = static_cast<float>(weight);
     }
-    std::fill(depth.begin(), depth.end(), 0.0f);
     constexpr float kLeast = 1e-3f;  // less is rounding about a face of the cell
     if (sum < kLeast) {
         // Material thinner than a cell: the values as they are.
@@ -140,48 +179,23 @@ void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
             depth[k] = static_cast<float>(distance_at(*stack_.layers[k].phi, domain, world) - surface);
         return;
     }
-    const float dx = static_cast<float>(domain.spacing), touching = static_cast<float>(kExposed) * dx;
+    const float touching = static_cast<float>(kExposed) * dx_;
     for (std::size_t k = 0; k < layers_.size(); ++k) {
-        Eigen::Vector3f slope = Eigen::Vector3f::Zero(), normal = Eigen::Vector3f::Zero();  // per cell
+        Reading mean;
         for (std::size_t n = 0; n < 8; ++n) {
             if (weights[n] == 0.0f) continue;
-            const openvdb::Coord here = own(corners[n]);
-            const float own_value = value(k, here), surface = top_.getValue(here), weight = weights[n] / sum;
-            if (own_value - surface <= touching) continue;  // exposed: depth 0
-            Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
-            float reached = own_value;
-            for (int axis = 0; axis < 3; ++axis) {
-                // From neighbours inside alone, on both sides or on one.
-                float run = 0.0f;
-                for (const int side : {-1, 1}) {
-                    openvdb::Coord next = corners[n];
-                    next[axis] += side;
-                    next = own(next);
-                    if (!solid(next)) continue;
-                    const auto sign = static_cast<float>(side);
-                    rise[axis] += sign * (value(k, next) - own_value);
-                    surface_rise[axis] += sign * (top_.getValue(next) - surface);
-                    run += 1.0f;
-                }
-                if (run == 0.0f) continue;
-                rise[axis] /= run;
-                surface_rise[axis] /= run;
-                reached += rise[axis] * static_cast<float>(point[axis] - corners[n][axis]);
-            }
-            slope += weight * rise;
-            normal += weight * surface_rise;
-            // Under a film the two are parallel, and their difference is its thickness; extrapolating errs by
-            // the film's curvature, which matters most where it is thin.
-            constexpr float kThin = 0.25f, kParallel = 0.9f, kThinParallel = 0.5f;
-            const float thick = own_value - surface;
-            const bool film = rise.dot(surface_rise) > (thick < kThin * dx ? kThinParallel : kParallel) *
-                                                           rise.norm() * surface_rise.norm();
-            depth[k] += weight * (film ? thick : reached);
+            const Reading reading = read(k, corners[n], point);
+            const float weight = weights[n] / sum;
+            mean.depth += weight * reading.depth;
+            mean.rise += weight * reading.rise;
+            mean.surface_rise += weight * reading.surface_rise;
         }
+        depth[k] = mean.depth;
+        if (depth[k] > touching) continue;
         // In a layer, or at its end where the surface leaves it straight into the next one?
         constexpr float kStraight = 0.5f;
-        const float length = normal.norm(), along = length > 0.0f ? -slope.dot(normal) / (length * dx) : 0.0f;
-        if (depth[k] > touching) continue;
+        const float length = mean.surface_rise.norm();
+        const float along = length > 0.0f ? -mean.rise.dot(mean.surface_rise) / (length * dx_) : 0.0f;
         if (along <= kStraight)
             depth[k] = 0.0f;
         else

@@ -60,7 +60,18 @@ class LayerDepths {
     void at(const Vec3& point, std::span<float> depth) const;
 
   private:
+    /// What one node inside tells of a layer: how deep it lies below the point, and both fronts' rise a cell.
+    struct Reading {
+        float depth = 0.0f;
+        Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
+    };
+    Reading read(std::size_t layer, const openvdb::Coord& node, const Vec3& point) const;
+    openvdb::Coord own(const openvdb::Coord& node) const;
+    bool solid(const openvdb::Coord& own_node) const;
+    float value(std::size_t layer, const openvdb::Coord& own_node) const;
+
     const MaterialStack& stack_;
+    float dx_;
     Grid::ConstUnsafeAccessor top_;
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };

@@ -50,6 +50,20 @@ Run run(const std::string& name, const std::vector<std::string>& overrides) {
             surface::cut_by_plane(result.surface, surface::parse_plane("y=0")), result.surface};
 }
 
+// Mean distance between two cuts, over the lengths of both.
+double mean_distance(const Run& a, const Run& b) {
+    double sum = 0.0, length = 0.0;
+    for (const auto& [from, to] : {std::pair{&a, &b}, {&b, &a}})
+        for (const auto& line : from->lines)
+            for (std::size_t k = 0; k + 1 < line.points.size(); ++k) {
+                const Vec3 &p = line.points[k], &q = line.points[k + 1];
+                const double d = (q - p).norm();
+                sum += d * to->distance(0.5 * (Point(p.x(), p.z()) + Point(q.x(), q.z())));
+                length += d;
+            }
+    return sum / length;
+}
+
 // Points x, z of a reference profile in tests/assets/.
 std::vector<Point> load_profile(const std::string& file) {
     std::vector<Point> points;
@@ -110,6 +124,34 @@ TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's") {
         CAPTURE(depth, radius, walls);
         REQUIRE(walls.size() == 2);
         CHECK(0.5 * std::abs(walls[1] - walls[0]) == Approx(radius).margin(0.5 * result.dx));
+    }
+}
+
+TEST_CASE("profiles at dx, dx/2 and dx/4 converge at first order") {
+    struct Row {
+        const char* name;
+        std::vector<std::string> overrides;
+        std::vector<std::string> spacings;
+    };
+    for (const Row& row :
+         {Row{"quick/trench_deposition.toml",
+              {"domain.extent=[10.0, 0.5]", "step[0].duration=1.5", "flux.rays=200000"},
+              {"0.5", "0.25", "0.125"}},
+          Row{"quick/teos_trench.toml",
+              {"domain.extent=[4.0, 0.25]", "flux.rays=200000"},
+              {"0.125", "0.0625", "0.03125"}},
+          Row{"quick/deposit_and_etch.toml", {"domain.extent=[4.0, 0.2]"}, {"0.1", "0.05", "0.025"}}}) {
+        std::vector<Run> runs;
+        for (const std::string& spacing : row.spacings) {
+            std::vector<std::string> overrides = row.overrides;
+            overrides.push_back("domain.grid_spacing=" + spacing);
+            overrides.push_back("simplify.method=none");
+            runs.push_back(run(row.name, overrides));
+        }
+        const double coarse = mean_distance(runs[0], runs[1]), fine = mean_distance(runs[1], runs[2]);
+        CAPTURE(row.name, coarse, fine);
+        // First order to within what the noise of the fluxes leaves of it.
+        CHECK(std::log2(coarse / fine) > 0.85);
     }
 }
 
