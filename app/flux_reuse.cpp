@@ -12,10 +12,14 @@ std::vector<std::string> carried_names(const Model& model) {
     return names;
 }
 
-CoverageField flux_field(const Model& model, const SurfaceFlux& surface) {
+std::vector<std::vector<double>> carried_values(const SurfaceFlux& surface) {
     std::vector<std::vector<double>> values = surface.wedge_flux;
     values.insert(values.end(), surface.coverage.begin(), surface.coverage.end());
-    return coverage_field(surface.traced(), surface.wedges, carried_names(model), values);
+    return values;
+}
+
+CoverageField flux_field(const Model& model, const SurfaceFlux& surface) {
+    return coverage_field(surface.traced(), surface.wedges, carried_names(model), carried_values(surface));
 }
 
 void take_fluxes(const Model& model, const CoverageField& field, SurfaceFlux& surface) {

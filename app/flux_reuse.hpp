@@ -12,6 +12,9 @@ struct FluxReuse {
 /// Names under which fluxes and coverages of a model are carried on: flux_*, then its coverages.
 std::vector<std::string> carried_names(const Model& model);
 
+/// Fluxes and coverages by wedge, in that order.
+std::vector<std::vector<double>> carried_values(const SurfaceFlux& surface);
+
 /// Fluxes and coverages as a field on the traced mesh, by carried_names.
 CoverageField flux_field(const Model& model, const SurfaceFlux& surface);
 

@@ -295,18 +295,12 @@ SurfaceFlux carried_surface(const Model& model, const levelset::MaterialStack& s
 }
 
 CoverageField carried_field(const Recipe& recipe, const Model& model, const SurfaceFlux& surface) {
-    std::vector<std::string> names = model.coverages.names;
-    std::vector<std::vector<double>> values = surface.coverage;
+    const bool reuse = recipe.flux.reuse > 0.0;
+    std::vector<std::string> names = reuse ? carried_names(model) : model.coverages.names;
+    std::vector<std::vector<double>> values = reuse ? carried_values(surface) : surface.coverage;
     if (surface.simplified && bounds_by_flux(recipe.simplify)) {
         names.emplace_back(kFluxGradient);
         values.push_back(flux_gradient(surface));
-    }
-    if (recipe.flux.reuse > 0.0) {
-        const std::vector<std::string> tallies = flux_names(model.species);
-        for (std::size_t k = 0; k < tallies.size(); ++k) {
-            names.push_back("flux_" + tallies[k]);
-            values.push_back(surface.wedge_flux[k]);
-        }
     }
     return coverage_field(surface.traced(), surface.wedges, names, values);
 }

@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/surface/meshes.hpp"
+
 using namespace sidewall;
 using namespace sidewall::app;
 
@@ -10,19 +12,10 @@ namespace {
 
 // A sheet of n x n cells over [0, 1]^2 at height z, bent upwards by 90 degrees at x = 1/2 if asked.
 TriangleMesh sheet(std::uint32_t n, double z, bool bent = false) {
-    TriangleMesh mesh;
-    for (std::uint32_t j = 0; j <= n; ++j)
-        for (std::uint32_t i = 0; i <= n; ++i) {
-            const double x = double(i) / n, y = double(j) / n;
-            mesh.vertices.emplace_back(bent && x > 0.5 ? 0.5 : x, y, z + (bent && x > 0.5 ? x - 0.5 : 0.0));
-        }
-    for (std::uint32_t j = 0; j < n; ++j)
-        for (std::uint32_t i = 0; i < n; ++i) {
-            const std::uint32_t a = j * (n + 1) + i, b = a + 1, c = a + n + 1, d = c + 1;
-            mesh.triangles.push_back({a, b, d});
-            mesh.triangles.push_back({a, d, c});
-        }
-    return mesh;
+    return test::grid_mesh(n, n, [=](double x, double y) {
+        const double rise = bent && x > 0.5 ? x - 0.5 : 0.0;
+        return Vec3(rise > 0.0 ? 0.5 : x, y, z + rise);
+    });
 }
 
 }  // namespace

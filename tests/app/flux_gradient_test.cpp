@@ -3,6 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "tests/surface/meshes.hpp"
+
 using namespace sidewall;
 using namespace sidewall::app;
 
@@ -14,15 +16,7 @@ constexpr double kSlope = 0.3;
 // A flat sheet over [0, 1]^2 under a flux of 1 + slope x, known to within `error`.
 SurfaceFlux linear_flux(double error) {
     SurfaceFlux surface;
-    for (std::uint32_t j = 0; j <= kCells; ++j)
-        for (std::uint32_t i = 0; i <= kCells; ++i)
-            surface.raw.vertices.emplace_back(double(i) / kCells, double(j) / kCells, 0.0);
-    for (std::uint32_t j = 0; j < kCells; ++j)
-        for (std::uint32_t i = 0; i < kCells; ++i) {
-            const std::uint32_t a = j * (kCells + 1) + i, b = a + 1, c = a + kCells + 1, d = c + 1;
-            surface.raw.triangles.push_back({a, b, d});
-            surface.raw.triangles.push_back({a, d, c});
-        }
+    surface.raw = test::grid_mesh(kCells, kCells, [](double u, double v) { return Vec3(u, v, 0.0); });
     surface.wedges = flux::make_wedges(surface.raw);
     flux::FluxResult species;
     for (const Vec3& p : surface.raw.vertices) species.wedge.flux.push_back(1.0 + kSlope * p.x());
