@@ -59,14 +59,14 @@ inline double sample_cone_angle(double alpha, Stream& random) {
     }
 }
 
-/// Coned cosine about the mirrored direction of an ion at incidence \p theta; directions into the surface are
-/// drawn again. Unit vectors.
+/// Coned cosine about the mirrored direction of an ion at incidence \p theta: the angle to that direction has
+/// the full cone's density, its azimuth is uniform over those that lead away from the surface. Unit vectors.
 inline Vec3 sample_coned(const Reflection& reflection, const Vec3& direction, const Vec3& normal,
                          double theta, Stream& random) {
     const Vec3 axis = mirrored(direction, normal).normalized();
     const double alpha = std::numbers::pi / 2.0 - std::min(theta, reflection.cone);
+    const double psi = sample_cone_angle(alpha, random);
     for (int trial = 0; trial < 1000; ++trial) {
-        const double psi = sample_cone_angle(alpha, random);
         const Vec3 out = direction_around(axis, std::cos(psi), std::sin(psi), random.uniform());
         if (out.dot(normal) > 0.0) return out;
     }
