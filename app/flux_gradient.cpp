@@ -10,24 +10,22 @@ std::vector<double> flux_gradient(const SurfaceFlux& surface) {
     constexpr double kNoise = 3.0;
     const TriangleMesh& mesh = surface.traced();
     std::vector<double> gradient(surface.wedges.count(), 0.0);
-    std::size_t tally = 0;
-    for (const flux::FluxResult& species : surface.fluxes)
-        for (std::size_t k = 0; k <= species.others.size(); ++k, ++tally) {
-            const std::vector<double>& flux = surface.wedge_flux[tally];
-            const std::vector<double>& error = species.tally(k).wedge.error;
-            for (std::size_t c = 0; c < surface.wedges.corner.size(); ++c) {
-                const std::size_t next = c % 3 == 2 ? c - 2 : c + 1;
-                const std::uint32_t v = surface.wedges.corner[c], w = surface.wedges.corner[next];
-                const double change = std::abs(flux[v] - flux[w]) - kNoise * std::hypot(error[v], error[w]);
-                const double length = (mesh.vertices[mesh.triangles[c / 3][c % 3]] -
-                                       mesh.vertices[mesh.triangles[next / 3][next % 3]])
-                                          .norm();
-                if (!(change > 0.0) || !(length > 0.0)) continue;
-                const double steep = change / (0.5 * (std::abs(flux[v]) + std::abs(flux[w])) * length);
-                gradient[v] = std::max(gradient[v], steep);
-                gradient[w] = std::max(gradient[w], steep);
-            }
+    for (std::size_t tally = 0; tally < surface.wedge_flux.size(); ++tally) {
+        const std::vector<double>& flux = surface.wedge_flux[tally];
+        const std::vector<double>& error = surface.wedge_error[tally];
+        for (std::size_t c = 0; c < surface.wedges.corner.size(); ++c) {
+            const std::size_t next = c % 3 == 2 ? c - 2 : c + 1;
+            const std::uint32_t v = surface.wedges.corner[c], w = surface.wedges.corner[next];
+            const double change = std::abs(flux[v] - flux[w]) - kNoise * std::hypot(error[v], error[w]);
+            const double length = (mesh.vertices[mesh.triangles[c / 3][c % 3]] -
+                                   mesh.vertices[mesh.triangles[next / 3][next % 3]])
+                                      .norm();
+            if (!(change > 0.0) || !(length > 0.0)) continue;
+            const double steep = change / (0.5 * (std::abs(flux[v]) + std::abs(flux[w])) * length);
+            gradient[v] = std::max(gradient[v], steep);
+            gradient[w] = std::max(gradient[w], steep);
         }
+    }
     return gradient;
 }
 

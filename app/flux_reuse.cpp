@@ -38,22 +38,19 @@ double flux_change(const Model& model, const CoverageField& field, const Surface
     };
     const auto before = look_up(field), now = look_up(flux_field(model, surface));
     double most = 0.0;
-    std::size_t tally = 0;
-    for (const flux::FluxResult& species : surface.fluxes)
-        for (std::size_t k = 0; k <= species.others.size(); ++k, ++tally) {
-            const std::vector<double>& error = species.tally(k).wedge.error;
-            double difference = 0.0, noise = 0.0, sum = 0.0;
-            for (std::size_t w = 0; w < surface.wedges.count(); ++w) {
-                const double area = surface.wedges.area[w];
-                difference += area * std::abs(now[tally][w] - before[tally][w]);
-                noise += area * error[w];
-                sum += area * std::abs(now[tally][w]);
-            }
-            // Of two normal errors of width sigma the mean difference is 2 sigma / sqrt(pi).
-            noise *= 2.0 / std::sqrt(std::numbers::pi);
-            const double change = std::sqrt(std::max(0.0, difference * difference - noise * noise));
-            if (sum > 0.0) most = std::max(most, change / sum);
+    for (std::size_t tally = 0; tally < surface.wedge_flux.size(); ++tally) {
+        double difference = 0.0, noise = 0.0, sum = 0.0;
+        for (std::size_t w = 0; w < surface.wedges.count(); ++w) {
+            const double area = surface.wedges.area[w];
+            difference += area * std::abs(now[tally][w] - before[tally][w]);
+            noise += area * surface.wedge_error[tally][w];
+            sum += area * std::abs(now[tally][w]);
         }
+        // Of two normal errors of width sigma the mean difference is 2 sigma / sqrt(pi).
+        noise *= 2.0 / std::sqrt(std::numbers::pi);
+        const double change = std::sqrt(std::max(0.0, difference * difference - noise * noise));
+        if (sum > 0.0) most = std::max(most, change / sum);
+    }
     return most;
 }
 

@@ -15,6 +15,7 @@
 namespace sidewall::app {
 namespace {
 
+constexpr double kMostAveraging = 8.0;     // grid spacings: the work grows with its square
 constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would fill a machine
 constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostBytes = 1 << 24;
@@ -149,7 +150,12 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_layers(root, recipe);
     read_steps(root, recipe);
     check_beams(recipe);
-    read_section(root, "flux", recipe.flux, recipe.materials, [] {});
+    read_section(root, "flux", recipe.flux, recipe.materials, [&] {
+        const double most = kMostAveraging * recipe.domain.grid_spacing;
+        if (recipe.flux.averaging > most)
+            throw KeyError("averaging",
+                           fmt::format("must be at most {:g} grid spacings, {:g}", kMostAveraging, most));
+    });
     read_section(root, "simplify", recipe.simplify, recipe.materials,
                  [&] { check_simplify(recipe.simplify); });
     read_section(root, "advection", recipe.advection, recipe.materials, [] {});

@@ -155,6 +155,10 @@ std::vector<Field> fields(FluxSection& flux) {
          "0 = "
          "trace every time step",
          {.min = 0.0, .max = 0.5}},
+        {"averaging", &flux.averaging, kLength,
+         "models see fluxes averaged over the surface within this distance, at most 8 grid spacings; 0 = as "
+         "traced",
+         kNotNegative},
         {"stages",
          &flux.stages,
          "",

@@ -8,6 +8,7 @@
 #include "app/flux_gradient.hpp"
 #include "app/flux_reuse.hpp"
 #include "app/output.hpp"
+#include "flux/averaging.hpp"
 #include "flux/smoothing.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
@@ -159,6 +160,30 @@ flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& specie
     return result;
 }
 
+// The fluxes that models see, from those counted.
+void take_tallies(const Recipe& recipe, SurfaceFlux& surface) {
+    surface.wedge_flux.clear();
+    surface.wedge_error.clear();
+    std::vector<const flux::TallyFlux*> tallies;
+    for (const flux::FluxResult& result : surface.fluxes)
+        for (std::size_t k = 0; k <= result.others.size(); ++k) {
+            tallies.push_back(&result.tally(k));
+            surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges,
+                                                             result.tally(k).wedge, result.arrivals));
+            surface.wedge_error.push_back(result.tally(k).wedge.error);
+        }
+    if (recipe.flux.averaging == 0.0) return;
+    std::vector<flux::Unaveraged> fluxes;
+    for (std::size_t k = 0; k < tallies.size(); ++k)
+        fluxes.push_back({surface.wedge_flux[k], tallies[k]->triangle.error});
+    std::vector<flux::FluxField> averages = flux::averaged(surface.traced(), surface.box, surface.wedges,
+                                                           surface.materials, fluxes, recipe.flux.averaging);
+    for (std::size_t k = 0; k < tallies.size(); ++k) {
+        surface.wedge_flux[k] = std::move(averages[k].flux);
+        surface.wedge_error[k] = std::move(averages[k].error);
+    }
+}
+
 // Traces every species once, with the sticking that the coverages leave.
 void trace_all(const Recipe& recipe, const Model& model, std::uint32_t time_step,
                const std::function<void(double)>& progress, const std::vector<std::int32_t>& materials,
@@ -171,7 +196,6 @@ void trace_all(const Recipe& recipe, const Model& model, std::uint32_t time_step
         });
     }
     surface.fluxes.clear();
-    surface.wedge_flux.clear();
     for (std::uint32_t k = 0; k < model.species.size(); ++k) {
         surface.fluxes.push_back(
             trace_species(recipe, model.species[k], k, sticking[k], surface, time_step, progress));
@@ -179,10 +203,8 @@ void trace_all(const Recipe& recipe, const Model& model, std::uint32_t time_step
         if (result.others.size() + 1 != flux::tally_count(model.species[k]))
             throw NumericsError(
                 fmt::format("species {}: the tracer did not count its yields", model.species[k].name));
-        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally)
-            surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges,
-                                                             result.tally(tally).wedge, result.arrivals));
     }
+    take_tallies(recipe, surface);
     ++surface.iterations;
 }
 

@@ -21,11 +21,12 @@ struct SurfaceFlux {
     std::optional<surface::RayScene> scene;  ///< of the traced mesh; none if the model looks at no surface
     flux::LateralBox box;
     flux::Wedges wedges;
-    std::vector<flux::FluxResult> fluxes;         ///< one a species, as counted
-    std::vector<std::vector<double>> wedge_flux;  ///< by tally (tally_names) and wedge, less its noise
-    std::vector<std::vector<double>> coverage;    ///< by Model::coverages and wedge
-    int iterations = 0;                           ///< traces it took until the coverages had settled
-    double coverage_change = 0.0;                 ///< mean change of a coverage in the last of them
+    std::vector<flux::FluxResult> fluxes;          ///< one a species, as counted
+    std::vector<std::vector<double>> wedge_flux;   ///< what models see, by tally (tally_names) and wedge
+    std::vector<std::vector<double>> wedge_error;  ///< its standard errors; none where nothing was traced
+    std::vector<std::vector<double>> coverage;     ///< by Model::coverages and wedge
+    int iterations = 0;                            ///< traces it took until the coverages had settled
+    double coverage_change = 0.0;                  ///< mean change of a coverage in the last of them
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };

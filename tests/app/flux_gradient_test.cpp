@@ -22,6 +22,7 @@ SurfaceFlux linear_flux(double error) {
     for (const Vec3& p : surface.raw.vertices) species.wedge.flux.push_back(1.0 + kSlope * p.x());
     species.wedge.error.assign(species.wedge.flux.size(), error);
     surface.wedge_flux = {species.wedge.flux};
+    surface.wedge_error = {species.wedge.error};
     surface.fluxes = {species};
     return surface;
 }

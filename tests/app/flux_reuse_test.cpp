@@ -20,6 +20,7 @@ SurfaceFlux square(double factor, double error) {
         species.wedge.error.push_back(error * factor * (1.0 + p.x()));
     }
     surface.wedge_flux = {species.wedge.flux};
+    surface.wedge_error = {species.wedge.error};
     surface.fluxes = {species};
     return surface;
 }

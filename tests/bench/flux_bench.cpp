@@ -266,6 +266,7 @@ std::vector<double> lengths_by_flux(const Scene& raw, double sticking, double dx
     surface.fluxes = {before.trace(sticking, kRays / 4, 30)};
     const flux::FluxResult& result = surface.fluxes.front();
     surface.wedge_flux = {flux::smoothed_flux(before.mesh, before.wedges, result.wedge, result.arrivals)};
+    surface.wedge_error = {result.wedge.error};
     const app::CoverageField field =
         app::coverage_field(before.mesh, before.wedges, {app::kFluxGradient}, {app::flux_gradient(surface)});
     constexpr double kChange = 0.1;  // the recipes' default

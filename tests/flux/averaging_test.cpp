@@ -1,0 +1,98 @@
+#include "flux/averaging.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "surface/error.hpp"
+#include "tests/flux/meshes.hpp"
+
+using namespace sidewall;
+using namespace sidewall::flux;
+
+namespace {
+
+constexpr std::size_t kCells = 40;
+constexpr double kExtent = 2.0, kPi = std::numbers::pi;
+
+// A flat square of side kExtent from the origin.
+const TriangleMesh kSheet = height_field(kCells, kCells, kExtent, kExtent, [](auto, auto) { return 0.0; });
+
+bool within(const Vec3& p, double margin) {
+    return std::min(p.x(), p.y()) > margin && std::max(p.x(), p.y()) < kExtent - margin;
+}
+
+FluxField average(const TriangleMesh& mesh, const Wedges& wedges, std::array<Boundary, 2> sides,
+                  const std::vector<double>& values, double radius,
+                  std::span<const std::int32_t> materials = {}, double error = 0.0) {
+    const std::vector<double> errors(mesh.triangles.size(), error);
+    const Unaveraged flux{values, errors};
+    return averaged(mesh, lateral_box(mesh, sides), wedges, materials, {&flux, 1}, radius).front();
+}
+
+constexpr std::array kMirrors{Boundary::reflective, Boundary::reflective};
+constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
+
+}  // namespace
+
+TEST_CASE("an average over a disc: constants stay, a parabola rises by a quarter of the radius squared") {
+    const Wedges wedges = make_wedges(kSheet);
+    constexpr double kRadius = 0.2;
+    for (const auto& sides : {kMirrors, kPeriodic})
+        for (const double v : average(kSheet, wedges, sides, std::vector(wedges.count(), 1.0), kRadius).flux)
+            CHECK(v == Approx(1.0));
+
+    std::vector<double> parabola;
+    for (const Vec3& p : kSheet.vertices) parabola.push_back(p.x() * p.x());
+    const auto mean = average(kSheet, wedges, kMirrors, parabola, kRadius).flux;
+    for (std::size_t v = 0; v < mean.size(); ++v)
+        // Sampled in triangles of a quarter of the radius, the rim is ragged by a few per cent.
+        if (within(kSheet.vertices[v], kRadius))
+            CHECK(mean[v] - parabola[v] == Approx(kRadius * kRadius / 4.0).epsilon(0.1));
+}
+
+TEST_CASE("averages go on beyond the sides, mirrored or from the opposite one") {
+    const Wedges wedges = make_wedges(kSheet);
+    constexpr double kRadius = 0.3, kWave = 2.0 * kPi / kExtent;
+    // It goes on as itself beyond either kind of side, so that the disc takes 2 J1(k R) / (k R) of it
+    // everywhere.
+    std::vector<double> wave;
+    for (const Vec3& p : kSheet.vertices) wave.push_back(std::cos(kWave * p.x()) + std::cos(kWave * p.y()));
+    const double factor = 2.0 * std::cyl_bessel_j(1.0, kWave * kRadius) / (kWave * kRadius);
+    for (const auto& sides : {kMirrors, kPeriodic, std::array{Boundary::reflective, Boundary::periodic}}) {
+        const auto mean = average(kSheet, wedges, sides, wave, kRadius).flux;
+        for (std::size_t v = 0; v < mean.size(); ++v)
+            CHECK(mean[v] == Approx(factor * wave[v]).margin(0.02));  // a tenth of what it takes off
+    }
+}
+
+TEST_CASE("what faces away or is of another material does not count") {
+    // A slit narrower than the radius: each wall sees itself, its neighbour's back, and the other wall.
+    const TriangleMesh slit =
+        extrude({{0.0, 0.0}, {0.95, 0.0}, {0.95, -1.0}, {1.05, -1.0}, {1.05, 0.0}, {2.0, 0.0}}, 0.5, 10);
+    const Wedges wedges = make_wedges(slit);
+    std::vector<double> left(wedges.count(), 0.0);
+    const auto is_left = [&](std::size_t c) { return c / 3 >= 20 && c / 3 < 40; };  // the second segment
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        if (is_left(c)) left[wedges.corner[c]] = 1.0;
+    CHECK(average(slit, wedges, kMirrors, left, 0.2).flux == left);
+
+    std::vector<std::int32_t> materials;
+    for (std::size_t t = 0; t < kSheet.triangles.size(); ++t)
+        materials.push_back(triangle_centroid(kSheet, t).x() > 0.5 * kExtent ? 1 : 0);
+    const Wedges split = make_wedges(kSheet, materials);
+    std::vector<double> value(split.count());
+    for (std::size_t c = 0; c < split.corner.size(); ++c) value[split.corner[c]] = materials[c / 3];
+    CHECK(average(kSheet, split, kMirrors, value, 0.3, materials).flux == value);
+}
+
+TEST_CASE("the error of an average falls with the number of triangles it is taken over") {
+    const Wedges wedges = make_wedges(kSheet);
+    constexpr double kError = 0.1, kRadius = 0.3;
+    const double triangle = 0.5 * std::pow(kExtent / kCells, 2);
+    const double expected = kError * std::sqrt(triangle / (kPi * kRadius * kRadius));
+    const auto mean =
+        average(kSheet, wedges, kPeriodic, std::vector(wedges.count(), 1.0), kRadius, {}, kError);
+    for (std::size_t v = 0; v < mean.error.size(); ++v) CHECK(mean.error[v] == Approx(expected).epsilon(0.1));
+    CHECK_THROWS_AS(average(kSheet, wedges, kPeriodic, std::vector(wedges.count(), 1.0), 0.0), RecipeError);
+}
