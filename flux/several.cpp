@@ -70,9 +70,13 @@ void arrive(const Trace& trace, const Worker& w, Rider& rider, std::size_t lande
     rider.counts->ledger.absorbed += absorbed;
 }
 
-// Roulette by the path. Survivors move up in the block.
+// Below this a weight costs more to carry than it tells.
+constexpr std::uint64_t kFaint = kOne / 16;
+
+// Roulette by the path, then by the species that are faint on it. Survivors move up in the block.
 void play_together(const Trace& trace, const Event& event, Worker& w, Riders& riders, std::size_t landed) {
     Rays& r = w.rays;
+    const std::uint64_t faint = std::min(kFaint, trace.roulette);  // so never the largest weight
     std::fill_n(w.landed.begin() + static_cast<std::ptrdiff_t>(landed), kLanes, 0);
     std::size_t kept = 0;
     alignas(32) std::uint32_t rays[kLanes], words[4][kLanes];
@@ -91,9 +95,11 @@ void play_together(const Trace& trace, const Event& event, Worker& w, Riders& ri
             for (Rider& rider : riders) {
                 const std::uint64_t weight = rider.weight[row];
                 const auto scaled = static_cast<std::uint64_t>(static_cast<double>(weight) * scale + 0.5);
-                const std::uint64_t next = goes_on ? scaled : 0;
-                rider.counts->ledger.gained += goes_on ? next - weight : 0;
-                rider.counts->ledger.lost += goes_on ? 0 : weight;
+                // Survives with probability scaled / faint.
+                const bool wins = (words[3][i] >> 4) * faint < scaled << 28;
+                const std::uint64_t next = !goes_on ? 0 : scaled >= faint ? scaled : wins ? faint : 0;
+                rider.counts->ledger.gained += next > weight ? next - weight : 0;
+                rider.counts->ledger.lost += next < weight ? weight - next : 0;
                 rider.weight[kept] = next;
                 rider.kept += next > 0;
             }
