@@ -288,11 +288,15 @@ void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, st
         w.counts[k].emitted += count;
         w.counts[k].ledger.emitted += count * kOne;
     }
-    if (trace.riding.size() > 1) return follow_together(trace, batch, tallies, w);
-    const std::size_t only = trace.riding.front();
-    Counts& counts = w.counts[only];
-    Flock flock{w.rays,        counts,        counts.ledger,           trace.sticking[only],
-                tallies[only], *w.bins[only], {.batch = batch.number}, true};
+    Left only{trace.riding.front(), {.batch = batch.number}};
+    if (trace.riding.size() > 1) {
+        const std::optional<Left> left = follow_together(trace, batch, tallies, w);
+        if (!left) return;
+        only = *left;
+    }
+    const std::size_t k = only.species;
+    Counts& counts = w.counts[k];
+    Flock flock{w.rays, counts, counts.ledger, trace.sticking[k], tallies[k], *w.bins[k], only.event, true};
     if (goes_on_diffusely(trace.species)) return follow_neutrals(trace, flock, w);
     while (flock.rays.count > 0 && !abandoned(trace, flock.event)) {
         if (flock.event.bounce++ == trace.max_bounces) return give_up(flock);

@@ -10,6 +10,7 @@ namespace {
 
 // A species on the paths of a block.
 struct Rider {
+    std::size_t species;
     std::uint64_t* weight;  // by row
     const Sticking* sticking;
     const Tally* tally;
@@ -122,15 +123,19 @@ void give_up(Rays& r, const Riders& riders) {
 
 }  // namespace
 
-void follow_together(const Trace& trace, const Batch& batch, const std::vector<Tally>& tallies, Worker& w) {
+std::optional<Left> follow_together(const Trace& trace, const Batch& batch, const std::vector<Tally>& tallies,
+                                    Worker& w) {
     Riders riders;
     for (const std::size_t k : trace.riding) {
         std::fill_n(w.weights[k].begin(), w.rays.count, kOne);
-        riders.push_back({w.weights[k].data(), &trace.sticking[k], &tallies[k], w.bins[k], &w.counts[k]});
+        riders.push_back({k, w.weights[k].data(), &trace.sticking[k], &tallies[k], w.bins[k], &w.counts[k]});
     }
     Event event{.batch = batch.number};
     while (w.rays.count > 0 && !abandoned(trace, event)) {
-        if (event.bounce++ == trace.max_bounces) return give_up(w.rays, riders);
+        if (event.bounce++ == trace.max_bounces) {
+            give_up(w.rays, riders);
+            break;
+        }
         fly_block(trace.stage, w.rays, w.flights);
         const std::size_t landed = list_landed(w.rays, w.landed);
         for (Rider& rider : riders) {
@@ -143,7 +148,12 @@ void follow_together(const Trace& trace, const Batch& batch, const std::vector<T
         scatter_diffusely(trace, w, w.rays);
         // Species that have stuck altogether ride no further.
         std::erase_if(riders, [](const Rider& rider) { return rider.kept == 0; });
+        if (riders.size() == 1) {
+            std::copy_n(riders.front().weight, w.rays.count, w.rays.weight.begin());
+            return Left{riders.front().species, event};
+        }
     }
+    return std::nullopt;
 }
 
 }  // namespace sidewall::flux

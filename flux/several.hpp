@@ -1,9 +1,17 @@
 #pragma once
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "flux/history.hpp"
 
 namespace sidewall::flux {
+
+/// A species whose paths go on without others.
+struct Left {
+    std::size_t species;
+    Event event;  ///< of the last hit
+};
 
 /// Traces the block that emit() has put into worker.rays for all species of trace.riding at once.
 ///
@@ -15,8 +23,10 @@ namespace sidewall::flux {
 /// weight does or when the path ends, whichever comes first; lost at roulette counts as absorbed, as
 /// everywhere.
 ///
-/// \pre they have the same_paths. \param tallies  one a species of the pass.
-void follow_together(const Trace& trace, const Batch& batch, const std::vector<Tally>& tallies,
-                     Worker& worker);
+/// \pre they have the same_paths. \param tallies  one a species of the pass. \returns when all others have
+/// stuck, the one left: its weights are in worker.rays, and the caller follows it on from the event, which is
+/// faster. Nothing if all paths have ended.
+std::optional<Left> follow_together(const Trace& trace, const Batch& batch, const std::vector<Tally>& tallies,
+                                    Worker& worker);
 
 }  // namespace sidewall::flux
