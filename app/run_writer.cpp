@@ -213,7 +213,7 @@ void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& sur
     std::uint64_t segments = 0, leaked = 0;
     double error = 0.0;
     for (const auto& flux : surface.fluxes) {
-        segments += flux.segments;
+        if (flux.pass_place == 0) segments += flux.segments;
         leaked += flux.leaked;
         error = std::max(error, flux.relative_error);
     }
@@ -262,6 +262,7 @@ Json RunWriter::finish(const RunState& state, const std::vector<Step>& steps, co
     for (const auto& flux : surface.fluxes)
         summary["flux"].push_back(Json{{"rays", flux.emitted},
                                        {"segments", flux.segments},
+                                       {"pass_species", flux.pass_species},
                                        {"leaked", flux.leaked},
                                        {"relative_error", number(flux.relative_error)}});
     summary["metrology"] = Json::object();

@@ -122,28 +122,11 @@ void each_wedge(const Model& model, const SurfaceFlux& surface, const std::vecto
     });
 }
 
-flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& species, std::uint32_t index,
-                               std::span<const double> sticking, const SurfaceFlux& surface,
-                               std::uint32_t time_step, const std::function<void(double)>& progress) {
-    flux::TraceOptions options;
-    options.rays =
-        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
-    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
-    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-    options.step = time_step;
-    options.species_index = index;
-    options.sticking_by_wedge = sticking;
-    options.progress = progress;
-    options.stop = interrupted;
-    const auto traced = [&](auto&& trace) {
-        return trace(surface.traced(), *surface.scene, surface.box, species, surface.materials,
-                     surface.wedges, options);
-    };
-    const flux::FluxResult result =
-        recipe.flux.relative_error ? traced([&](auto&&... parts) {
-            return flux::trace_flux_to(*recipe.flux.relative_error, parts...);
-        })
-                                   : traced([](auto&&... parts) { return flux::trace_flux(parts...); });
+// Complains of a torn surface and of noise.
+void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
+                 std::uint32_t time_step) {
+    if (result.others.size() + 1 != flux::tally_count(species))
+        throw NumericsError(fmt::format("species {}: the tracer did not count its yields", species.name));
     if (static_cast<double>(result.leaked) >
         kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
         throw Torn(fmt::format(
@@ -157,7 +140,44 @@ flux::FluxResult trace_species(const Recipe& recipe, const flux::Species& specie
                    "more flux.max_rays or ask for less\n",
                    time_step, species.name, result.relative_error, result.emitted,
                    *recipe.flux.relative_error);
-    return result;
+}
+
+// Every species' fluxes. \p sticking: as TraceOptions::sticking_by_wedge.
+std::vector<flux::FluxResult> trace_species(const Recipe& recipe, const Model& model,
+                                            std::span<const double> sticking, const SurfaceFlux& surface,
+                                            std::uint32_t time_step,
+                                            const std::function<void(double)>& progress) {
+    flux::TraceOptions options;
+    options.rays =
+        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
+    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
+    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
+    options.step = time_step;
+    options.sticking_by_wedge = sticking;
+    options.progress = progress;
+    options.stop = interrupted;
+    const auto traced = [&](auto&& trace) {
+        return trace(surface.traced(), *surface.scene, surface.box, model.species, surface.materials,
+                     surface.wedges, options);
+    };
+    std::vector<flux::FluxResult> results =
+        recipe.flux.relative_error ? traced([&](auto&&... parts) {
+            return flux::trace_fluxes_to(*recipe.flux.relative_error, parts...);
+        })
+                                   : traced([](auto&&... parts) { return flux::trace_fluxes(parts...); });
+    for (std::size_t k = 0; k < results.size(); ++k)
+        check_trace(recipe, model.species[k], results[k], time_step);
+    return results;
+}
+
+// Arrivals that would make as much flux with weight 1 each. A species that rides on with those that stick
+// less has many more, of little weight.
+std::uint64_t whole_arrivals(const SurfaceFlux& surface, const flux::FluxResult& result) {
+    if (result.pass_species == 1) return result.arrivals;
+    double sum = 0.0;
+    for (std::size_t w = 0; w < surface.wedges.count(); ++w)
+        sum += surface.wedges.area[w] * result.wedge.flux[w];
+    return static_cast<std::uint64_t>(sum * static_cast<double>(result.emitted) / surface.box.area() + 0.5);
 }
 
 // The fluxes that models see, from those counted.
@@ -169,7 +189,8 @@ void take_tallies(const Recipe& recipe, SurfaceFlux& surface) {
         for (std::size_t k = 0; k <= result.others.size(); ++k) {
             tallies.push_back(&result.tally(k));
             surface.wedge_flux.push_back(flux::smoothed_flux(surface.traced(), surface.wedges,
-                                                             result.tally(k).wedge, result.arrivals));
+                                                             result.tally(k).wedge,
+                                                             whole_arrivals(surface, result)));
             surface.wedge_error.push_back(result.tally(k).wedge.error);
         }
     if (recipe.flux.averaging == 0.0) return;
@@ -188,22 +209,15 @@ void take_tallies(const Recipe& recipe, SurfaceFlux& surface) {
 void trace_all(const Recipe& recipe, const Model& model, std::uint32_t time_step,
                const std::function<void(double)>& progress, const std::vector<std::int32_t>& materials,
                SurfaceFlux& surface) {
-    std::vector<std::vector<double>> sticking(model.species.size());
+    std::vector<double> sticking;
     if (model.sticking) {
-        for (auto& values : sticking) values.resize(materials.size());
+        sticking.resize(model.species.size() * materials.size());
         each_wedge(model, surface, materials, [&](std::size_t w, const SurfacePoint& point) {
-            for (std::size_t k = 0; k < sticking.size(); ++k) sticking[k][w] = model.sticking(k, point);
+            for (std::size_t k = 0; k < model.species.size(); ++k)
+                sticking[k * materials.size() + w] = model.sticking(k, point);
         });
     }
-    surface.fluxes.clear();
-    for (std::uint32_t k = 0; k < model.species.size(); ++k) {
-        surface.fluxes.push_back(
-            trace_species(recipe, model.species[k], k, sticking[k], surface, time_step, progress));
-        const flux::FluxResult& result = surface.fluxes.back();
-        if (result.others.size() + 1 != flux::tally_count(model.species[k]))
-            throw NumericsError(
-                fmt::format("species {}: the tracer did not count its yields", model.species[k].name));
-    }
+    surface.fluxes = trace_species(recipe, model, sticking, surface, time_step, progress);
     take_tallies(recipe, surface);
     ++surface.iterations;
 }

@@ -111,7 +111,8 @@ void check_options(const TraceOptions& options) {
 }  // namespace
 
 void check(const TriangleMesh& mesh, const LateralBox& box, const Species& species,
-           std::span<const std::int32_t> materials, const Wedges& wedges, const TraceOptions& options) {
+           std::span<const double> sticking_by_wedge, std::span<const std::int32_t> materials,
+           const Wedges& wedges, const TraceOptions& options) {
     std::size_t ids = 0;
     for (const std::int32_t id : materials)
         ids = std::max(ids, static_cast<std::size_t>(std::max(id, 0)) + 1);
@@ -120,13 +121,8 @@ void check(const TriangleMesh& mesh, const LateralBox& box, const Species& speci
     if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
     if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
         throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
-    if (!options.sticking_by_wedge.empty()) {
-        if (options.sticking_by_wedge.size() != wedges.count())
-            throw GeometryError(fmt::format("{} sticking probabilities for {} wedges: give one a wedge",
-                                            options.sticking_by_wedge.size(), wedges.count()));
-        for (const double s : options.sticking_by_wedge)
-            require(s >= 0.0 && s <= 1.0, species.name, "sticking of a wedge", s, "in [0, 1]");
-    }
+    for (const double s : sticking_by_wedge)
+        require(s >= 0.0 && s <= 1.0, species.name, "sticking of a wedge", s, "in [0, 1]");
     if (materials.empty()) return;
     if (materials.size() != mesh.triangles.size())
         throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
@@ -140,6 +136,22 @@ void check(const TriangleMesh& mesh, const LateralBox& box, const Species& speci
             throw RecipeError(
                 fmt::format("{}: triangle {} is of material {}, which has no sticking probability",
                             species.name, t, materials[t]));
+}
+
+std::vector<std::span<const double>> sticking_of_each(std::size_t species, const Wedges& wedges,
+                                                      const TraceOptions& options) {
+    const std::span<const double> all = options.sticking_by_wedge;
+    std::vector<std::span<const double>> each(species);
+    if (all.empty()) return each;
+    if (all.size() != species * wedges.count())
+        throw GeometryError(
+            species == 1 ? fmt::format("{} sticking probabilities for {} wedges: give one a wedge",
+                                       all.size(), wedges.count())
+                         : fmt::format("{} sticking probabilities for {} species on {} wedges: give each "
+                                       "species one a wedge",
+                                       all.size(), species, wedges.count()));
+    for (std::size_t k = 0; k < species; ++k) each[k] = all.subspan(k * wedges.count(), wedges.count());
+    return each;
 }
 
 }  // namespace sidewall::flux

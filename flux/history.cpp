@@ -5,6 +5,8 @@
 
 #include "flux/lambert8.hpp"
 #include "flux/reflection.hpp"
+#include "flux/scatter.hpp"
+#include "flux/several.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::flux {
@@ -22,6 +24,7 @@ void add(Ledger& a, const Ledger& b) {
 // Particles of one generation in flight, and where their weight is booked.
 struct Flock {
     Rays& rays;
+    Counts& counts;
     Ledger& ledger;
     const Sticking& sticking;
     const Tally& tally;
@@ -29,22 +32,6 @@ struct Flock {
     Event event;  // batch, bounce and generation of the next hit
     bool primary;
 };
-
-// Sticking probability times kOne at a hit.
-std::uint64_t sticking_at(const Trace& trace, const Sticking& sticking, std::uint32_t triangle, float u,
-                          float v) {
-    if (sticking.by_wedge.empty())
-        return sticking.by_triangle[sticking.by_triangle.size() == 1 ? 0 : triangle];
-    const std::uint32_t* corner = &trace.wedges.corner[3 * std::size_t{triangle}];
-    const float s = (1.0f - u - v) * sticking.by_wedge[corner[0]] + u * sticking.by_wedge[corner[1]] +
-                    v * sticking.by_wedge[corner[2]];
-    return static_cast<std::uint64_t>(std::clamp(s, 0.0f, 1.0f) * static_cast<float>(kOne));
-}
-
-// Part of a weight; rounded, which is what the ledger books.
-std::uint64_t part_of(std::uint64_t weight, std::uint64_t probability) {
-    return (weight * probability + kOne / 2) >> 28;
-}
 
 // The weight goes on as it is, or plays for a whole one with 28 random bits. \returns 0 if it lost.
 std::uint64_t play_roulette(std::uint64_t weight, std::uint64_t threshold, std::uint32_t word,
@@ -57,7 +44,7 @@ std::uint64_t play_roulette(std::uint64_t weight, std::uint64_t threshold, std::
 
 // Books the particles that hit nothing, and lists the rows of the others. Without branches, which half of the
 // particles would mispredict.
-std::size_t list_landed(const Flock& flock, Column<std::uint32_t>& landed, Counts& counts) {
+std::size_t list_landed(const Flock& flock, Column<std::uint32_t>& landed) {
     const Rays& r = flock.rays;
     std::uint64_t escaped = 0, leaked = 0, escapes = 0, leaks = 0;
     std::size_t n = 0;
@@ -73,65 +60,31 @@ std::size_t list_landed(const Flock& flock, Column<std::uint32_t>& landed, Count
     flock.ledger.escaped += escaped;
     flock.ledger.leaked += leaked;
     if (flock.primary) {
-        counts.escaped += escapes;
-        counts.leaked += leaks;
-        counts.arrivals += n;
+        flock.counts.escaped += escapes;
+        flock.counts.leaked += leaks;
+        flock.counts.arrivals += n;
     }
     return n;
 }
-
-// Sends the particles off from where they landed, a skin above the facet, by Lambert's law about its normal.
-// A facet without area sends them back where they came from.
-void scatter_diffusely(const Trace& trace, const Worker& w, Rays& r) {
-    const auto& box = trace.stage.box;
-    const auto min_x = static_cast<float>(box.min[0]), max_x = static_cast<float>(box.max[0]);
-    const auto min_y = static_cast<float>(box.min[1]), max_y = static_cast<float>(box.max[1]);
-    const auto skin = static_cast<float>(trace.stage.skin);
-    for (std::size_t first = 0; first < r.count; first += kLanes)
-        for (std::size_t i = first; i < first + kLanes; ++i) {
-            const float length = std::sqrt(r.nx[i] * r.nx[i] + r.ny[i] * r.ny[i] + r.nz[i] * r.nz[i]);
-            const bool flat = length > 0.0f;
-            const float inverse = 1.0f / length;
-            const float nx = flat ? inverse * r.nx[i] : -r.dx[i], ny = flat ? inverse * r.ny[i] : -r.dy[i],
-                        nz = flat ? inverse * r.nz[i] : -r.dz[i];
-            const float x = r.x[i] + r.distance[i] * r.dx[i] + skin * nx;
-            const float y = r.y[i] + r.distance[i] * r.dy[i] + skin * ny;
-            r.x[i] = std::min(std::max(x, min_x), max_x);
-            r.y[i] = std::min(std::max(y, min_y), max_y);
-            r.z[i] += r.distance[i] * r.dz[i] + skin * nz;
-            lambert(nx, ny, nz, unit_float(w.word1[i]), unit_float(w.word2[i]), r.dx[i], r.dy[i], r.dz[i]);
-        }
-}
-
-// Brings what Tally::add will touch into the cache: the indices of a hit far ahead, and the bins that those
-// of a nearer one name. A macro, because compilers drop calls of functions that do nothing else.
-#define PREFETCH_BINS(flock, far_row, near_row)                                                     \
-    do {                                                                                            \
-        const std::uint32_t far_triangle = (flock).rays.triangle[far_row];                          \
-        __builtin_prefetch((flock).tally.wedges_of(far_triangle));                                  \
-        __builtin_prefetch(&(flock).bins.triangle[far_triangle], 1);                                \
-        const std::uint32_t* near_wedge = (flock).tally.wedges_of((flock).rays.triangle[near_row]); \
-        for (int corner = 0; corner < 3; ++corner)                                                  \
-            __builtin_prefetch(&(flock).bins.wedge[near_wedge[corner]], 1);                         \
-    } while (false)
 
 // Neutrals that all stick.
 void absorb_all(Flock& flock, Worker& w, std::size_t landed) {
     const Rays& r = flock.rays;
     for (std::size_t k = 0; k < landed; ++k) {
-        PREFETCH_BINS(flock, w.landed[std::min(k + 24, landed - 1)], w.landed[std::min(k + 8, landed - 1)]);
+        SIDEWALL_PREFETCH_BINS(r, flock.tally, flock.bins, w.landed[std::min(k + 24, landed - 1)],
+                               w.landed[std::min(k + 8, landed - 1)]);
         const std::uint32_t row = w.landed[k];
         flock.tally.add(flock.bins, r.triangle[row], r.u[row], r.v[row], r.weight[row]);
         flock.ledger.absorbed += r.weight[row];
     }
-    if (flock.primary) w.counts.absorbed += landed;
+    if (flock.primary) flock.counts.absorbed += landed;
     flock.rays.count = 0;
 }
 
 // Neutrals without yields: tally, absorb, re-emit. Survivors move up in the block.
 void scatter_neutrals(const Trace& trace, Flock& flock, Worker& w) {
     Rays& r = flock.rays;
-    const std::size_t landed = list_landed(flock, w.landed, w.counts);
+    const std::size_t landed = list_landed(flock, w.landed);
     const Sticking& sticking = flock.sticking;
     if (sticking.by_wedge.empty() && sticking.by_triangle.size() == 1 && sticking.by_triangle[0] == kOne)
         return absorb_all(flock, w, landed);
@@ -144,8 +97,8 @@ void scatter_neutrals(const Trace& trace, Flock& flock, Worker& w) {
         const std::size_t lanes = std::min(kLanes, landed - first);
         for (std::size_t i = 0; i < lanes; ++i) {
             const std::size_t k = first + i;
-            PREFETCH_BINS(flock, w.landed[std::min(k + 24, landed - 1)],
-                          w.landed[std::min(k + 8, landed - 1)]);
+            SIDEWALL_PREFETCH_BINS(r, flock.tally, flock.bins, w.landed[std::min(k + 24, landed - 1)],
+                                   w.landed[std::min(k + 8, landed - 1)]);
             const std::uint32_t row = w.landed[k];
             const std::uint32_t triangle = r.triangle[row];
             const std::uint64_t weight = r.weight[row];
@@ -156,25 +109,12 @@ void scatter_neutrals(const Trace& trace, Flock& flock, Worker& w) {
             const std::uint64_t rest =
                 play_roulette(weight - absorbed, trace.roulette, words[0][i], flock.ledger);
             // Every particle is moved up; those that ended are written over.
-            r.x[kept] = r.x[row];
-            r.y[kept] = r.y[row];
-            r.z[kept] = r.z[row];
-            r.dx[kept] = r.dx[row];
-            r.dy[kept] = r.dy[row];
-            r.dz[kept] = r.dz[row];
-            r.nx[kept] = r.nx[row];
-            r.ny[kept] = r.ny[row];
-            r.nz[kept] = r.nz[row];
-            r.distance[kept] = r.distance[row];
-            r.ray[kept] = rays[i];
-            r.from[kept] = triangle;
+            move_up(w, r, kept, row, words[1][i], words[2][i]);
             r.weight[kept] = rest;
-            w.word1[kept] = words[1][i];
-            w.word2[kept] = words[2][i];
             kept += rest > 0;
         }
     }
-    if (flock.primary) w.counts.absorbed += landed - kept;
+    if (flock.primary) flock.counts.absorbed += landed - kept;
     r.count = kept;
     scatter_diffusely(trace, w, r);
 }
@@ -237,7 +177,7 @@ void scatter_any(const Trace& trace, Flock& flock, Worker& w, const std::vector<
     const Species& species = trace.species;
     const bool has_energy = species.energy.mean > 0.0;
     w.spawned.count = 0;
-    const std::size_t landed = list_landed(flock, w.landed, w.counts);
+    const std::size_t landed = list_landed(flock, w.landed);
     std::size_t kept = 0;
     for (std::size_t k = 0; k < landed; ++k) {
         const std::uint32_t row = w.landed[k], triangle = r.triangle[row];
@@ -264,7 +204,7 @@ void scatter_any(const Trace& trace, Flock& flock, Worker& w, const std::vector<
                 s.from[s.count] = triangle;
                 s.ray[s.count] = event.ray;
                 s.weight[s.count++] = sputtered;
-                w.counts.redeposited.emitted += sputtered;
+                flock.counts.redeposited.emitted += sputtered;
             }
         }
         const double reflected = reflection_probability(species.reflection, hit.theta);
@@ -288,32 +228,48 @@ void scatter_any(const Trace& trace, Flock& flock, Worker& w, const std::vector<
         r.energy[kept] = static_cast<float>(energy);
         ++kept;
     }
-    w.counts.absorbed += landed - kept;
+    flock.counts.absorbed += landed - kept;
     r.count = kept;
 }
 
 // Those that never end have leaked, by decree.
-void give_up(Flock& flock, Counts& counts) {
+void give_up(Flock& flock) {
     for (std::size_t row = 0; row < flock.rays.count; ++row) flock.ledger.leaked += flock.rays.weight[row];
-    if (flock.primary) counts.leaked += flock.rays.count;
+    if (flock.primary) flock.counts.leaked += flock.rays.count;
     flock.rays.count = 0;
-}
-
-// Long histories must not keep a user waiting who asked to stop.
-bool abandoned(const Trace& trace, const Flock& flock) {
-    return flock.event.bounce % 256 == 255 && trace.stop();
 }
 
 // Neutrals of any generation, hit after hit.
 void follow_neutrals(const Trace& trace, Flock flock, Worker& w) {
-    while (flock.rays.count > 0 && !abandoned(trace, flock)) {
-        if (flock.event.bounce++ == trace.max_bounces) return give_up(flock, w.counts);
-        fly_block(trace.stage, flock.rays, w.counts.flights);
+    while (flock.rays.count > 0 && !abandoned(trace, flock.event)) {
+        if (flock.event.bounce++ == trace.max_bounces) return give_up(flock);
+        fly_block(trace.stage, flock.rays, w.flights);
         scatter_neutrals(trace, flock, w);
     }
 }
 
 }  // namespace
+
+void scatter_diffusely(const Trace& trace, const Worker& w, Rays& r) {
+    const auto& box = trace.stage.box;
+    const auto min_x = static_cast<float>(box.min[0]), max_x = static_cast<float>(box.max[0]);
+    const auto min_y = static_cast<float>(box.min[1]), max_y = static_cast<float>(box.max[1]);
+    const auto skin = static_cast<float>(trace.stage.skin);
+    for (std::size_t first = 0; first < r.count; first += kLanes)
+        for (std::size_t i = first; i < first + kLanes; ++i) {
+            const float length = std::sqrt(r.nx[i] * r.nx[i] + r.ny[i] * r.ny[i] + r.nz[i] * r.nz[i]);
+            const bool flat = length > 0.0f;
+            const float inverse = 1.0f / length;
+            const float nx = flat ? inverse * r.nx[i] : -r.dx[i], ny = flat ? inverse * r.ny[i] : -r.dy[i],
+                        nz = flat ? inverse * r.nz[i] : -r.dz[i];
+            const float x = r.x[i] + r.distance[i] * r.dx[i] + skin * nx;
+            const float y = r.y[i] + r.distance[i] * r.dy[i] + skin * ny;
+            r.x[i] = std::min(std::max(x, min_x), max_x);
+            r.y[i] = std::min(std::max(y, min_y), max_y);
+            r.z[i] += r.distance[i] * r.dz[i] + skin * nz;
+            lambert(nx, ny, nz, unit_float(w.word1[i]), unit_float(w.word2[i]), r.dx[i], r.dy[i], r.dz[i]);
+        }
+}
 
 void Counts::add(const Counts& other) {
     emitted += other.emitted;
@@ -321,8 +277,6 @@ void Counts::add(const Counts& other) {
     escaped += other.escaped;
     leaked += other.leaked;
     arrivals += other.arrivals;
-    flights.segments += other.flights.segments;
-    flights.rescued += other.flights.rescued;
     flux::add(ledger, other.ledger);
     flux::add(redeposited, other.redeposited);
 }
@@ -330,22 +284,29 @@ void Counts::add(const Counts& other) {
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
                  const std::vector<Tally>& tallies, Worker& w) {
     emit(trace.stage, trace.species, trace.key, batch, first, count, w.rays);
-    w.counts.emitted += count;
-    w.counts.ledger.emitted += count * kOne;
-    Flock flock{w.rays, w.counts.ledger, trace.sticking, tallies[0], *w.bins[0], {.batch = batch.number},
-                true};
-    const Species& species = trace.species;
-    if (species.reflection.kind == Reemission::diffuse && !(species.reflection.to > 0.0) &&
-        species.energy.mean == 0.0 && species.yields.empty() && !species.redeposition)
-        return follow_neutrals(trace, flock, w);
-    while (flock.rays.count > 0 && !abandoned(trace, flock)) {
-        if (flock.event.bounce++ == trace.max_bounces) return give_up(flock, w.counts);
-        fly_block(trace.stage, flock.rays, w.counts.flights);
+    for (const std::size_t k : trace.riding) {
+        w.counts[k].emitted += count;
+        w.counts[k].ledger.emitted += count * kOne;
+    }
+    Left only{trace.riding.front(), {.batch = batch.number}};
+    if (trace.riding.size() > 1) {
+        const std::optional<Left> left = follow_together(trace, batch, tallies, w);
+        if (!left) return;
+        only = *left;
+    }
+    const std::size_t k = only.species;
+    Counts& counts = w.counts[k];
+    Flock flock{w.rays, counts, counts.ledger, trace.sticking[k], tallies[k], *w.bins[k], only.event, true};
+    if (goes_on_diffusely(trace.species)) return follow_neutrals(trace, flock, w);
+    while (flock.rays.count > 0 && !abandoned(trace, flock.event)) {
+        if (flock.event.bounce++ == trace.max_bounces) return give_up(flock);
+        fly_block(trace.stage, flock.rays, w.flights);
         scatter_any(trace, flock, w, tallies);
         if (w.spawned.count == 0) continue;
         follow_neutrals(trace,
                         {w.spawned,
-                         w.counts.redeposited,
+                         counts,
+                         counts.redeposited,
                          trace.redeposition,
                          tallies.back(),
                          *w.bins.back(),

@@ -23,20 +23,21 @@ struct Sticking {
 /// Everything a history reads. Shared by all threads.
 struct Trace {
     Stage stage;
-    const Species& species;
+    const Species& species;  ///< the first of the pass: where paths begin and how they go on
     const Wedges& wedges;
     RandomKey key;
-    Sticking sticking, redeposition;
+    std::vector<Sticking> sticking;   ///< by species of the pass
+    std::vector<std::size_t> riding;  ///< which of them still need paths, ascending; never empty
+    Sticking redeposition;
     std::span<const std::int32_t> materials;
     std::uint64_t roulette = kOne;  ///< threshold
     std::uint32_t max_bounces = 0;
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 
-/// What became of particles, summed.
+/// What became of a species' particles, summed.
 struct Counts {
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0, arrivals = 0;
-    FlightCounts flights;
     Ledger ledger, redeposited;
     void add(const Counts& other);
 };
@@ -46,12 +47,16 @@ struct Worker {
     Rays rays, spawned;
     Column<std::uint32_t> landed;        // rows
     Column<std::uint32_t> word1, word2;  // random, for the directions of survivors
-    std::vector<Tally::Bins*> bins;      // one a tally
-    Counts counts;
+    std::vector<Column<std::uint64_t>>
+        weights;                     // by species, where several share paths: Rays::weight of each
+    std::vector<Tally::Bins*> bins;  // one a tally
+    std::vector<Counts> counts;      // by species of the pass
+    FlightCounts flights;            // of the pass
 };
 
 /// Traces particles [first, first + count) of a batch to their ends. Deterministic, whatever the worker did
-/// before. \param tallies  in the order of tally_names. \pre count <= kBlock.
+/// before. \param tallies  in the order of tally_names; if several species share paths, one each. \pre count
+/// <= kBlock.
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
                  const std::vector<Tally>& tallies, Worker& worker);
 

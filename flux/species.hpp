@@ -101,6 +101,20 @@ inline std::vector<std::string> tally_names(const Species& species) {
     return names;
 }
 
+/// Whether what does not stick always goes on diffusely and does nothing else: neutrals without energy,
+/// yields or redeposition. Only the sticking decides how much of such a particle goes on.
+inline bool goes_on_diffusely(const Species& species) {
+    return species.reflection.kind == Reemission::diffuse && !(species.reflection.to > 0.0) &&
+           species.energy.mean == 0.0 && species.yields.empty() && !species.redeposition;
+}
+
+/// Whether particles of both take the same paths as likely, so that one pass can trace them together:
+/// neutrals from the same source that differ in their sticking alone.
+inline bool same_paths(const Species& a, const Species& b) {
+    return goes_on_diffusely(a) && goes_on_diffusely(b) && a.source_exponent == b.source_exponent &&
+           a.beam == b.beam && a.rotating == b.rotating;
+}
+
 /// Ions of Belen et al.: n = 500, 100 +- 10 eV, coned reflection from 70 to 90 degrees, no yields yet.
 inline Species ion(std::string name, Energy energy = {100.0, 10.0}, double source_exponent = 500.0) {
     Species species;

@@ -68,66 +68,106 @@ class Monitor {
     double told_ = 0.0;
 };
 
+// Species traced together, and what of the options is theirs.
+struct Pass {
+    std::vector<Species> species;
+    std::vector<std::span<const double>> by_wedge;  // sticking, or empty
+    std::uint32_t species_index;
+};
+
 // A trace under way: rounds of batches of equal size, each on all threads.
 class Tracer {
   public:
-    Tracer(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
-           const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
-           const TraceOptions& options)
+    Tracer(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box, const Pass& pass,
+           std::span<const std::int32_t> materials, const Wedges& wedges, const TraceOptions& options)
         : box_(box),
-          species_(species),
+          pass_(pass),
           options_(options),
           monitor_(options),
           trace_{make_stage(mesh, scene, box),
-                 species,
+                 pass.species.front(),
                  wedges,
-                 random_key(options.seed, options.step, options.species_index),
-                 make_sticking(species.sticking, materials, options.sticking_by_wedge),
+                 random_key(options.seed, options.step, pass.species_index),
+                 {},
+                 {},
                  {},
                  materials,
                  fixed_probability(options.roulette),
                  options.max_bounces,
-                 [this] { return monitor_.stop(); }} {
-        if (species.redeposition)
-            trace_.redeposition = make_sticking(species.redeposition->sticking, materials, {});
-        for (std::size_t k = 0; k < tally_count(species); ++k) tallies_.emplace_back(mesh, wedges);
+                 [this] { return monitor_.stop(); }},
+          counts_(pass.species.size()) {
+        for (std::size_t k = 0; k < pass.species.size(); ++k) {
+            const Species& species = pass.species[k];
+            trace_.riding.push_back(k);
+            trace_.sticking.push_back(make_sticking(species.sticking, materials, pass.by_wedge[k]));
+            for (std::size_t n = 0; n < tally_count(species); ++n) tallies_.emplace_back(mesh, wedges);
+        }
+        if (const auto& redeposition = pass.species.front().redeposition)
+            trace_.redeposition = make_sticking(redeposition->sticking, materials, {});
     }
 
-    /// Traces at least \p rays more, in equal batches.
+    /// Traces at least \p rays more, in equal batches, for the species that still ride.
     void trace_round(std::uint64_t rays) {
         const std::uint64_t batches =
             std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
         const auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
         for (std::uint64_t b = 0; b < batches; ++b)
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
-        for (Tally& tally : tallies_) tally.close_round();
+        for (Tally* tally : riding_tallies()) tally->close_round();
     }
 
-    std::uint64_t emitted() const { return counts_.emitted; }
+    std::uint64_t emitted() const { return emitted_; }
     void expect(std::uint64_t rays) { monitor_.expect(rays); }
 
-    /// sum(area * standard error) / sum(area * flux) over vertices so far.
-    double relative_error() const { return relative_error(tallies_[0].vertex_flux(area_per_ray())); }
+    /// Species whose relative_error is at most \p target ride no further. \returns the smallest one of the
+    /// others, or 0 if there are none.
+    double drop_reached(double target) {
+        double nearest = 0.0;
+        std::erase_if(trace_.riding, [&](std::size_t k) {
+            const double error = relative_error(tallies_[k].vertex_flux(area_per_ray(k)));
+            if (error <= target) return true;
+            nearest = nearest > 0.0 ? std::min(nearest, error) : error;
+            return false;
+        });
+        return nearest;
+    }
 
-    FluxResult result() const {
-        FluxResult result;
-        static_cast<TallyFlux&>(result) = flux_of(tallies_[0]);
-        for (std::size_t k = 1; k < tallies_.size(); ++k) result.others.push_back(flux_of(tallies_[k]));
-        result.emitted = counts_.emitted;
-        result.absorbed = counts_.absorbed;
-        result.escaped = counts_.escaped;
-        result.leaked = counts_.leaked;
-        result.arrivals = counts_.arrivals;
-        result.segments = counts_.flights.segments;
-        result.rescued = counts_.flights.rescued;
-        result.ledger = counts_.ledger;
-        result.redeposited = counts_.redeposited;
-        result.relative_error = relative_error(result.vertex);
-        result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-        return result;
+    std::vector<FluxResult> results() const {
+        const double seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+        std::vector<FluxResult> results;
+        for (std::size_t k = 0; k < counts_.size(); ++k) {
+            results.push_back(result(k));
+            results.back().seconds = seconds;
+        }
+        return results;
     }
 
   private:
+    FluxResult result(std::size_t k) const {
+        const Counts& counts = counts_[k];
+        const double scale = area_per_ray(k);
+        FluxResult result;
+        static_cast<TallyFlux&>(result) = flux_of(tallies_[k], scale);
+        if (counts_.size() == 1)
+            for (std::size_t n = 1; n < tallies_.size(); ++n)
+                result.others.push_back(flux_of(tallies_[n], scale));
+        result.emitted = counts.emitted;
+        result.absorbed = counts.absorbed;
+        result.escaped = counts.escaped;
+        result.leaked = counts.leaked;
+        result.arrivals = counts.arrivals;
+        result.segments = flights_.segments;
+        result.rescued = flights_.rescued;
+        result.ledger = counts.ledger;
+        result.redeposited = counts.redeposited;
+        result.relative_error = relative_error(result.vertex);
+        result.pass_species = static_cast<std::uint32_t>(counts_.size());
+        result.pass_place = static_cast<std::uint32_t>(k);
+        return result;
+    }
+
+    // sum(area * standard error) / sum(area * flux) over vertices.
     double relative_error(const FluxField& vertex) const {
         const Wedges& wedges = trace_.wedges;
         double error = 0.0, flux = 0.0;
@@ -140,10 +180,18 @@ class Tracer {
         return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
     }
 
-    double area_per_ray() const { return box_.area() / static_cast<double>(counts_.emitted); }
-    TallyFlux flux_of(const Tally& tally) const {
-        const double scale = area_per_ray();
+    double area_per_ray(std::size_t k) const { return box_.area() / static_cast<double>(counts_[k].emitted); }
+    static TallyFlux flux_of(const Tally& tally, double scale) {
         return {tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
+    }
+
+    // A species alone has all tallies, others one each.
+    std::vector<Tally*> riding_tallies() {
+        std::vector<Tally*> riding;
+        for (std::size_t n = 0; n < tallies_.size(); ++n)
+            if (counts_.size() == 1 || std::ranges::binary_search(trace_.riding, n))
+                riding.push_back(&tallies_[n]);
+        return riding;
     }
 
     Worker& worker() {
@@ -151,6 +199,8 @@ class Tracer {
         if (!local) {
             local = std::make_unique<Worker>();
             for (Tally& tally : tallies_) local->bins.push_back(&tally.bins());
+            local->counts.resize(counts_.size());
+            if (counts_.size() > 1) local->weights.resize(counts_.size());
         }
         return *local;
     }
@@ -171,58 +221,137 @@ class Tracer {
                 }
             },
             tbb::simple_partitioner{});
-        if (monitor_.stop()) throw Interrupted("interrupted while tracing " + species_.name);
+        if (monitor_.stop()) {
+            std::string names;
+            for (const std::size_t k : trace_.riding)
+                names += (names.empty() ? "" : ", ") + pass_.species[k].name;
+            throw Interrupted("interrupted while tracing " + names);
+        }
+        emitted_ += batch.count;
         for (std::unique_ptr<Worker>& worker : workers_) {
             if (!worker) continue;
-            counts_.add(worker->counts);
-            worker->counts = {};
+            for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k].add(worker->counts[k]);
+            worker->counts.assign(counts_.size(), {});
+            flights_.segments += worker->flights.segments;
+            flights_.rescued += worker->flights.rescued;
+            worker->flights = {};
         }
-        for (Tally& tally : tallies_) tally.close_batch();
+        for (Tally* tally : riding_tallies()) tally->close_batch();
     }
 
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     const LateralBox& box_;
-    const Species& species_;
+    const Pass& pass_;
     const TraceOptions& options_;
     Monitor monitor_;
     Trace trace_;
     std::vector<Tally> tallies_;
     tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;
-    Counts counts_;
+    std::vector<Counts> counts_;  // by species of the pass
+    FlightCounts flights_;
+    std::uint64_t emitted_ = 0;
     std::uint32_t batches_ = 0;
 };
 
+std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint64_t most, Tracer& tracer) {
+    std::uint64_t rays = std::min<std::uint64_t>(most, 2 * triangles + 16384);
+    while (true) {
+        tracer.expect(tracer.emitted() + rays);
+        tracer.trace_round(rays);
+        const std::uint64_t emitted = tracer.emitted();
+        // As far as the species that will be there first: it need not ride along with the others.
+        const double error = tracer.drop_reached(target);
+        if (error == 0.0 || emitted >= most) return tracer.results();
+        // The error falls as 1/sqrt(rays), but a sparse trace underestimates it: do not leap too far.
+        const double more = std::clamp(1.05 * std::pow(error / target, 2.0) - 1.0, 0.1, 7.0);
+        rays = std::min(most - emitted, static_cast<std::uint64_t>(more * static_cast<double>(emitted)) + 1);
+    }
+}
+
+// All species in their passes. A target of 0 is none: all rays are traced.
+std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
+                                     const LateralBox& box, std::span<const Species> species,
+                                     std::span<const std::int32_t> materials, const Wedges& wedges,
+                                     const TraceOptions& options) {
+    const std::vector<std::span<const double>> by_wedge = sticking_of_each(species.size(), wedges, options);
+    for (std::size_t k = 0; k < species.size(); ++k)
+        check(mesh, box, species[k], by_wedge[k], materials, wedges, options);
+    const std::vector<std::vector<std::size_t>> passes = passes_of(species);
+    std::vector<FluxResult> results(species.size());
+    for (std::size_t p = 0; p < passes.size(); ++p) {
+        Pass pass{{}, {}, options.species_index + static_cast<std::uint32_t>(passes[p].front())};
+        for (const std::size_t k : passes[p]) {
+            pass.species.push_back(species[k]);
+            pass.by_wedge.push_back(by_wedge[k]);
+        }
+        TraceOptions own = options;
+        if (options.progress)
+            own.progress = [&, p](double part) {
+                options.progress((static_cast<double>(p) + part) / static_cast<double>(passes.size()));
+            };
+        Tracer tracer(mesh, scene, box, pass, materials, wedges, own);
+        std::vector<FluxResult> traced;
+        if (target > 0.0) {
+            traced = trace_to(target, mesh.triangles.size(), options.rays, tracer);
+        } else {
+            tracer.expect(options.rays);
+            tracer.trace_round(options.rays);
+            traced = tracer.results();
+        }
+        for (std::size_t i = 0; i < traced.size(); ++i) results[passes[p][i]] = std::move(traced[i]);
+    }
+    return results;
+}
+
+void require_target(double target) {
+    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
+}
+
 }  // namespace
+
+std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species) {
+    std::vector<std::vector<std::size_t>> passes;
+    for (std::size_t k = 0; k < species.size(); ++k) {
+        const auto pass = std::find_if(passes.begin(), passes.end(), [&](const auto& others) {
+            return others.size() < kMostTogether && same_paths(species[others.front()], species[k]);
+        });
+        if (pass == passes.end())
+            passes.push_back({k});
+        else
+            pass->push_back(k);
+    }
+    return passes;
+}
 
 FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
                       const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
                       const TraceOptions& options) {
-    check(mesh, box, species, materials, wedges, options);
-    Tracer tracer(mesh, scene, box, species, materials, wedges, options);
-    tracer.expect(options.rays);
-    tracer.trace_round(options.rays);
-    return tracer.result();
+    return std::move(trace_passes(0.0, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
 }
 
 FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
                          const LateralBox& box, const Species& species,
                          std::span<const std::int32_t> materials, const Wedges& wedges,
                          const TraceOptions& options) {
-    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
-    check(mesh, box, species, materials, wedges, options);
-    Tracer tracer(mesh, scene, box, species, materials, wedges, options);
-    std::uint64_t rays = std::min<std::uint64_t>(options.rays, 2 * mesh.triangles.size() + 16384);
-    while (true) {
-        tracer.expect(tracer.emitted() + rays);
-        tracer.trace_round(rays);
-        const std::uint64_t emitted = tracer.emitted();
-        const double error = tracer.relative_error();
-        if (error <= target || emitted >= options.rays) return tracer.result();
-        // The error falls as 1/sqrt(rays), but a sparse trace underestimates it: do not leap too far.
-        const double more = std::clamp(1.05 * std::pow(error / target, 2.0) - 1.0, 0.1, 7.0);
-        rays = std::min(options.rays - emitted,
-                        static_cast<std::uint64_t>(more * static_cast<double>(emitted)) + 1);
-    }
+    require_target(target);
+    return std::move(
+        trace_passes(target, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
+}
+
+std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::RayScene& scene,
+                                     const LateralBox& box, std::span<const Species> species,
+                                     std::span<const std::int32_t> materials, const Wedges& wedges,
+                                     const TraceOptions& options) {
+    return trace_passes(0.0, mesh, scene, box, species, materials, wedges, options);
+}
+
+std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
+                                        const surface::RayScene& scene, const LateralBox& box,
+                                        std::span<const Species> species,
+                                        std::span<const std::int32_t> materials, const Wedges& wedges,
+                                        const TraceOptions& options) {
+    require_target(target);
+    return trace_passes(target, mesh, scene, box, species, materials, wedges, options);
 }
 
 }  // namespace sidewall::flux

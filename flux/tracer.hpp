@@ -17,17 +17,17 @@ namespace sidewall::flux {
 struct TraceOptions {
     std::uint64_t rays = 1'000'000;  ///< source rays; rounded up to a multiple of the batches
     std::uint64_t seed = 1;
-    std::uint32_t step = 0;  ///< time step: other steps and species draw other random numbers
-    std::uint32_t species_index = 0;
-    std::uint32_t batches = 32;      ///< independent parts the standard errors come from, at least 16
-    std::uint32_t task_rays = 1024;  ///< rays a parallel task, rounded down to whole blocks of kBlock, at
-                                     ///< least one; the result does not depend on it
+    std::uint32_t step = 0;           ///< time step: other steps and species draw other random numbers
+    std::uint32_t species_index = 0;  ///< of the first species traced
+    std::uint32_t batches = 32;       ///< independent parts the standard errors come from, at least 16
+    std::uint32_t task_rays = 1024;   ///< rays a parallel task, rounded down to whole blocks of kBlock, at
+                                      ///< least one; the result does not depend on it
     std::uint32_t max_bounces = 1'000'000;  ///< a particle that bounces more often counts as leaked
     /// What does not stick goes on with its weight reduced, until that is below this threshold, in (0, 1];
     /// then it survives with probability weight, and weight 1, or ends. 1 is analog Monte Carlo.
     double roulette = 1.0;
     /// Sticking probability by wedge, linear in between, where coverages decide it: replaces
-    /// Species::sticking.
+    /// Species::sticking. Of several species: one after the other.
     std::span<const double> sticking_by_wedge{};
     std::function<void(double)> progress{};  ///< told the finished fraction, by one thread at a time
     std::function<bool()> stop{};  ///< asked often, by any thread; true ends the trace with Interrupted
@@ -51,17 +51,22 @@ struct TallyFlux {
 };
 
 /// Arrivals, what else the species tallies, and what became of the particles. Each history ends once:
-/// emitted = absorbed + escaped + leaked.
+/// emitted = absorbed + escaped + leaked. One that shares its path with other species' ends as absorbed when
+/// its weight comes to 0 or the path loses at roulette, as escaped or leaked when the path does with any of
+/// its weight.
 struct FluxResult : TallyFlux {
     std::vector<TallyFlux> others;  ///< one for each of Species::yields, then redeposition if there is any
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;
-    std::uint64_t arrivals = 0;   ///< on the surface, absorbed or not
-    std::uint64_t segments = 0;   ///< ray-scene intersections
-    std::uint64_t rescued = 0;    ///< arrivals that rounding had put behind the surface, see fly
+    std::uint64_t arrivals = 0;   ///< on the surface, absorbed or not, of whatever weight
+    std::uint64_t segments = 0;   ///< ray-scene intersections of the pass
+    std::uint64_t rescued = 0;    ///< its arrivals that rounding had put behind the surface, see fly
     Ledger ledger, redeposited;   ///< of the species, and of what its hits sputter
     double relative_error = 0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
                                   ///< arrivals; infinite without hits
-    double seconds = 0.0;         ///< wall time of the trace
+    double seconds = 0.0;         ///< wall time of the pass
+    /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds
+    /// are the same for all of them, so sum those of place 0.
+    std::uint32_t pass_species = 1, pass_place = 0;
     /// Tally \p k in the order of tally_names.
     const TallyFlux& tally(std::size_t k) const { return k == 0 ? *this : others[k - 1]; }
 };
@@ -88,5 +93,32 @@ FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface:
                          const LateralBox& box, const Species& species,
                          std::span<const std::int32_t> materials, const Wedges& wedges,
                          const TraceOptions& options);
+
+/// Species that a pass traces together, at most; more make more passes.
+constexpr std::size_t kMostTogether = 4;
+
+/// Which of \p species to trace in one pass: those with the same_paths, at most kMostTogether, in the order
+/// of the first of each.
+std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species);
+
+/// trace_flux for several species, those with the same_paths together, see passes_of: a path carries a weight
+/// of each, so that it costs what the one that sticks least does. Every flux is unbiased, but those of a pass
+/// are correlated. A species alone in its pass has the bits that trace_flux gives it.
+///
+/// \param options  random numbers of a pass are those of species_index + the place of its first species;
+/// sticking_by_wedge, unless empty, has species x wedges values. \returns one result a species, in their
+/// order. \throws as trace_flux.
+std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::RayScene& scene,
+                                     const LateralBox& box, std::span<const Species> species,
+                                     std::span<const std::int32_t> materials, const Wedges& wedges,
+                                     const TraceOptions& options = {});
+
+/// trace_flux_to for several species: until the relative_error of every one is at most \p target. A species
+/// that is there rides no further; the others of its pass go on without it.
+std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
+                                        const surface::RayScene& scene, const LateralBox& box,
+                                        std::span<const Species> species,
+                                        std::span<const std::int32_t> materials, const Wedges& wedges,
+                                        const TraceOptions& options);
 
 }  // namespace sidewall::flux

@@ -17,37 +17,49 @@ namespace sidewall::flux {
 
 using Groups = std::vector<std::vector<std::size_t>>;  // of triangles
 
-/// Mean flux of every group over independent traces of \p rays together, other ones for another \p stream.
-/// The standard error is the scatter of the traces: it holds whatever the correlation between triangles.
-inline std::vector<Mean> over_seeds(const TriangleMesh& mesh, std::array<Boundary, 2> boundary,
-                                    const Species& species, std::uint64_t rays, std::uint32_t stream,
-                                    const Groups& groups, std::span<const std::int32_t> materials = {}) {
+/// Mean flux of every species, traced together, on every group over independent traces of \p rays together,
+/// other ones for another \p stream. The standard error is the scatter of the traces: it holds whatever the
+/// correlation between triangles.
+inline std::vector<std::vector<Mean>> over_seeds(const TriangleMesh& mesh, std::array<Boundary, 2> boundary,
+                                                 std::span<const Species> species, std::uint64_t rays,
+                                                 std::uint32_t stream, const Groups& groups,
+                                                 std::span<const std::int32_t> materials = {}) {
     constexpr int kSeeds = 64;
     const surface::RayScene scene(mesh);
     const LateralBox box = lateral_box(mesh, boundary);
     const Wedges wedges = make_wedges(mesh, materials);
-    std::vector<Mean> means(groups.size());
-    std::vector<double> squares(groups.size(), 0.0);
+    std::vector<std::vector<Mean>> means(species.size(), std::vector<Mean>(groups.size()));
+    std::vector<std::vector<double>> squares(species.size(), std::vector<double>(groups.size(), 0.0));
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-        const FluxResult result =
-            trace_flux(mesh, scene, box, species, materials, wedges,
-                       {.rays = rays / kSeeds, .seed = seed, .step = stream, .batches = 16});
-        CHECK(result.leaked == 0);
-        CHECK(result.ledger.balanced());
-        for (std::size_t g = 0; g < groups.size(); ++g) {
-            double sum = 0.0, area = 0.0;
-            for (const std::size_t t : groups[g]) {
-                const double a = triangle_area(mesh, t);
-                sum += a * result.triangle.flux[t];
-                area += a;
+        const std::vector<FluxResult> results =
+            trace_fluxes(mesh, scene, box, species, materials, wedges,
+                         {.rays = rays / kSeeds, .seed = seed, .step = stream, .batches = 16});
+        for (std::size_t k = 0; k < species.size(); ++k) {
+            CHECK(results[k].leaked == 0);
+            CHECK(results[k].ledger.balanced());
+            for (std::size_t g = 0; g < groups.size(); ++g) {
+                double sum = 0.0, area = 0.0;
+                for (const std::size_t t : groups[g]) {
+                    const double a = triangle_area(mesh, t);
+                    sum += a * results[k].triangle.flux[t];
+                    area += a;
+                }
+                means[k][g].flux += sum / area / kSeeds;
+                squares[k][g] += sum / area * sum / area / kSeeds;
             }
-            means[g].flux += sum / area / kSeeds;
-            squares[g] += sum / area * sum / area / kSeeds;
         }
     }
-    for (std::size_t g = 0; g < groups.size(); ++g)
-        means[g].error = std::sqrt(std::max(0.0, squares[g] - means[g].flux * means[g].flux) / (kSeeds - 1));
+    for (std::size_t k = 0; k < species.size(); ++k)
+        for (std::size_t g = 0; g < groups.size(); ++g) {
+            Mean& mean = means[k][g];
+            mean.error = std::sqrt(std::max(0.0, squares[k][g] - mean.flux * mean.flux) / (kSeeds - 1));
+        }
     return means;
+}
+inline std::vector<Mean> over_seeds(const TriangleMesh& mesh, std::array<Boundary, 2> boundary,
+                                    const Species& species, std::uint64_t rays, std::uint32_t stream,
+                                    const Groups& groups, std::span<const std::int32_t> materials = {}) {
+    return over_seeds(mesh, boundary, std::span(&species, 1), rays, stream, groups, materials).front();
 }
 
 /// Mean of \p f over the triangle: values at the centres of 64 equal parts.
