@@ -18,28 +18,38 @@ double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3&
     return longer > 0.0 ? normal.squaredNorm() / longer : 0.0;
 }
 
+/// Whether the least angle around an edge is no more than \p angle as it is now.
+bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Surroundings& s,
+                  double angle) {
+    for (const auto& [v, ring] : {std::pair{a, &s.start}, {b, &s.end}})
+        for (std::uint32_t i = 0; i < ring->triangles; ++i) {
+            const Vec3 &from = mesh.position(v), &p = mesh.position(ring->neighbours[i]),
+                       &q = mesh.position(ring->neighbours[i + 1 < ring->size ? i + 1 : 0]);
+            if (least_angle((p - from).cross(q - from), from, p, q) <= angle) return true;
+        }
+    return false;
+}
+
 bool keeps_shape(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
                  Surroundings& s) {
-    double worst_before = kSliver, worst_after = kSliver;
+    double worst = kSliver;
     s.count = 0;
     for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
         const Vec3& from = mesh.position(v);
         for (std::uint32_t i = 0; i < ring->triangles; ++i) {
             const std::uint32_t u = ring->neighbours[i], w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
-            const Vec3 &p = mesh.position(u), &q = mesh.position(w);
-            const Vec3 before = (p - from).cross(q - from);
-            worst_before = std::min(worst_before, least_angle(before, from, p, q));
             if (u == other || w == other) continue;
-            const Vec3 after = (p - place).cross(q - place);
+            const Vec3 &p = mesh.position(u), &q = mesh.position(w);
+            const Vec3 before = (p - from).cross(q - from), after = (p - place).cross(q - place);
             const double angle = least_angle(after, place, p, q);
-            worst_after = std::min(worst_after, angle);
+            worst = std::min(worst, angle);
             if (!(angle > 0.0)) return false;
             if (!(before.dot(after) > 0.0) && before.squaredNorm() > 0.0) return false;
             s.moved[s.count] = {ring->out[i] / 3, u, w};
             s.changes[s.count++] = {before, after};
         }
     }
-    return worst_after >= worst_before;
+    return worst >= kSliver || as_sharp_now(mesh, a, b, s, worst);
 }
 
 }  // namespace

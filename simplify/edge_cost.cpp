@@ -14,6 +14,12 @@ constexpr double kPull = 1e-5;
 constexpr double kReach = 10.0;
 /// The trace of shape cost in every edge; edges are about one long.
 constexpr double kTieBreak = 1e-11;
+/// sin^2 of 5 degrees: a triangle is a needle if the angle opposite to its short edge is less.
+constexpr double kNeedle = 0.0871557 * 0.0871557;
+/// Squared ratio of edges above which it is none: spares the test.
+constexpr double kShort = 0.03;
+/// What an edge costs that is the short one of a needle. Anything from a tenth to a thousandth does the same.
+constexpr double kNeedleCost = 1.0 / 16.0;
 
 /// The quadratic form x H x - 2 g x + c, x relative to the edge's start: the sum of the squared volumes swept
 /// (times 36), and what bounds and pulls the place.
@@ -25,9 +31,10 @@ struct Form {
     double offset;
     Vec3 along;  ///< end - start
     double length2;
-    Vec3 middle;     ///< of the neighbours
-    double count;    ///< neighbours
-    double spread2;  ///< mean squared distance of the neighbours from the start
+    Vec3 middle;          ///< of the neighbours
+    double count;         ///< neighbours
+    double spread2;       ///< mean squared distance of the neighbours from the start
+    bool needle = false;  ///< a triangle that goes is one
 };
 
 /// Sums of both ends, the one or two triangles they share counted once.
@@ -52,11 +59,14 @@ Form form_of(const CollapseMesh& mesh, std::uint32_t h) {
         if (side == kNoHalfedge) continue;
         const Vec3 apex = mesh.position(mesh.corner[CollapseMesh::previous(side)]) - s.position;
         const Vec3 normal = sign * f.along.cross(apex);
+        const double height2 = apex.squaredNorm();
+        if (f.length2 < kShort * height2)
+            f.needle |= normal.squaredNorm() < kNeedle * height2 * (apex - f.along).squaredNorm();
         f.h.add_outer(normal, -1.0);
         f.normal -= normal;
         f.count -= 1.0;
         f.middle -= apex;
-        f.spread2 -= apex.squaredNorm();
+        f.spread2 -= height2;
         sign = -1.0;
     }
     f.count = std::max(f.count, 1.0);
@@ -201,6 +211,7 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
     result.cost = weights.volume / 36.0 * std::max(0.0, swept) +
                   weights.boundary / 4.0 * f.length2 * std::max(0.0, area) +
                   (weights.shape + kTieBreak) * f.length2 * f.length2 * std::max(0.0, shape);
+    if (f.needle) result.cost *= kNeedleCost;
     return result;
 }
 

@@ -13,10 +13,11 @@ struct Candidate {
 /// Cost and placement of collapsing an edge, after Lindstrom and Turk, Fast and memory efficient polygonal
 /// simplification (1998): the volume is kept exactly, then the squared volume swept by the triangles is
 /// least; on the boundary likewise for its area; where that leaves the place open, it goes to the middle of
-/// the neighbours (triangle shape). The costs are those of CGAL's Lindstrom-Turk policies. Three deviations:
+/// the neighbours (triangle shape). The costs are those of CGAL's Lindstrom-Turk policies. Four deviations:
 /// optima that are all but undetermined are pulled softly to the middle rather than by a threshold; a place
-/// ten times farther from the edge than its neighbours becomes the midpoint; and a trace of the shape cost
-/// decides between edges of flat parts, which all cost nothing.
+/// ten times farther from the edge than its neighbours becomes the midpoint; a trace of the shape cost
+/// decides between edges of flat parts, which all cost nothing; and edges that take a needle along cost less,
+/// or creases would keep those that marching cubes leave there.
 ///
 /// Constant time, from the sums of both ends; only edges on the boundary look at their neighbours there.
 /// \pre the edge may collapse: where the flags of its ends bind the place, one end's include the other's.

@@ -59,7 +59,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     if (!options.target_vertices) {
         run({.max_length = options.l_max, .max_error = options.max_error});
     } else {
-        constexpr double kFirstError = 0.008, kLooser = 1.25;
+        constexpr double kFirstError = 0.008, kLooser = 1.25, kLittleLooser = 1.08;
         // The first bound is near to none; after the last the target is out of reach.
         constexpr int kMostRounds = 80;
         double error = std::min(options.max_error, kFirstError * (options.l0 + options.step)), factor = 1.0;
@@ -73,8 +73,12 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             if (engine.vertex_count() <= *options.target_vertices) break;
             const bool stuck = result.rings.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
-            error = std::min(options.max_error, error * kLooser);
-            factor *= kLooser;
+            // Near the target a large step would be more than it takes.
+            const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <
+                              static_cast<double>(*options.target_vertices);
+            const double looser = near ? kLittleLooser : kLooser;
+            error = std::min(options.max_error, error * looser);
+            factor *= looser;
         }
     }
     result.mesh = engine.take_mesh();
