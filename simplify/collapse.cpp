@@ -19,6 +19,7 @@
 #include "simplify/edge_collapse.hpp"
 #include "simplify/edge_cost.hpp"
 #include "simplify/materials.hpp"
+#include "simplify/witness.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::simplify {
@@ -30,11 +31,13 @@ constexpr std::uint32_t kAnywhere = 0xfffffffeu;
 
 /// One worker's queue; workers in different blocks share the mesh.
 struct Worker {
-    Worker(std::span<BucketQueue::Bucket> where, std::uint32_t z) : queue(where), zone(z) {}
+    Worker(std::span<BucketQueue::Bucket> where, std::uint32_t z, const RecentSteps& s)
+        : queue(where), zone(z), steps(s) {}
     BucketQueue queue;
     std::uint32_t zone;       ///< block whose edges it takes, or kAnywhere
     std::size_t removed = 0;  ///< vertices, in all
     std::size_t refused = 0;  ///< edges, by the error bound
+    RecentSteps steps;
     Surroundings around;
 };
 
@@ -54,6 +57,8 @@ struct CollapseEngine::Impl {
     std::optional<Deviation> deviation;  ///< once a pass has bounded it
     std::size_t vertices = 0;            ///< left
     std::vector<std::uint32_t> source;   ///< input vertex whose position it has, or kMoved
+    std::vector<Vec3> witness;           ///< per vertex, a point of the original
+    RecentSteps steps;                   ///< of all workers
     std::vector<BucketQueue::Bucket> where;
     Blocks blocks;
 
@@ -65,6 +70,8 @@ struct CollapseEngine::Impl {
             if (frozen[v]) mesh.state[v].flags |= kFrozen;
         source.resize(n);
         std::iota(source.begin(), source.end(), 0u);
+        witness.resize(n);
+        for (std::size_t v = 0; v < n; ++v) witness[v] = mesh.position(static_cast<std::uint32_t>(v));
         where.assign(mesh.corner.size(), BucketQueue::kNone);
     }
 
@@ -113,6 +120,26 @@ struct CollapseEngine::Impl {
                                                std::span(s.gone).first(s.apexes), s.plan);
     }
 
+    /// Puts an edge off until twice its cost if a collapse would leave a witness far behind; else its start
+    /// keeps the farther one. A bound on the error sees to all points itself.
+    bool put_off(Worker& worker, std::uint32_t edge, const Candidate& candidate, BucketQueue::Bucket bucket) {
+        constexpr int kTwice = 8;
+        if (deviation || !pass.spare_outliers) return false;
+        const std::uint32_t a = mesh.start(edge), b = mesh.end(edge);
+        const double step2 = candidate.area2 > 0.0 ? candidate.swept / candidate.area2 : 0.0;
+        worker.steps.add(step2);
+        const double limit2 = worker.steps.limit2();
+        const Witness farther =
+            farther_witness(mesh, candidate.place, std::span(worker.around.moved).first(worker.around.count),
+                            witness[a], witness[b], 0.25 * limit2);
+        if (farther.distance2 > limit2 && bucket + kTwice <= BucketQueue::kLast) {
+            worker.queue.push(edge, static_cast<BucketQueue::Bucket>(bucket + kTwice));
+            return true;
+        }
+        witness[a] = farther.point;
+        return false;
+    }
+
     /// Collapses an edge that passed both.
     void collapse(std::uint32_t h, const Vec3& place, const Surroundings& s) {
         const std::uint32_t a = mesh.start(h), b = mesh.end(h);
@@ -151,6 +178,7 @@ struct CollapseEngine::Impl {
                 if (gives_up(worker, removed)) break;
                 continue;
             }
+            if (put_off(worker, edge, candidate, bucket)) continue;
             const std::uint32_t kept = mesh.start(edge);
             collapse(edge, candidate.place, worker.around);
             ++removed;
@@ -195,7 +223,7 @@ struct CollapseEngine::Impl {
         if (blocks.count == 0) return 0;
         std::vector<Worker> workers;
         workers.reserve(blocks.count);
-        for (std::uint32_t b = 0; b < blocks.count; ++b) workers.emplace_back(where, b);
+        for (std::uint32_t b = 0; b < blocks.count; ++b) workers.emplace_back(where, b, steps);
         tbb::parallel_for(
             std::uint32_t{0}, blocks.count, [&](std::uint32_t b) { fill(workers[b]); },
             tbb::simple_partitioner{});
@@ -218,6 +246,12 @@ struct CollapseEngine::Impl {
         }
         std::size_t removed = 0;
         for (const Worker& worker : workers) removed += worker.removed;
+        steps = {};
+        for (const Worker& worker : workers) {
+            steps.mean2 += worker.steps.count * worker.steps.mean2;
+            steps.count += worker.steps.count;
+        }
+        if (steps.count > 0.0) steps.mean2 /= steps.count;
         std::fill(where.begin(), where.end(), BucketQueue::kNone);
         return removed;
     }
@@ -261,11 +295,12 @@ struct CollapseEngine::Impl {
                 const double cost = edge_cost(mesh, h, weights).cost;
                 if (std::isfinite(cost)) bucket[i] = BucketQueue::bucket_of(cost);
             });
-            Worker worker(where, kAnywhere);
+            Worker worker(where, kAnywhere, steps);
             for (std::uint32_t h = 0; h < bucket.size(); ++h)
                 if (bucket[h] != BucketQueue::kNone) worker.queue.push(h, bucket[h]);
             const std::size_t removed = work(worker, BucketQueue::kLast, vertices - pass.target_vertices);
             vertices -= removed;
+            steps = worker.steps;
             std::fill(where.begin(), where.end(), BucketQueue::kNone);
             // A sweep that finds next to nothing is the last one, unless there is a target to meet.
             const bool little = removed * 1000 <= vertices;

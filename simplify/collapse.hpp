@@ -20,6 +20,8 @@ struct CollapsePass {
     double max_error = std::numeric_limits<double>::infinity();
     /// Ends where the bound refuses as many edges as collapse, instead of using it up to the last edge.
     bool give_up = false;
+    /// Puts off collapses that would leave a point of the input much farther behind than is usual by then.
+    bool spare_outliers = false;
     double length_factor = 1.0;  ///< applied to the graded lengths
 };
 

@@ -212,6 +212,8 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
                   weights.boundary / 4.0 * f.length2 * std::max(0.0, area) +
                   (weights.shape + kTieBreak) * f.length2 * f.length2 * std::max(0.0, shape);
     if (f.needle) result.cost *= kNeedleCost;
+    result.swept = std::max(0.0, swept);
+    result.area2 = f.h.trace();
     return result;
 }
 

@@ -8,6 +8,8 @@ namespace sidewall::simplify {
 struct Candidate {
     Vec3 place;
     double cost = 0.0;
+    double swept = 0.0;  ///< squared volume the triangles sweep, times 36
+    double area2 = 0.0;  ///< sum of their squared areas, times 4: what that was the volume over
 };
 
 /// Cost and placement of collapsing an edge, after Lindstrom and Turk, Fast and memory efficient polygonal

@@ -11,7 +11,8 @@ Result simplify_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOpti
     Result result;
     const std::size_t removed = engine.run({.max_length = options.max_edge_length,
                                             .target_vertices = options.target_vertices.value_or(0),
-                                            .max_error = options.max_error});
+                                            .max_error = options.max_error,
+                                            .spare_outliers = true});
     result.rings.push_back({options.max_edge_length, removed});
     result.mesh = engine.take_mesh();
     return result;

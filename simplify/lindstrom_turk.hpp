@@ -5,7 +5,8 @@
 namespace sidewall::simplify {
 
 /// Coarsens \p mesh everywhere by the same rule: cheapest edge first (Lindstrom and Turk 1998), until the
-/// target or the edge length is reached, or nothing more can go.
+/// target or the edge length is reached, or nothing more can go. A collapse that would leave a peak of the
+/// input far behind waits until others cost as much; see witness.hpp.
 ///
 /// \param mesh  orientable manifold, open or closed; its boundary, material borders, orientation and Euler
 ///              number are kept as CollapseEngine says.
