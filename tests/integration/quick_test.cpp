@@ -26,7 +26,9 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"cd_at_0.5", 1.9, 2.4},
       {"scallop_pitch", 0.2, 0.8},
       {"scallop_depth", 0.03, 0.3},
-      // No undercut: where the film, thinner than a cell, breaks under the mask is a matter of chance.
+      // Where the film, thinner than a cell, breaks under the mask is a matter of chance; but no more goes
+      // than one cycle would etch at full flux.
+      {"undercut", 0.0, 0.99},
       {"removed_volume_Mask", 0.5, 2.9},
       {"added_volume_Polymer", 0.1, 1.0}}},
     // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.
@@ -54,7 +56,7 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"sf6o2_hole",
      {{"depth", 0.6, 1.1},
       {"cd_at_0.1", 0.3, 0.48},
-      {"sidewall_angle", 80.0, 92.0},
+      {"sidewall_angle", 85.0, 92.0},
       {"undercut", -0.03, 0.06},
       {"removed_volume_Mask", 0.0, 0.01}}},
     {"sputter_facet",
