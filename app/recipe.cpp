@@ -15,7 +15,8 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kMostAveraging = 8.0;     // grid spacings: the work grows with its square
+// In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
+constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
 constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would fill a machine
 constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostBytes = 1 << 24;
@@ -98,6 +99,16 @@ void check_simplify(const SimplifySection& simplify) {
         throw KeyError("max_error", "is not kept by method = \"cgal-lindstrom-turk\": use another method");
 }
 
+void check_averaging(double radius, const DomainSection& domain) {
+    const double least = kLeastAveraging * domain.grid_spacing, most = kMostAveraging * domain.grid_spacing;
+    if (radius != 0.0 && (radius < least || radius > most))
+        throw KeyError("averaging", fmt::format("must be 0, or {:g} to {:g} grid spacings, {:g} to {:g}",
+                                                kLeastAveraging, kMostAveraging, least, most));
+    // Beyond a side the surface goes on, but only once.
+    const double width = std::min(domain.extent[0], domain.extent[1]);
+    if (radius > width) throw KeyError("averaging", fmt::format("must not exceed the wafer's {:g}", width));
+}
+
 // A cut that misses the wafer would give an empty file without a word.
 surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, const std::string& key) {
     surface::Plane plane;
@@ -150,12 +161,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_layers(root, recipe);
     read_steps(root, recipe);
     check_beams(recipe);
-    read_section(root, "flux", recipe.flux, recipe.materials, [&] {
-        const double most = kMostAveraging * recipe.domain.grid_spacing;
-        if (recipe.flux.averaging > most)
-            throw KeyError("averaging",
-                           fmt::format("must be at most {:g} grid spacings, {:g}", kMostAveraging, most));
-    });
+    read_section(root, "flux", recipe.flux, recipe.materials,
+                 [&] { check_averaging(recipe.flux.averaging, recipe.domain); });
     read_section(root, "simplify", recipe.simplify, recipe.materials,
                  [&] { check_simplify(recipe.simplify); });
     read_section(root, "advection", recipe.advection, recipe.materials, [] {});

@@ -263,6 +263,7 @@ Json RunWriter::finish(const RunState& state, const std::vector<Step>& steps, co
         summary["flux"].push_back(Json{{"rays", flux.emitted},
                                        {"segments", flux.segments},
                                        {"pass_species", flux.pass_species},
+                                       {"pass_place", flux.pass_place},
                                        {"leaked", flux.leaked},
                                        {"relative_error", number(flux.relative_error)}});
     summary["metrology"] = Json::object();

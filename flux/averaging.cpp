@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "surface/error.hpp"
 
@@ -65,7 +66,9 @@ void add_images(const LateralBox& box, double radius, std::vector<Sample>& sampl
 class Cubes {
   public:
     Cubes(std::vector<Sample> samples, double width) : width_(width) {
+        // Vertices lie up to a cube below all samples, and look a cube farther.
         for (const Sample& sample : samples) origin_ = origin_.cwiseMin(sample.point);
+        origin_.array() -= 2.0 * width_;
         std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
         for (std::uint32_t s = 0; s < samples.size(); ++s) order.emplace_back(key(cube(samples[s].point)), s);
         std::sort(order.begin(), order.end());
@@ -93,7 +96,7 @@ class Cubes {
         Cube cube;
         for (int axis = 0; axis < 3; ++axis)
             cube[static_cast<std::size_t>(axis)] =
-                static_cast<std::int64_t>(std::floor((point[axis] - origin_[axis]) / width_)) + 1;
+                static_cast<std::int64_t>(std::floor((point[axis] - origin_[axis]) / width_));
         return cube;
     }
     static std::uint64_t key(const Cube& cube) {  // 21 bits an axis: no mesh is 2 million radii wide

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <span>
 
 #include "simplify/edge_collapse.hpp"
@@ -19,8 +18,8 @@ struct Witness {
 Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<const MovedTriangle> moved,
                         const Vec3& first, const Vec3& second, double enough2);
 
-/// How far collapses take the surface these days, which tells outliers. Not a bound in lengths: it grows as
-/// the mesh gets coarser.
+/// How far the collapses that come up would take the surface these days, which tells outliers. Not a bound in
+/// lengths: it grows as the mesh gets coarser.
 struct RecentSteps {
     double mean2 = 0.0;  ///< squared distance, a running mean
     double count = 0.0;

@@ -28,8 +28,7 @@ Model make(const Values& values, const Materials& materials) {
     double sum = 0.0;
     for (const double a : coefficients) sum += a;
     if (!(std::abs(sum) > 1e-9)) throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
-    const double tilt = number("tilt_deg") * std::numbers::pi / 180.0,
-                 azimuth = number("azimuth_deg") * std::numbers::pi / 180.0;
+    const double tilt = number("tilt_deg") * std::numbers::pi / 180.0;
     const double threshold = number("threshold"), energy = number("ion_energy");
     const double flat = (std::sqrt(energy) - std::sqrt(threshold)) * polynomial(coefficients, std::cos(tilt));
     if (threshold >= energy) throw KeyError("threshold", "must be below ion_energy, or nothing etches");
@@ -38,7 +37,7 @@ Model make(const Values& values, const Materials& materials) {
 
     Model model;
     flux::Species ion = ion_species(values, threshold);
-    ion.beam = Vec3(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), -std::cos(tilt));
+    ion.beam = tilted_beam(number("tilt_deg"), number("azimuth_deg"));
     ion.rotating = values.get<bool>("rotating");
     ion.yields = {{"sputter", flux::Angular::polynomial, threshold, {1.0}, coefficients}};
     if (redeposition > 0.0)

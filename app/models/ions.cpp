@@ -1,5 +1,6 @@
 #include "app/models/ions.hpp"
 
+#include <cmath>
 #include <numbers>
 
 namespace sidewall::app {
@@ -46,6 +47,14 @@ flux::Species ion_species(const Values& values, double threshold) {
     ion.reflection.exponent = values.get<double>("energy_exponent");
     ion.stop_energy = threshold;
     return ion;
+}
+
+Vec3 tilted_beam(double tilt_deg, double azimuth_deg) {
+    const double tilt = tilt_deg * kDegree, azimuth = azimuth_deg * kDegree;
+    Vec3 beam(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), -std::cos(tilt));
+    for (int axis = 0; axis < 2; ++axis)
+        if (std::abs(beam[axis]) < 1e-12) beam[axis] = 0.0;  // cos(90 degrees) is not quite 0
+    return beam;
 }
 
 std::vector<double> densities(const Materials& materials) {

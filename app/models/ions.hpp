@@ -10,6 +10,10 @@ std::vector<Key> ion_keys(double source_exponent = 500.0);
 /// The species they describe, without yields, that stops below \p threshold (eV).
 flux::Species ion_species(const Values& values, double threshold);
 
+/// Unit direction of a beam tilted from straight down, towards an azimuth counted from x to y; degrees. Along
+/// an axis it is that axis to the last bit.
+Vec3 tilted_beam(double tilt_deg, double azimuth_deg);
+
 /// sum(rates) / rho is in nm/s. By material id, 1e22 /cm^3.
 std::vector<double> densities(const Materials& materials);
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/models/model.hpp"
+#include "app/models/ions.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::app {
@@ -75,14 +75,8 @@ flux::Species make_species(const Values& values, std::size_t k, const Materials&
                                             : kind == "collimated" ? kCollimated
                                                                    : kThermal);
     species.sticking = by_material_id(values.get<ByMaterial>("sticking"), materials);
-    const double tilt = values.get<double>("tilt_deg") * kDegree,
-                 azimuth = values.get<double>("azimuth_deg") * kDegree;
-    if (tilt != 0.0) {
-        species.beam = {std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth),
-                        -std::cos(tilt)};
-        // Along an axis it is along that axis: cos(90 degrees) is not quite 0.
-        for (int axis = 0; axis < 2; ++axis)
-            if (std::abs(species.beam[axis]) < 1e-12) species.beam[axis] = 0.0;
+    if (const double tilt = values.get<double>("tilt_deg"); tilt != 0.0) {
+        species.beam = tilted_beam(tilt, values.get<double>("azimuth_deg"));
         species.rotating = values.get<bool>("rotating");
     }
     if (is_ion) {

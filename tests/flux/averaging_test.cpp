@@ -96,3 +96,19 @@ TEST_CASE("the error of an average falls with the number of triangles it is take
     for (std::size_t v = 0; v < mean.error.size(); ++v) CHECK(mean.error[v] == Approx(expected).epsilon(0.1));
     CHECK_THROWS_AS(average(kSheet, wedges, kPeriodic, std::vector(wedges.count(), 1.0), 0.0), RecipeError);
 }
+
+TEST_CASE("no wedge is left out, wherever the surface is lowest") {
+    // A bowl: nothing lies below its lowest vertex, nor beyond those at its rim.
+    const TriangleMesh bowl = height_field(kCells, kCells, kExtent, kExtent, [](auto i, auto j) {
+        const auto x = static_cast<double>(i) / kCells - 0.5, y = static_cast<double>(j) / kCells - 0.5;
+        return 2.0 * (x * x + y * y);
+    });
+    const Wedges wedges = make_wedges(bowl);
+    for (const double radius : {0.03, 0.1, 0.4}) {
+        const auto mean = average(bowl, wedges, kMirrors, std::vector(wedges.count(), 1.0), radius, {}, 0.1);
+        for (std::size_t w = 0; w < wedges.count(); ++w) {
+            CHECK(mean.flux[w] == Approx(1.0));
+            CHECK(mean.error[w] > 0.0);
+        }
+    }
+}

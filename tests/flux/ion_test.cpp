@@ -323,6 +323,32 @@ TEST_CASE("the coned cosine fills its cone with the right density and keeps abov
     }
 }
 
+TEST_CASE("a cone that the surface cuts keeps its density of angles to the mirrored direction") {
+    constexpr int kBins = 20, kSamples = 100'000;
+    const Vec3 normal = Vec3::UnitZ();
+    for (const double theta : {85.0, 89.9}) {  // the cone is 10 degrees wide
+        const Vec3 in(std::sin(theta * kDegree), 0.0, -std::cos(theta * kDegree));
+        const double alpha = kPi / 2.0 - Reflection{}.cone;
+        const auto density = [&](double psi) { return std::cos(0.5 * kPi * psi / alpha) * std::sin(psi); };
+        std::array<double, kBins> counts{};
+        for (std::uint32_t i = 0; i < kSamples; ++i) {
+            Stream random(random_key(5, 0, 0), {.ray = i, .bounce = 1});
+            const Vec3 out = sample_coned(Reflection{}, in, normal, theta * kDegree, random);
+            const double psi = std::acos(std::clamp(out.dot(mirrored(in, normal)), -1.0, 1.0));
+            ++counts[static_cast<std::size_t>(std::min(kBins - 1.0, psi / alpha * kBins))];
+        }
+        const double total = integral(0.0, alpha, density);
+        double chi = 0.0;
+        for (int b = 0; b < kBins; ++b) {
+            const double expected =
+                kSamples * integral(alpha * b / kBins, alpha * (b + 1) / kBins, density) / total;
+            chi += std::pow(counts[static_cast<std::size_t>(b)] - expected, 2) / expected;
+        }
+        CAPTURE(theta, chi);
+        CHECK(chi < kBins - 1 + 4.0 * std::sqrt(2.0 * (kBins - 1)));
+    }
+}
+
 TEST_CASE("what a hit sputters lands where it flies to, with its own ledger") {
     const double slope = 45.0 * kDegree, cosine = std::cos(slope);
     Species beam = parallel_beam(0.0);

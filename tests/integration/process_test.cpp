@@ -82,6 +82,73 @@ TEST_CASE("steps end at the depth, the material and the thickness they name") {
               .time() == 1.0);
 }
 
+namespace {
+
+// Mean depth that a second of a step takes off a blanket wafer of a material; less than 0 if it grows.
+double blanket(const std::string& material, const std::string& step) {
+    const std::string domain = R"([domain]
+extent = [0.4, 0.4]
+grid_spacing = 0.05
+boundary = ["periodic", "periodic"]
+[flux]
+rays = 50000
+[[layer]]
+material = "Si"
+top = 0.02
+)";
+    // Between nodes: on one, marching cubes would put it a thousandth of a cell aside.
+    const std::string layer =
+        material == "Si" ? "" : "[[layer]]\nmaterial = \"" + material + "\"\nthickness = 0.5\n";
+    const Outcome outcome = run(domain + layer + "[[step]]\nduration = 1.0\n" + step);
+    double volume = 0.0;
+    for (const auto& [name, value] : outcome.result.summary["metrology"].items()) {
+        if (name.rfind("removed_volume_", 0) == 0) volume += value.get<double>();
+        if (name.rfind("added_volume_", 0) == 0) volume -= value.get<double>();
+    }
+    return volume / (0.4 * 0.4);
+}
+
+}  // namespace
+
+TEST_CASE("a blanket wafer moves at every model's formula") {
+    // On a plane every particle arrives once: the mean flux is 1 to the last ray, and what is left of noise
+    // enters the models that are not linear in it by its square.
+    constexpr double kTolerance = 3e-3;
+    // Ions of exactly 100 eV straight down.
+    const std::string ions = "ion_exponent = 1e6\nion_energy_spread = 0.0\n";
+    CHECK(blanket("Si", "model = \"single_particle\"\nrate = -0.2\nsticking = 0.3\n") ==
+          Approx(0.2).epsilon(kTolerance));
+    CHECK(blanket("Si",
+                  "model = \"teos\"\nprecursors = [{ rate = 0.2, sticking = 0.4 }]\ndeposit = \"SiO2\"\n") ==
+          Approx(-0.2).epsilon(kTolerance));
+    CHECK(blanket("Si",
+                  "model = \"multi_particle\"\nspecies = [{ name = \"a\", sticking = 0.5, rate = -0.15 }, "
+                  "{ name = \"b\", kind = \"collimated\", rate = -0.1 }]\n") ==
+          Approx(0.25).epsilon(kTolerance));
+    CHECK(blanket("Si", "model = \"ion_beam\"\nrate = 0.2\ntilt_deg = 35\n" + ions) ==
+          Approx(0.2).epsilon(kTolerance));
+    CHECK(blanket("Si", "model = \"ion_beam\"\nrate = 0.2\ntilt_deg = 35\nazimuth_deg = 90\n" + ions) ==
+          Approx(0.2).epsilon(kTolerance));
+
+    const auto plasma = [&](double e_sp, double a_sp, double a_ie, double beta_e) {
+        const double root = std::sqrt(100.0), y_sp = a_sp * (root - std::sqrt(e_sp)),
+                     y_ie = a_ie * (root - std::sqrt(15.0)), y_p = 3.0 * (root - std::sqrt(10.0));
+        const double a = (300.0 + 20.0 * y_ie) / (beta_e * 4500.0), b = (0.04 + 10.0 * y_p) / 800.0;
+        const double theta = 1.0 / (1.0 + a * (1.0 + 1.0 / b));
+        return 1e-3 * (75.0 * theta + 10.0 * y_sp + 10.0 * theta * y_ie) / 5.02;
+    };
+    CHECK(blanket("Si", "model = \"sf6_o2\"\n" + ions) ==
+          Approx(plasma(20.0, 0.0337, 7.0, 0.7)).epsilon(kTolerance));
+    CHECK(blanket("Si", "model = \"hbr_o2\"\n" + ions) ==
+          Approx(plasma(30.0, 0.5, 5.0, 0.1)).epsilon(kTolerance));
+}
+
+TEST_CASE("selectivity is the ratio of blanket rates") {
+    const std::string step =
+        "model = \"single_particle\"\nrate = { Si = -0.3, Mask = -0.06 }\nsticking = 0.5\n";
+    CHECK(blanket("Si", step) / blanket("Mask", step) == Approx(5.0).epsilon(3e-3));
+}
+
 TEST_CASE("step coverage grows as sticking falls") {
     double before = 0.0;
     for (const char* sticking : {"1.0", "0.3", "0.1", "0.02"}) {

@@ -26,9 +26,9 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"cd_at_0.5", 1.9, 2.4},
       {"scallop_pitch", 0.2, 0.8},
       {"scallop_depth", 0.03, 0.3},
-      // Where the film, thinner than a cell, breaks under the mask is a matter of chance; but no more goes
-      // than one cycle would etch at full flux.
-      {"undercut", 0.0, 0.99},
+      // Where the film, thinner than a cell, breaks under the mask is a matter of chance; without one the
+      // etch would reach the domain's side, 1.0 from the mask's edge.
+      {"undercut", 0.0, 0.75},
       {"removed_volume_Mask", 0.5, 2.9},
       {"added_volume_Polymer", 0.1, 1.0}}},
     // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.

@@ -35,7 +35,7 @@ double void_volume(const TriangleMesh& mesh) {
 
 TEST_CASE("a void that deposition has closed off keeps its volume while the film grows on") {
     const test::Folder folder;
-    for (const std::string method : {"none", "region-bounded"}) {
+    for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
         const app::Recipe recipe =
             app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml",
                              {"step[0].duration=2.4", "output.every=0.6", "simplify.method=" + method});
