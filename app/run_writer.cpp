@@ -277,13 +277,19 @@ Json RunWriter::finish(const RunState& state, const std::vector<Step>& steps, co
     const std::size_t materials = recipe_.materials.size();
     const std::vector<double> before = material_volumes(initial_state(recipe_).stack, materials),
                               after = material_volumes(state.stack, materials);
+    double grown = 0.0;
     for (std::size_t m = 0; m < materials; ++m) {
         const double change = after[m] - before[m];
+        grown += change;
         if (before[m] == 0.0 && after[m] == 0.0) continue;
         const std::string& name = recipe_.materials[m].name;
         report("added_volume_" + name, std::max(0.0, change), recipe_.domain.length_unit + "^3");
         report("removed_volume_" + name, std::max(0.0, -change), recipe_.domain.length_unit + "^3");
     }
+    // Of the wafer as a whole: growth if positive, etching if negative.
+    if (state.time > 0.0)
+        report("mean_rate", grown / (recipe_.domain.extent[0] * recipe_.domain.extent[1] * state.time),
+               recipe_.domain.length_unit + "/" + recipe_.domain.time_unit);
     if (!surface.coverage.empty())
         summary["coverage"] = Json{{"traces", surface.iterations}, {"mean_change", surface.coverage_change}};
     write_json((options_.output / "summary.json").string(), summary);
