@@ -30,21 +30,18 @@ FluxField average(const TriangleMesh& mesh, const Wedges& wedges, std::array<Bou
     return averaged(mesh, lateral_box(mesh, sides), wedges, materials, {&flux, 1}, radius).front();
 }
 
-constexpr std::array kMirrors{Boundary::reflective, Boundary::reflective};
-constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
-
 }  // namespace
 
 TEST_CASE("an average over a disc: constants stay, a parabola rises by a quarter of the radius squared") {
     const Wedges wedges = make_wedges(kSheet);
     constexpr double kRadius = 0.2;
-    for (const auto& sides : {kMirrors, kPeriodic})
+    for (const auto& sides : {kReflective, kPeriodic})
         for (const double v : average(kSheet, wedges, sides, std::vector(wedges.count(), 1.0), kRadius).flux)
             CHECK(v == Approx(1.0));
 
     std::vector<double> parabola;
     for (const Vec3& p : kSheet.vertices) parabola.push_back(p.x() * p.x());
-    const auto mean = average(kSheet, wedges, kMirrors, parabola, kRadius).flux;
+    const auto mean = average(kSheet, wedges, kReflective, parabola, kRadius).flux;
     for (std::size_t v = 0; v < mean.size(); ++v)
         // Sampled in triangles of a quarter of the radius, the rim is ragged by a few per cent.
         if (within(kSheet.vertices[v], kRadius))
@@ -59,7 +56,7 @@ TEST_CASE("averages go on beyond the sides, mirrored or from the opposite one") 
     std::vector<double> wave;
     for (const Vec3& p : kSheet.vertices) wave.push_back(std::cos(kWave * p.x()) + std::cos(kWave * p.y()));
     const double factor = 2.0 * std::cyl_bessel_j(1.0, kWave * kRadius) / (kWave * kRadius);
-    for (const auto& sides : {kMirrors, kPeriodic, std::array{Boundary::reflective, Boundary::periodic}}) {
+    for (const auto& sides : {kReflective, kPeriodic, std::array{Boundary::reflective, Boundary::periodic}}) {
         const auto mean = average(kSheet, wedges, sides, wave, kRadius).flux;
         for (std::size_t v = 0; v < mean.size(); ++v)
             CHECK(mean[v] == Approx(factor * wave[v]).margin(0.02));  // a tenth of what it takes off
@@ -75,7 +72,7 @@ TEST_CASE("what faces away or is of another material does not count") {
     const auto is_left = [&](std::size_t c) { return c / 3 >= 20 && c / 3 < 40; };  // the second segment
     for (std::size_t c = 0; c < wedges.corner.size(); ++c)
         if (is_left(c)) left[wedges.corner[c]] = 1.0;
-    CHECK(average(slit, wedges, kMirrors, left, 0.2).flux == left);
+    CHECK(average(slit, wedges, kReflective, left, 0.2).flux == left);
 
     std::vector<std::int32_t> materials;
     for (std::size_t t = 0; t < kSheet.triangles.size(); ++t)
@@ -83,7 +80,7 @@ TEST_CASE("what faces away or is of another material does not count") {
     const Wedges split = make_wedges(kSheet, materials);
     std::vector<double> value(split.count());
     for (std::size_t c = 0; c < split.corner.size(); ++c) value[split.corner[c]] = materials[c / 3];
-    CHECK(average(kSheet, split, kMirrors, value, 0.3, materials).flux == value);
+    CHECK(average(kSheet, split, kReflective, value, 0.3, materials).flux == value);
 }
 
 TEST_CASE("the error of an average falls with the number of triangles it is taken over") {
@@ -105,7 +102,8 @@ TEST_CASE("no wedge is left out, wherever the surface is lowest") {
     });
     const Wedges wedges = make_wedges(bowl);
     for (const double radius : {0.03, 0.1, 0.4}) {
-        const auto mean = average(bowl, wedges, kMirrors, std::vector(wedges.count(), 1.0), radius, {}, 0.1);
+        const auto mean =
+            average(bowl, wedges, kReflective, std::vector(wedges.count(), 1.0), radius, {}, 0.1);
         for (std::size_t w = 0; w < wedges.count(); ++w) {
             CHECK(mean.flux[w] == Approx(1.0));
             CHECK(mean.error[w] > 0.0);

@@ -14,8 +14,6 @@ using namespace sidewall::flux;
 
 namespace {
 
-constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
-
 // The zero level of \p phi over nx x ny cells from node (i0, j0) on; node k lies at k dx.
 TriangleMesh extract(std::array<int, 2> first, std::array<int, 2> cells, int low, int high, double dx,
                      const std::function<double(double, double, double)>& phi) {

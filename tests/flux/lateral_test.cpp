@@ -13,8 +13,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
-constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
 constexpr std::array kOpen{Boundary::open, Boundary::open};
 
 TriangleMesh plane() {

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -11,6 +12,9 @@
 
 // Surfaces the flux tests build, each ending exactly on its rectangle, and how they trace and average.
 namespace sidewall::flux {
+
+inline constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
+inline constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
 
 using Profile = std::vector<std::pair<double, double>>;  // (x, z) from left to right, the material below
 

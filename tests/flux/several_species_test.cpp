@@ -15,9 +15,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
-constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
-
 // A surface with all that a trace of it needs.
 struct Place {
     TriangleMesh mesh;

@@ -18,9 +18,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
-constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
-
 TriangleMesh trench(double depth, std::size_t rows = 2) {
     return extrude(trench_profile(depth, 0.1, {0.25, 0.5, 0.75}, {0.5}), 0.7, rows);
 }

@@ -10,9 +10,6 @@ using namespace sidewall::flux;
 
 namespace {
 
-constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
-constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
-
 void check_ledger(const FluxResult& result) {
     CHECK(result.leaked == 0);
     CHECK(result.emitted == result.absorbed + result.escaped + result.leaked);
