@@ -299,7 +299,7 @@ struct Tally {
 
 struct Result {
     std::uint64_t emitted = 0, segments = 0, arrivals = 0;
-    std::vector<double> vertex;  // flux
+    std::vector<double> wedge;  // flux
     double relative_error = 0.0;
 };
 
@@ -351,16 +351,17 @@ inline Result trace(const TriangleMesh& mesh, const surface::RayScene& scene, co
             tbb::simple_partitioner{});
         tally.close_batch();
     }
-    result.vertex.assign(mesh.vertices.size(), 0.0);
+    result.wedge.resize(wedges.count());
+    for (std::size_t w = 0; w < wedges.count(); ++w)
+        if (wedges.area[w] > 0.0)
+            result.wedge[w] =
+                tally.wedge_sum[w] * box.area() / static_cast<double>(result.emitted) / wedges.area[w];
     double error = 0.0, flux = 0.0;
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-        double area = 0.0;
-        for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) area += wedges.area[w];
         const double sum = tally.vertex_sum[v];
         const double spread = std::max(0.0, tally.vertex_squares[v] - sum * sum / kBatches);
         error += std::sqrt(spread * kBatches / (kBatches - 1));
         flux += sum;
-        if (area > 0.0) result.vertex[v] = sum * box.area() / static_cast<double>(result.emitted) / area;
     }
     result.relative_error = error / flux;
     return result;

@@ -3,9 +3,8 @@
 //   simplify_bench [--repeat N] [--no-cgal] [MESH=GRID_SPACING ...]
 //   simplify_bench --scaling [--repeat N]
 //
-// Without meshes it makes three of its own: a low relief of about 71 k vertices, an array of holes of aspect
-// ratio 10 of about 175 k, and the latter with a roughness of 0.03 dx. Times are medians of N runs (5), wall
-// clock, from our arrays to our arrays; distances are in dx, vertices to surface.
+// Without meshes: the study's surfaces. Times are medians of N runs (5), wall clock, from our arrays to our
+// arrays; distances are in dx, vertices to surface.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -14,7 +13,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
-#include <numbers>
 #include <string>
 
 #include "levelset/extract.hpp"
@@ -23,8 +21,9 @@
 #include "simplify/region.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/error.hpp"
 #include "surface/quality.hpp"
+#include "tests/bench/study_surfaces.hpp"
 #include "tests/simplify/test_meshes.hpp"
 #ifdef SIDEWALL_MESHOPTIMIZER
 #include <meshoptimizer.h>
@@ -36,11 +35,7 @@ using simplify::kVolumeWeights;
 
 namespace {
 
-struct Surface {
-    std::string name;
-    TriangleMesh mesh;
-    double dx = 1.0;
-};
+using Surface = bench::StudySurface;
 
 /// Zero level of a field over a square of \p cells by \p cells, dx = 1, with noise at the grid's nodes.
 TriangleMesh grow(int cells, double z_min, double z_max, const test::Field& field, double roughness) {
@@ -60,17 +55,6 @@ double low_relief(const Vec3& p) {
     const double mesa = test::rounded_corner(edge, p.z() - 9.3, 3.4);
     const double floor = p.z() - 0.4 - 0.6 * std::sin(0.031 * p.x()) * std::cos(0.027 * p.y());
     return -test::rounded_corner(-mesa, -floor, 2.6) * 0.98;
-}
-
-/// Holes 15 cells wide and 158 deep, bowed, with a rounded mouth and foot.
-double deep_holes(const Vec3& p) {
-    constexpr double kPitch = 31.0, kDepth = 158.0;
-    const double x = p.x() - kPitch * std::round(p.x() / kPitch),
-                 y = p.y() - kPitch * std::round(p.y() / kPitch);
-    const double bow = 0.9 * std::sin(std::numbers::pi * std::clamp(-p.z() / kDepth, 0.0, 1.0));
-    const double wall = 7.2 + bow - std::hypot(x, y);
-    const double bank = test::rounded_corner(wall, p.z(), 2.7);
-    return -test::rounded_corner(-bank, -(p.z() + kDepth), 3.0) * 0.98;
 }
 
 double now() {
@@ -143,17 +127,21 @@ std::vector<Entry> methods(const Surface& s, const std::vector<std::uint8_t>& fe
     }
     list.push_back({"region-bounded .5/.5/0",
                     [&s, &features](std::size_t target) {
-                        return simplify::simplify_regions_bounded(
-                                   s.mesh, features,
-                                   {.l0 = s.dx, .step = s.dx, .l_max = 3 * s.dx, .target_vertices = target})
+                        return simplify::simplify_regions_bounded(s.mesh, features,
+                                                                  {.l0 = s.spacing,
+                                                                   .step = s.spacing,
+                                                                   .l_max = 3 * s.spacing,
+                                                                   .target_vertices = target})
                             .mesh;
                     },
                     false});
     list.push_back({"region l0=dx .5/.5/0",
                     [&s, &features](std::size_t target) {
-                        return simplify::simplify_regions(
-                                   s.mesh, features,
-                                   {.l0 = s.dx, .step = s.dx, .l_max = 3 * s.dx, .target_vertices = target})
+                        return simplify::simplify_regions(s.mesh, features,
+                                                          {.l0 = s.spacing,
+                                                           .step = s.spacing,
+                                                           .l_max = 3 * s.spacing,
+                                                           .target_vertices = target})
                             .mesh;
                     },
                     false});
@@ -166,7 +154,7 @@ std::vector<Entry> methods(const Surface& s, const std::vector<std::uint8_t>& fe
 
 void compare(const Surface& s, int repeat, bool cgal) {
     const double start = now();
-    const auto features = surface::feature_flags(s.mesh, s.dx);
+    const auto features = surface::feature_flags(s.mesh, s.spacing);
     fmt::print("\n{}: {} vertices, {} features at C = 0.5 ({:.3f} s), {} slivers\n", s.name,
                s.mesh.vertices.size(), std::count(features.begin(), features.end(), 1), now() - start,
                surface::measure_quality(s.mesh).slivers);
@@ -188,9 +176,9 @@ void compare(const Surface& s, int repeat, bool cgal) {
             fmt::print(
                 "{:<30} {:>6.1f} % {:>9} {:>8.3f} {:>8.3f} {:>9.4f} {:>9.5f} {:>9.4f} {:>9.5f} {:>8} {:>6}\n",
                 entry.name, 100.0 * (1.0 - double(result.vertices.size()) / double(s.mesh.vertices.size())),
-                result.vertices.size(), one, two, distance.forward.max / s.dx, distance.forward.mean / s.dx,
-                distance.backward.max / s.dx, distance.backward.mean / s.dx, quality.slivers,
-                quality.degenerate);
+                result.vertices.size(), one, two, distance.forward.max / s.spacing,
+                distance.forward.mean / s.spacing, distance.backward.max / s.spacing,
+                distance.backward.mean / s.spacing, quality.slivers, quality.degenerate);
             std::fflush(stdout);
         }
         fmt::print("\n");
@@ -235,11 +223,11 @@ void scaling(int repeat) {
 
 }  // namespace
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
     levelset::initialize();
     int repeat = 5;
     bool cgal = true, scale = false;
-    std::vector<Surface> surfaces;
+    std::vector<std::string> meshes;
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];
         if (word == "--scaling") {
@@ -248,28 +236,16 @@ int main(int argc, char** argv) {
             cgal = false;
         } else if (word == "--repeat" && i + 1 < argc) {
             repeat = std::max(1, std::atoi(argv[++i]));
-        } else if (const auto equals = word.rfind('='); equals != std::string::npos) {
-            surfaces.push_back({word.substr(0, equals), surface::read_mesh(word.substr(0, equals)),
-                                std::atof(word.substr(equals + 1).c_str())});
-            // The bare surface, as the study has it: borders of materials would stay as they are.
-            surfaces.back().mesh.triangle_attributes.clear();
-            surfaces.back().mesh.vertex_attributes.clear();
         } else {
-            fmt::print(stderr,
-                       "simplify_bench: '{}': give MESH=GRID_SPACING, --repeat N, --no-cgal or --scaling\n",
-                       word);
-            return 2;
+            meshes.push_back(word);
         }
     }
     if (scale) {
         scaling(repeat);
         return 0;
     }
-    if (surfaces.empty()) {
-        surfaces.push_back({"low relief", grow(228, 0.0, 10.0, low_relief, 0.0), 1.0});
-        surfaces.push_back({"deep holes", grow(124, -158.0, 0.0, deep_holes, 0.0), 1.0});
-        surfaces.push_back({"low relief, rough", grow(228, 0.0, 10.0, low_relief, 0.03), 1.0});
-        surfaces.push_back({"deep holes, rough", grow(124, -158.0, 0.0, deep_holes, 0.03), 1.0});
-    }
-    for (const Surface& s : surfaces) compare(s, repeat, cgal);
+    for (const Surface& s : bench::surfaces_of(meshes)) compare(s, repeat, cgal);
+} catch (const Error& error) {
+    fmt::print(stderr, "simplify_bench: {}\n", error.what());
+    return error.exit_code();
 }

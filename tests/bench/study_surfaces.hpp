@@ -1,59 +1,55 @@
 #pragma once
-#include <openvdb/openvdb.h>
+#include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "surface/marching_cubes.hpp"
+#include "app/simulation.hpp"
+#include "surface/error.hpp"
+#include "surface/mesh_io.hpp"
 
-// Surfaces of the sizes that topography simulations trace, as marching cubes extracts them.
+// The surfaces that `sidewall study` evaluates: a low fin, about 71 000 vertices, and a contact hole of
+// aspect ratio 10, about 175 000.
 namespace sidewall::bench {
 
-/// The zero level of a signed distance (negative inside) over a box centred on 0.
-inline TriangleMesh extract(double extent_x, double extent_y, double low, double high, double spacing,
-                            const std::function<double(double, double, double)>& distance) {
-    const auto nx = static_cast<int>(std::lround(extent_x / spacing));
-    const auto ny = static_cast<int>(std::lround(extent_y / spacing));
-    const auto grid = openvdb::FloatGrid::create(static_cast<float>(3.0 * spacing));
-    auto out = grid->getAccessor();
-    const auto at = [&](int n, int cells, double extent) { return -0.5 * extent + extent * n / cells; };
-    for (int i = 0; i <= nx; ++i)
-        for (int j = 0; j <= ny; ++j)
-            for (int k = static_cast<int>(low / spacing) - 3; k <= static_cast<int>(high / spacing) + 3;
-                 ++k) {
-                const double d = distance(at(i, nx, extent_x), at(j, ny, extent_y), k * spacing);
-                if (std::abs(d) < 3.0 * spacing)
-                    out.setValueOn(openvdb::Coord(i, j, k), static_cast<float>(d));
-            }
-    return surface::marching_cubes(
-        *grid, {{-0.5 * extent_x, -0.5 * extent_y}, {0.5 * extent_x, 0.5 * extent_y}, {nx, ny}, spacing});
+struct StudySurface {
+    std::string name;
+    TriangleMesh mesh;
+    double spacing = 0.0;  ///< of the grid it was extracted from
+};
+
+/// Grows both from their recipes, in about a minute.
+inline std::vector<StudySurface> study_surfaces() {
+    const std::filesystem::path recipes = std::filesystem::path(SIDEWALL_SOURCE_DIR) / "configs/study";
+    std::vector<StudySurface> surfaces;
+    for (const auto& [name, file] : {std::pair{"fin", "surface1.toml"}, {"hole", "surface2.toml"}}) {
+        const auto output = std::filesystem::temp_directory_path() / fmt::format("sidewall_bench_{}", name);
+        const app::RunResult run =
+            app::run_recipe(app::load_recipe(recipes / file),
+                            {.output = output, .quiet = false, .title = fmt::format("growing the {}", name)});
+        surfaces.push_back({name, run.surface, run.summary["grid_spacing"].get<double>()});
+        std::filesystem::remove_all(output);
+    }
+    return surfaces;
 }
 
-/// Low relief: a mesa with rounded corners on a plane. About 71 000 vertices.
-inline TriangleMesh low_relief() {
-    return extract(24.0, 24.0, 0.0, 3.0, 0.1, [](double x, double y, double z) {
-        const double qx = std::abs(x) - 5.6, qy = std::abs(y) - 5.6, qz = z - 2.4;
-        const double box = std::hypot(std::max(qx, 0.0), std::max(qy, 0.0), std::max(qz, 0.0)) +
-                           std::min(std::max({qx, qy, qz}), 0.0) - 0.4;
-        return std::min(box, z);
-    });
-}
-
-/// Deep: two trenches and four round holes, 1 wide and 10 deep. About 175 000 vertices.
-inline TriangleMesh deep_features() {
-    return extract(8.0, 8.0, -10.0, 0.0, 8.0 / 144.0, [](double x, double y, double z) {
-        double opening = 1e9;  // distance to the features' outline, negative inside them
-        for (const double centre : {-3.0, -1.0}) opening = std::min(opening, std::abs(x - centre) - 0.5);
-        for (const double cx : {1.0, 3.0})
-            for (const double cy : {-2.0, 2.0}) opening = std::min(opening, std::hypot(x - cx, y - cy) - 0.5);
-        const double floor = -10.0 - z;  // negative above the floor
-        const double hole = std::max(opening, floor) > 0.0
-                                ? std::hypot(std::max(opening, 0.0), std::max(floor, 0.0))
-                                : std::max(opening, floor);
-        return std::max(z, -hole);
-    });
+/// Those of MESH=GRID_SPACING, or the study's if there are none. Attributes are dropped, as the study does:
+/// borders of materials would stay as they are. \throws RecipeError for another word.
+inline std::vector<StudySurface> surfaces_of(const std::vector<std::string>& words) {
+    std::vector<StudySurface> surfaces;
+    for (const std::string& word : words) {
+        const auto equals = word.rfind('=');
+        const double spacing = equals == std::string::npos ? 0.0 : std::atof(word.substr(equals + 1).c_str());
+        if (!(spacing > 0.0)) throw RecipeError(fmt::format("'{}': give MESH=GRID_SPACING", word));
+        const std::string file = word.substr(0, equals);
+        surfaces.push_back({std::filesystem::path(file).stem(), surface::read_mesh(file), spacing});
+        surfaces.back().mesh.triangle_attributes.clear();
+        surfaces.back().mesh.vertex_attributes.clear();
+    }
+    return words.empty() ? study_surfaces() : surfaces;
 }
 
 }  // namespace sidewall::bench

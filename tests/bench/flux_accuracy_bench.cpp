@@ -1,0 +1,183 @@
+// CPU seconds of one thread to a flux error of 2 %: the first release's tracer on the surface as extracted
+// against the engine on simplified meshes, simplification and set-up included.
+//
+//     flux_accuracy_bench [MESH=GRID_SPACING ...]
+//
+// Without meshes: the study's surfaces. Two errors: `relative_error`, the noise of the mesh that is traced;
+// and the study's, relative L2 at the vertices of the extracted surface, where what the simplified mesh does
+// to the flux counts, too.
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+#include "app/flux_gradient.hpp"
+#include "app/study_flux.hpp"
+#include "flux/smoothing.hpp"
+#include "levelset/grid.hpp"
+#include "simplify/simplify.hpp"
+#include "surface/curvature.hpp"
+#include "surface/error.hpp"
+#include "tests/bench/first_light.hpp"
+#include "tests/bench/flux_scene.hpp"
+
+using namespace sidewall;
+using bench::Scene;
+
+namespace {
+
+constexpr double kTarget = 0.02;
+constexpr std::uint64_t kRays = 4'000'000;
+
+struct Variant {
+    const char* name;
+    simplify::Options options;
+};
+
+std::vector<Variant> variants(const Scene& raw) {
+    using simplify::Method;
+    const double dx = raw.spacing;
+    const auto lindstrom_turk = [&](double kept, simplify::Weights weights) {
+        simplify::Options options;
+        options.method = Method::lindstrom_turk;
+        options.weights = weights;
+        options.grid_spacing = dx;
+        options.target_vertices =
+            static_cast<std::size_t>(kept * static_cast<double>(raw.mesh.vertices.size()));
+        return options;
+    };
+    const auto bounded = [&](Method method, double error) {
+        simplify::Options options;
+        options.method = method;
+        options.grid_spacing = dx;
+        options.l_max = 3.0 * dx;
+        options.max_error = error * dx;
+        return options;
+    };
+    return {{"LT .4/.3/.3 90 %", lindstrom_turk(0.1, simplify::kShapeWeights)},
+            {"LT .5/.5/0 90 %", lindstrom_turk(0.1, simplify::kVolumeWeights)},
+            {"LT .5/.5/0 75 %", lindstrom_turk(0.25, simplify::kVolumeWeights)},
+            {"LT 0.02 dx", bounded(Method::lindstrom_turk, 0.02)},
+            {"bounded 0.05 dx", bounded(Method::region_bounded, 0.05)},
+            {"bounded 0.02 dx", bounded(Method::region_bounded, 0.02)}};
+}
+
+TriangleMesh simplified(const Scene& raw, const simplify::Options& options) {
+    std::vector<std::uint8_t> features;
+    if (options.method == simplify::Method::region_bounded)
+        features = surface::feature_flags(raw.mesh, raw.spacing);
+    return simplify::simplify(raw.mesh, features, options).mesh;
+}
+
+// The edges that a time step before leaves to this one: its flux, traced on the default mesh, bounds them.
+std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& options, double sticking) {
+    const Scene before("", simplified(raw, options), raw.spacing);
+    app::SurfaceFlux surface;
+    surface.raw = before.mesh;
+    surface.wedges = before.wedges;
+    surface.fluxes = {before.trace(sticking, kRays / 4, 30)};
+    const flux::FluxResult& result = surface.fluxes.front();
+    surface.wedge_flux = {flux::smoothed_flux(before.mesh, before.wedges, result.wedge, result.arrivals)};
+    surface.wedge_error = {result.wedge.error};
+    const app::CoverageField field =
+        app::coverage_field(before.mesh, before.wedges, {app::kFluxGradient}, {app::flux_gradient(surface)});
+    constexpr double kChange = 0.1;  // the recipes' default
+    return app::resolving_lengths(field, raw.mesh, kChange, raw.spacing);
+}
+
+// Seconds to both errors; none where the mesh's own error exceeds the target.
+struct Seconds {
+    double to_noise = 0.0;
+    std::optional<double> to_error;
+    double bias = 0.0;
+};
+
+std::optional<double> to_error(const app::Json& error, const app::FluxPair& pair) {
+    if (error.at("rays_to_error").is_null()) return std::nullopt;
+    return error.at("rays_to_error").get<double>() * pair.trace_seconds / pair.rays;
+}
+
+Seconds first_tracer(const Scene& raw, double sticking, const app::FluxTruth& truth) {
+    app::FluxPair pair;
+    Seconds seconds;
+    for (auto* values : {&pair.first, &pair.second}) {
+        first_light::Result result;
+        const double spent = bench::cpu_seconds_of([&] {
+            result = first_light::trace(raw.mesh, raw.scene, raw.box, sticking, raw.wedges, kRays / 4, false,
+                                        values == &pair.first ? 1 : 2);
+        });
+        pair.trace_seconds += spent;
+        pair.rays += static_cast<double>(result.emitted);
+        for (std::size_t v = 0; v < raw.mesh.vertices.size(); ++v) {
+            const auto foot =
+                raw.scene.closest_point(raw.mesh.vertices[v], std::numeric_limits<double>::infinity());
+            values->push_back(flux::interpolate(raw.wedges, result.wedge, foot.triangle, foot.u, foot.v));
+        }
+        // The error falls with the square root of the rays.
+        seconds.to_noise = spent * std::pow(result.relative_error / kTarget, 2.0);
+    }
+    const app::Json error = app::flux_error(pair, truth, kTarget);
+    seconds.to_error = to_error(error, pair);
+    seconds.bias = error.at("bias").get<double>();
+    return seconds;
+}
+
+std::string shown(const std::optional<double>& value, const char* format) {
+    return value ? fmt::format(fmt::runtime(format), *value) : "none";
+}
+
+void measure(const Scene& raw, double sticking) {
+    const app::FluxTruth truth =
+        app::make_truth(raw.mesh, raw.box, 8.0 * static_cast<double>(kRays), sticking);
+    const Seconds first = first_tracer(raw, sticking, truth);
+    fmt::print("{:<10}{:>9}  {:<18}{:>6}{:>10}{:>8.2f}{:>8}{:>9.4f}{:>9}\n", raw.name, sticking,
+               "first, extracted", "0", "", first.to_noise, "", first.bias, shown(first.to_error, "{:.1f}"));
+    std::vector<Variant> list = variants(raw);
+    const std::vector<double> lengths = lengths_by_flux(raw, list[4].options, sticking);
+    list.push_back({"bounded, by flux", list[4].options});
+    list.back().options.max_length_at = lengths;
+    for (const auto& [name, options] : list) {
+        std::optional<Scene> coarse;
+        const double begin =
+            bench::cpu_seconds_of([&] { coarse.emplace(name, simplified(raw, options), raw.spacing); });
+        const double to_noise =
+            begin + bench::cpu_seconds_of([&] {
+                flux::trace_flux_to(kTarget, coarse->mesh, coarse->scene, coarse->box,
+                                    {"bench", 1.0, {sticking}}, {}, coarse->wedges, {.rays = 1'000'000'000});
+            });
+        const app::FluxPair pair =
+            app::trace_pair(coarse->mesh, raw.mesh, raw.box, 4.0 * static_cast<double>(kRays), sticking, 20);
+        const app::Json error = app::flux_error(pair, truth, kTarget);
+        std::optional<double> seconds = to_error(error, pair), ratio;
+        if (seconds) *seconds += begin;
+        if (seconds && first.to_error) ratio = *first.to_error / *seconds;
+        fmt::print("{:<10}{:>9}  {:<18}{:>6.1f}{:>10.2f}{:>8.2f}{:>8.1f}{:>9.4f}{:>9}{:>8}\n", raw.name,
+                   sticking, name,
+                   100.0 - 100.0 * static_cast<double>(coarse->mesh.vertices.size()) /
+                               static_cast<double>(raw.mesh.vertices.size()),
+                   begin, to_noise, first.to_noise / to_noise, error.at("bias").get<double>(),
+                   shown(seconds, "{:.2f}"), shown(ratio, "{:.1f}"));
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) try {
+    levelset::initialize();
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
+    const std::vector<Scene> scenes = bench::make_scenes({argv + 1, argv + argc});
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+    fmt::print(
+        "\nRemoved: per cent of the vertices. Seconds: to simplify and set up; to a noise of 2 % in all, and "
+        "the\nfirst tracer's over them; bias: the mesh's part of the error; seconds to an error of 2 % in "
+        "all, "
+        "and the\nfirst tracer's over them.\n{:<10}{:>9}  {:<18}{:>6}{:>10}{:>8}{:>8}{:>9}{:>9}{:>8}\n",
+        "surface", "sticking", "mesh", "gone", "simplify", "noise", "ratio", "bias", "error", "ratio");
+    for (const Scene& scene : scenes)
+        for (const double sticking : {1.0, 0.1}) measure(scene, sticking);
+} catch (const Error& error) {
+    fmt::print(stderr, "flux_accuracy_bench: {}\n", error.what());
+    return error.exit_code();
+}

@@ -1,0 +1,68 @@
+#pragma once
+#include <algorithm>
+#include <ctime>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "flux/tracer.hpp"
+#include "tests/bench/study_surfaces.hpp"
+
+// What the flux benchmarks share.
+namespace sidewall::bench {
+
+/// CPU seconds of this process so far.
+inline double cpu_seconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// CPU seconds that \p run takes.
+template <class Run>
+double cpu_seconds_of(Run&& run) {
+    const double start = cpu_seconds();
+    run();
+    return cpu_seconds() - start;
+}
+
+/// Keeps the least CPU seconds that \p run took.
+template <class Run>
+void keep_best(double& seconds, Run&& run) {
+    seconds = std::min(seconds, cpu_seconds_of(run));
+}
+
+/// A surface between mirrors, ready to be traced.
+struct Scene {
+    std::string name;
+    TriangleMesh mesh;
+    surface::RayScene scene;
+    flux::LateralBox box;
+    flux::Wedges wedges;
+    double spacing;
+    Scene(std::string label, TriangleMesh surface, double dx)
+        : name(std::move(label)),
+          mesh(std::move(surface)),
+          scene(mesh),
+          box(flux::lateral_box(mesh, {flux::Boundary::reflective, flux::Boundary::reflective})),
+          wedges(flux::make_wedges(mesh)),
+          spacing(dx) {}
+    flux::FluxResult trace(double sticking, std::uint64_t rays, std::uint64_t seed = 1) const {
+        return flux::trace_flux(mesh, scene, box, {"bench", 1.0, {sticking}}, {}, wedges,
+                                {.rays = rays, .seed = seed});
+    }
+};
+
+/// Those of MESH=GRID_SPACING, or the study's.
+inline std::vector<Scene> make_scenes(const std::vector<std::string>& words) {
+    std::vector<Scene> scenes;
+    const auto add = [&](StudySurface surface) {
+        fmt::print("{}: {} vertices, {} triangles, dx {}\n", surface.name, surface.mesh.vertices.size(),
+                   surface.mesh.triangles.size(), surface.spacing);
+        scenes.emplace_back(std::move(surface.name), std::move(surface.mesh), surface.spacing);
+    };
+    for (StudySurface& surface : surfaces_of(words)) add(std::move(surface));
+    return scenes;
+}
+
+}  // namespace sidewall::bench
