@@ -58,7 +58,14 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
     // A cell of surface: about 14 voxels in leaves (4 bytes a layer, and as much twice over for buffers and
     // samples), two triangles with their hierarchy, attributes and tallies.
     constexpr double kPerLayer = 60.0, kPerCell = 1200.0;
-    return area / (domain.spacing * domain.spacing) * (kPerCell + kPerLayer * layers);
+    double cell = kPerCell + kPerLayer * layers;
+    if (recipe.flux.stages != "step") cell *= 2.0;  // the surface within the time step, besides its start
+    if (recipe.flux.averaging > 0.0) {
+        constexpr double kPerSample = 170.0;
+        const double parts = std::ceil(2.0 * std::numbers::sqrt2 * domain.spacing / recipe.flux.averaging);
+        cell += 2.0 * parts * parts * kPerSample;  // of two triangles
+    }
+    return area / (domain.spacing * domain.spacing) * cell;
 }
 
 void require_memory(const Recipe& recipe, const levelset::Domain& domain) {

@@ -161,11 +161,16 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_layers(root, recipe);
     read_steps(root, recipe);
     check_beams(recipe);
-    read_section(root, "flux", recipe.flux, recipe.materials,
-                 [&] { check_averaging(recipe.flux.averaging, recipe.domain); });
+    read_section(root, "advection", recipe.advection, recipe.materials, [] {});
+    read_section(root, "flux", recipe.flux, recipe.materials, [&] {
+        check_averaging(recipe.flux.averaging, recipe.domain);
+        if (recipe.flux.stages == "all" && levelset::stage_count(recipe.advection.time_integration) == 1)
+            throw KeyError(
+                "stages",
+                "needs advection.time_integration = \"rk2\" or \"rk3\": \"euler\" has one stage only");
+    });
     read_section(root, "simplify", recipe.simplify, recipe.materials,
                  [&] { check_simplify(recipe.simplify); });
-    read_section(root, "advection", recipe.advection, recipe.materials, [] {});
     read_section(root, "output", recipe.output, recipe.materials, [&] {
         const std::vector<std::string>& profiles = recipe.output.profiles;
         for (std::size_t i = 0; i < profiles.size(); ++i)

@@ -70,7 +70,7 @@ struct FluxSection {
     double reuse = 0.0;  ///< fluxes serve further time steps until they have changed by so much; 0: one
     double averaging =
         0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
-    std::string stages = "step";  ///< when they are traced: at the start of a time step, or "midpoint"
+    std::string stages = "step";  ///< when they are traced: at the start of a time step, "midpoint" or "all"
     bool operator==(const FluxSection&) const = default;
 };
 

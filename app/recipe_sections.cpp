@@ -162,8 +162,10 @@ std::vector<Field> fields(FluxSection& flux) {
         {"stages",
          &flux.stages,
          "",
-         "step: fluxes as of the start of a time step; midpoint: traced again half way, second order in time",
-         {.choices = {"step", "midpoint"}}},
+         "step: fluxes as of the start of a time step; midpoint: traced again half way, second order in "
+         "time; "
+         "all: traced again at every stage of advection.time_integration, the order of rk2 or rk3",
+         {.choices = {"step", "midpoint", "all"}}},
     };
 }
 

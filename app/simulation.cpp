@@ -60,6 +60,17 @@ FluxReuse next_reuse(const Recipe& recipe, const Model& model, const RunState& s
     return {steps > 0 ? steps - 1 : 0, 1};
 }
 
+// Adds the motions of the later stages to that of the first.
+template <class Trace>
+void add_stages(const Model& model, RunState& state, double dt, const levelset::AdvectionOptions& scheme,
+                std::vector<levelset::Motion>& motions, Trace&& trace) {
+    while (motions.size() < levelset::stage_count(scheme.time_integration)) {
+        levelset::MaterialStack reached = levelset::copy(state.stack);
+        levelset::advect_to_stage(reached, motions, dt, scheme);
+        motions.push_back(surface_motion(model, reached, trace(reached), state.timing));
+    }
+}
+
 }  // namespace
 
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
@@ -100,9 +111,12 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     const auto trace = [&](bool settle) {
         return trace_stack(state.stack, state.coverage, settle, state.time_step);
     };
-    const auto trace_middle = [&](const levelset::MaterialStack& half, const CoverageField& carried) {
-        constexpr std::uint32_t kMiddle = 0x80000000u;  // random numbers of its own
-        return trace_stack(half, carried, false, state.time_step | kMiddle);
+    // At a stage within the time step; with random numbers of its own.
+    const auto trace_stage = [&](const levelset::MaterialStack& stack, const CoverageField& carried,
+                                 std::size_t stage) {
+        constexpr int kStageBit = 30;
+        return trace_stack(stack, carried, false,
+                           state.time_step | static_cast<std::uint32_t>(stage) << kStageBit);
     };
     for (; state.step < steps.size(); state.enter(state.step + 1)) {
         const Step& step = steps[state.step];
@@ -130,18 +144,24 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
                          approach(to_stop, speed, domain.spacing, recipe.advection.cfl));
             const FluxReuse reuse = next_reuse(recipe, model, state, begins, traced, surface);
             CoverageField carried = traced ? carried_field(recipe, model, surface) : state.coverage;
-            if (recipe.flux.stages == "midpoint" && traced && !model.species.empty()) {
+            const levelset::AdvectionOptions scheme = scheme_for(model, recipe.advection);
+            const bool again = traced && !model.species.empty();
+            if (recipe.flux.stages == "midpoint" && again) {
                 levelset::MaterialStack half = levelset::copy(state.stack);
-                levelset::advect(half, motion, 0.5 * dt, scheme_for(model, recipe.advection));
-                take_fluxes(model, flux_field(model, trace_middle(half, carried)), surface);
+                levelset::advect(half, motion, 0.5 * dt, scheme);
+                take_fluxes(model, flux_field(model, trace_stage(half, carried, 2)), surface);
                 motion = surface_motion(model, state.stack, surface, state.timing);
             }
+            std::vector<levelset::Motion> motions(1, std::move(motion));
+            if (recipe.flux.stages == "all" && again)
+                add_stages(model, state, dt, scheme, motions, [&](const levelset::MaterialStack& reached) {
+                    return trace_stage(reached, carried, motions.size());
+                });
             // From here on the time step is made.
             writer.record(state, step, surface, dt, speed);
             state.reuse = reuse;
             state.coverage = std::move(carried);
-            const auto seconds =
-                levelset::advect(state.stack, motion, dt, scheme_for(model, recipe.advection));
+            const auto seconds = levelset::advect(state.stack, motions, dt, scheme);
             state.timing.advect += seconds.advect;
             state.timing.redistance += seconds.redistance;
             state.advance(dt, until);

@@ -303,11 +303,14 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
             seen[n] = visible(surface, point, normals[s.triangle], *model.visibility, stack.domain.spacing);
         }
     });
-    auto speed = [&stack, speed_of = model.speed, tallies, stride, values = std::move(values),
+    std::vector<int> materials;
+    for (const levelset::Layer& layer : stack.layers) materials.push_back(layer.material);
+    auto speed = [materials = std::move(materials), speed_of = model.speed, tallies, stride,
+                  values = std::move(values),
                   seen = std::move(seen)](std::size_t sample, std::size_t layer, const Vec3& normal) {
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
-        return speed_of({stack.layers[layer].material, here.first(tallies), normal,
-                         seen.empty() || seen[sample] != 0, here.subspan(tallies)});
+        return speed_of({materials[layer], here.first(tallies), normal, seen.empty() || seen[sample] != 0,
+                         here.subspan(tallies)});
     };
     return levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
 }

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -177,18 +179,61 @@ void stage(LeafManager& leaves, const IndexLeaves& samples, const Grid& grid, co
     leaves.swapLeafBuffer(receive);
 }
 
+// What each stage keeps of phi at the step's start.
+std::span<const float> kept_shares(TimeIntegration scheme) {
+    static constexpr float kEuler[] = {0.0f}, kRk2[] = {0.0f, 0.5f}, kRk3[] = {0.0f, 0.75f, 1.0f / 3.0f};
+    switch (scheme) {
+        case TimeIntegration::rk3:
+            return kRk3;
+        case TimeIntegration::rk2:
+            return kRk2;
+        case TimeIntegration::euler:
+            break;
+    }
+    return kEuler;
+}
+
+// The same look-up for the voxels of another grid with nearly the same front.
+openvdb::Int32Tree::Ptr on_voxels_of(const Grid& grid, const openvdb::Int32Tree& sample_of) {
+    auto result = std::make_shared<openvdb::Int32Tree>(grid.tree(), -1, openvdb::TopologyCopy());
+    openvdb::tree::LeafManager<openvdb::Int32Tree> leaves(*result);
+    leaves.foreach ([&](auto& leaf, std::size_t) {
+        const auto* from = sample_of.probeConstLeaf(leaf.origin());
+        if (from == nullptr) return;
+        for (auto it = leaf.beginValueOn(); it; ++it)
+            if (from->isValueOn(it.pos())) it.setValue(from->getValue(it.pos()));
+    });
+    return result;
+}
+
+StageInput stage_input(const MaterialStack& stack, const Motion& motion, const AdvectionOptions& options,
+                       double duration) {
+    StageInput in{stack, motion, options, duration, {}};
+    if (motion.depends_on_normal) return in;
+    in.speed.resize(motion.extension.samples.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, in.speed.size(), 1024), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n)
+            in.speed[n] = static_cast<float>(speed_over(stack, motion, n, Vec3::UnitZ(), duration));
+    });
+    return in;
+}
+
 template <int R>
-void integrate(Grid& grid, const StageInput& in) {
+void integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_t stages, double duration,
+               const AdvectionOptions& options) {
+    Grid& grid = stack.top();
     LeafManager leaves(grid.tree());
-    const IndexLeaves samples(*in.motion.extension.sample_of);
-    const TimeIntegration scheme = in.options.time_integration;
     // Buffer 1: phi at the step's start (Runge-Kutta only); the last one: the stage's result.
-    leaves.rebuildAuxBuffers(scheme == TimeIntegration::euler ? 1 : 2);
-    stage<R>(leaves, samples, grid, in, 0.0f);
-    if (scheme == TimeIntegration::rk2) stage<R>(leaves, samples, grid, in, 0.5f);
-    if (scheme == TimeIntegration::rk3) {
-        stage<R>(leaves, samples, grid, in, 0.75f);
-        stage<R>(leaves, samples, grid, in, 1.0f / 3.0f);
+    leaves.rebuildAuxBuffers(stages > 1 ? 2 : 1);
+    std::optional<StageInput> in;
+    openvdb::Int32Tree::Ptr sample_of;
+    for (std::size_t k = 0; k < stages; ++k) {
+        if (k < motions.size()) {
+            in.emplace(stage_input(stack, motions[k], options, duration));
+            sample_of = motions[k].extension.sample_of;
+            if (k > 0) sample_of = on_voxels_of(grid, *sample_of);
+        }
+        stage<R>(leaves, IndexLeaves(*sample_of), grid, *in, kept_shares(options.time_integration)[k]);
     }
     leaves.removeAuxBuffers();
 }
@@ -211,6 +256,29 @@ void release_exposed(MaterialStack& stack, const Grid& before) {
             }
         });
     }
+}
+
+AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motions, std::size_t stages,
+                            double duration, const AdvectionOptions& options) {
+    const tbb::tick_count start = tbb::tick_count::now();
+    const Grid::Ptr before = stack.layers.size() > 1 ? stack.top().deepCopy() : nullptr;
+    switch (options.scheme) {
+        case Scheme::weno5:
+            integrate<3>(stack, motions, stages, duration, options);
+            break;
+        case Scheme::weno3:
+        case Scheme::lax_friedrichs:
+            integrate<2>(stack, motions, stages, duration, options);
+            break;
+        case Scheme::engquist_osher:
+            integrate<1>(stack, motions, stages, duration, options);
+            break;
+    }
+    if (before) release_exposed(stack, *before);
+    const tbb::tick_count moved = tbb::tick_count::now();
+    redistance(stack.top(), stack.domain);
+    cut_layers(stack);
+    return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
 }
 
 }  // namespace
@@ -275,35 +343,19 @@ double max_speed(const MaterialStack& stack, const Motion& motion) {
         [](double a, double b) { return std::max(a, b); });
 }
 
+AdvectionSeconds advect(MaterialStack& stack, std::span<const Motion> motions, double duration,
+                        const AdvectionOptions& options) {
+    return run_stages(stack, motions, stage_count(options.time_integration), duration, options);
+}
+
 AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
                         const AdvectionOptions& options) {
-    const tbb::tick_count start = tbb::tick_count::now();
-    StageInput in{stack, motion, options, duration, {}};
-    if (!motion.depends_on_normal) {
-        in.speed.resize(motion.extension.samples.size());
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, in.speed.size(), 1024), [&](const auto& range) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n)
-                in.speed[n] = static_cast<float>(speed_over(stack, motion, n, Vec3::UnitZ(), duration));
-        });
-    }
-    const Grid::Ptr before = stack.layers.size() > 1 ? stack.top().deepCopy() : nullptr;
-    switch (options.scheme) {
-        case Scheme::weno5:
-            integrate<3>(stack.top(), in);
-            break;
-        case Scheme::weno3:
-        case Scheme::lax_friedrichs:
-            integrate<2>(stack.top(), in);
-            break;
-        case Scheme::engquist_osher:
-            integrate<1>(stack.top(), in);
-            break;
-    }
-    if (before) release_exposed(stack, *before);
-    const tbb::tick_count moved = tbb::tick_count::now();
-    redistance(stack.top(), stack.domain);
-    cut_layers(stack);
-    return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
+    return advect(stack, std::span(&motion, 1), duration, options);
+}
+
+void advect_to_stage(MaterialStack& stack, std::span<const Motion> motions, double duration,
+                     const AdvectionOptions& options) {
+    run_stages(stack, motions, motions.size(), duration, options);
 }
 
 }  // namespace sidewall::levelset

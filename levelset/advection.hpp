@@ -1,5 +1,7 @@
 #pragma once
+#include <cstddef>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "levelset/advection_options.hpp"
@@ -35,15 +37,25 @@ struct AdvectionSeconds {
     double redistance = 0.0;  ///< re-distancing, band and layers
 };
 
-/// Moves the surface for \p duration: d(phi)/dt + V |grad phi| = 0, V constant in time; then re-distances it
-/// and cuts the other layers. Where V etches into another material within the step, the rest of the time
-/// counts with that material's speed. Parallel, deterministic.
+/// Moves the surface for \p duration: d(phi)/dt + V |grad phi| = 0; then re-distances it and cuts the other
+/// layers. Where V etches into another material within the step, the rest of the time counts with that
+/// material's speed. Parallel, deterministic.
 ///
 /// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs (local, on WENO3
 /// differences; Crandall and Lions, Math. Comput. 43 (1984) 1) takes V(n) anywhere between the one-sided
-/// gradients. \pre duration * max_speed <= cfl dx, cfl <= 0.5: beyond it the schemes are unstable. \throws
-/// NumericsError if a value stops being finite or the surface vanishes.
+/// gradients.
+///
+/// \param motions  V, one for the whole step, or one for each stage of the time integration: the first as of
+///                 \p stack, the others as of the surfaces that advect_to_stage makes of it.
+/// \pre duration * max_speed <= cfl dx, cfl <= 0.5: beyond it the schemes are unstable.
+/// \throws NumericsError if a value stops being finite or the surface vanishes.
+AdvectionSeconds advect(MaterialStack& stack, std::span<const Motion> motions, double duration,
+                        const AdvectionOptions& options);
 AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
                         const AdvectionOptions& options);
+
+/// Moves the surface to where the stage after the given ones begins. \pre fewer motions than stages.
+void advect_to_stage(MaterialStack& stack, std::span<const Motion> motions, double duration,
+                     const AdvectionOptions& options);
 
 }  // namespace sidewall::levelset

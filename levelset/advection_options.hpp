@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 namespace sidewall::levelset {
@@ -7,6 +8,11 @@ namespace sidewall::levelset {
 enum class Scheme : std::uint8_t { engquist_osher, weno3, weno5, lax_friedrichs };
 
 enum class TimeIntegration : std::uint8_t { euler, rk2, rk3 };
+
+/// Stages of a scheme, each of which may have speeds of its own.
+constexpr std::size_t stage_count(TimeIntegration scheme) {
+    return scheme == TimeIntegration::euler ? 1 : scheme == TimeIntegration::rk2 ? 2 : 3;
+}
 
 /// How the front is moved.
 struct AdvectionOptions {

@@ -210,6 +210,8 @@ TEST_CASE("a wrong override is named in the message") {
         INFO(setting);
         CHECK(of(setting).starts_with(std::string("--set ") + setting + ": "));
     }
+    CHECK(of("flux.stages=all").find("flux.stages = \"all\": needs advection.time_integration") !=
+          std::string::npos);
 }
 
 TEST_CASE("an error names file, line, key, value and rule") {

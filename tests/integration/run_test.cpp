@@ -39,6 +39,7 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
     for (const std::string& recipe :
          {kRecipe + " --set simplify.method=none", kRecipe + " --set simplify.method=region",
           kRecipe + " --set flux.reuse=0.1 --set flux.stages=midpoint",
+          kRecipe + " --set flux.stages=all --set advection.time_integration=rk3",
           config("quick/sf6o2_hole.toml") + " --set flux.rays=10000"}) {
         for (const std::string run : {"first", "again", "one"}) {
             const auto outcome = run_program(

@@ -57,6 +57,53 @@ TEST_CASE("a sphere of 100 dx grown by 3 dx keeps its radius to 0.005 dx and its
     }
 }
 
+namespace {
+
+// Height of a plane that sinks as fast as it stands high, dz/dt = -rate z, after two time steps.
+double sunken(TimeIntegration scheme, double start, double rate, double dt) {
+    const Domain domain = test::unit_domain(8);
+    const auto motion_of = [&](const MaterialStack& stack) {
+        const TriangleMesh surface = extract_surface(stack.top(), domain);
+        Extension extension = extend(stack.top(), domain, surface::RayScene(surface));
+        std::vector<double> height;
+        for (const SurfaceSample& sample : extension.samples)
+            height.push_back(sample.node.z() + static_cast<double>(sample.foot.z()));
+        return make_motion(
+            stack, std::move(extension),
+            [rate, height = std::move(height)](std::size_t n, std::size_t, const Vec3&) {
+                return -rate * height[n];
+            },
+            false);
+    };
+    Shape wafer;
+    wafer.top = start;
+    MaterialStack stack = make_stack(domain, {{0, wafer}});
+    const AdvectionOptions options{Scheme::weno3, scheme, 0.5};
+    for (int step = 0; step < 2; ++step) {
+        std::vector<Motion> motions;
+        while (motions.size() < stage_count(scheme)) {
+            MaterialStack reached = copy(stack);
+            if (!motions.empty()) advect_to_stage(reached, motions, dt, options);
+            motions.push_back(motion_of(reached));
+        }
+        advect(stack, motions, dt, options);
+    }
+    return extract_surface(stack.top(), domain).vertices.front().z();
+}
+
+}  // namespace
+
+TEST_CASE("speeds found again at every stage give the order of the time integration") {
+    constexpr double kStart = 1.2, kRate = 0.4, kStep = 1.0, x = kRate * kStep;
+    // The Taylor polynomial of exp(-x) up to the scheme's order.
+    const std::pair<TimeIntegration, double> schemes[] = {
+        {TimeIntegration::euler, 1.0 - x},
+        {TimeIntegration::rk2, 1.0 - x + x * x / 2.0},
+        {TimeIntegration::rk3, 1.0 - x + x * x / 2.0 - x * x * x / 6.0}};
+    for (const auto& [scheme, factor] : schemes)
+        CHECK(sunken(scheme, kStart, kRate, kStep) == Approx(kStart * factor * factor).epsilon(1e-4));
+}
+
 TEST_CASE("first-order upwinding errs by its truncation error on a sphere") {
     // Upwind differences of a distance are short by dx/2 sum |n_i| phi_ii; its mean over a sphere is 3/8
     // dx/r.
@@ -166,8 +213,8 @@ TEST_CASE("a periodic domain moves like its shifted copy") {
         return sum;
     };
     // Whole-cell shifts see the same stencils, wherever the sides cut the hole.
-    CHECK(volume(0.0) == Approx(volume(16.0)).epsilon(1e-5));
-    CHECK(volume(0.0) == Approx(volume(5.0)).epsilon(1e-5));
+    CHECK(volume(0.0) == Approx(volume(16.0)).epsilon(1e-4));
+    CHECK(volume(0.0) == Approx(volume(5.0)).epsilon(1e-4));
 }
 
 TEST_CASE("a speed that is not finite is reported with its place") {
