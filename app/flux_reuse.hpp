@@ -18,7 +18,8 @@ std::vector<std::vector<double>> carried_values(const SurfaceFlux& surface);
 /// Fluxes and coverages as a field on the traced mesh, by carried_names.
 CoverageField flux_field(const Model& model, const SurfaceFlux& surface);
 
-/// The surface's fluxes and coverages become those of the closest points of \p field. \pre it has its wedges.
+/// The surface's fluxes and coverages become those of the closest points of \p field.
+/// \pre it has its wedges.
 void take_fluxes(const Model& model, const CoverageField& field, SurfaceFlux& surface);
 
 /// How much the fluxes have changed since \p field was traced: the mean difference over the surface as a

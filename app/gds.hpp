@@ -37,10 +37,13 @@ struct GdsLibrary {
 };
 
 /// Reads a library from its bytes. Texts, nodes and properties are skipped; round path ends become square
-/// ones. \param name  for messages. \throws FileError for anything damaged, telling the byte.
+/// ones.
+/// \param name  for messages.
+/// \throws FileError for anything damaged, telling the byte.
 GdsLibrary parse_gds(std::string_view bytes, const std::string& name);
 
-/// The same from a file. \throws FileError if it cannot be read or is larger than 1 GB.
+/// The same from a file.
+/// \throws FileError if it cannot be read or is larger than 1 GB.
 GdsLibrary read_gds(const std::filesystem::path& path);
 
 /// Cells that no other one refers to, in alphabetical order.

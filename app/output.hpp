@@ -10,7 +10,8 @@ namespace sidewall::app {
 using Json = nlohmann::ordered_json;
 
 /// Writes \p text to \p path through a temporary file that is renamed: a reader never sees half a file.
-/// Missing folders are made. \throws IoError naming the path and the system's reason.
+/// Missing folders are made.
+/// \throws IoError naming the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
 /// Writes indented JSON to a file, or to standard output if \p path is "-". Non-finite numbers become null.

@@ -21,7 +21,8 @@ struct Picture {
     }
 };
 
-/// Writes eight-bit sRGB PNG; the same picture gives the same bytes. \throws IoError.
+/// Writes eight-bit sRGB PNG; the same picture gives the same bytes.
+/// \throws IoError.
 void write_png(const std::filesystem::path& path, const Picture& picture);
 
 /// Draws text in strokes, anti-aliased. \p x, \p y: left end of the baseline in pixels; \p size: height of a

@@ -127,13 +127,15 @@ struct Recipe {
 Recipe parse_recipe(std::string_view text, const std::string& file,
                     const std::vector<std::string>& overrides = {});
 
-/// The same from a file. \throws FileError if it cannot be read.
+/// The same from a file.
+/// \throws FileError if it cannot be read.
 Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
 
 /// The whole recipe as TOML with every default written out. Parses back to an equal recipe.
 std::string effective_recipe(const Recipe& recipe);
 
-/// Metres in a length unit, seconds in a time unit. \pre the unit is one that recipes accept.
+/// Metres in a length unit, seconds in a time unit.
+/// \pre the unit is one that recipes accept.
 double metres_in(const std::string& length_unit);
 double seconds_in(const std::string& time_unit);
 

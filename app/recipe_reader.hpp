@@ -13,8 +13,8 @@
 // From TOML nodes to fields; every message says where. Included by the recipe's own sources only.
 namespace sidewall::app {
 
-/// TOML of \p text; every node knows \p source, a file's name or an override. \throws RecipeError with its
-/// line.
+/// TOML of \p text; every node knows \p source, a file's name or an override.
+/// \throws RecipeError with its line.
 toml::table parse_toml(std::string_view text, const std::string& source);
 
 /// Where a node was written: `file:line`, or the override that set it.
@@ -73,7 +73,8 @@ auto located(const toml::table& table, const std::string& path, Check&& check) {
 void read_layers(const toml::table& root, Recipe& recipe);
 void read_steps(const toml::table& root, Recipe& recipe);
 
-/// Applies `key=value` to \p root before it is validated. \throws RecipeError naming the override.
+/// Applies `key=value` to \p root before it is validated.
+/// \throws RecipeError naming the override.
 void apply_override(toml::table& root, const std::string& setting);
 
 }  // namespace sidewall::app

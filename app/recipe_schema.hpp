@@ -132,7 +132,8 @@ std::optional<std::string> toml_text(const Field& field);
 std::string toml_text(double number);
 std::string toml_text(const std::string& text);
 
-/// The candidate with the smallest edit distance to \p name. \pre there is one.
+/// The candidate with the smallest edit distance to \p name.
+/// \pre there is one.
 std::string nearest(std::string_view name, std::span<const std::string> candidates);
 
 /// A rule that a key breaks, found after it was read. The parser adds file, line and value.

@@ -16,7 +16,8 @@ struct PvdEntry {
     std::filesystem::path file;  ///< the collection's folder included
 };
 
-/// The files of a ParaView collection, in its order. \throws FileError if it is missing or lists none.
+/// The files of a ParaView collection, in its order.
+/// \throws FileError if it is missing or lists none.
 std::vector<PvdEntry> read_pvd(const std::filesystem::path& path);
 
 /// What `inspect` and `render` look at: a mesh file, or the last state in a folder that `run` wrote.

@@ -37,7 +37,8 @@ struct RunState {
 /// The recipe's layers at time 0.
 RunState initial_state(const Recipe& recipe);
 
-/// The state in DIR/checkpoint.vdb. \throws FileError if there is none, or it belongs to another recipe.
+/// The state in DIR/checkpoint.vdb.
+/// \throws FileError if there is none, or it belongs to another recipe.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 
 /// Writes DIR/checkpoint.vdb.

@@ -9,7 +9,8 @@ namespace sidewall::app {
 class RunWriter {
   public:
     /// Makes the folder. A new run clears what an earlier one left in it; a resumed one cuts the timeline
-    /// back to the checkpoint. \throws IoError.
+    /// back to the checkpoint.
+    /// \throws IoError.
     RunWriter(const RunOptions& options, const Recipe& recipe, const RunState& state);
 
     /// Whether a surface is to be saved at this time.

@@ -10,8 +10,9 @@ namespace sidewall::app {
 ///
 /// stop_depth: the lowest point's depth below z = 0. stop_material: bare somewhere; what covers it is not
 /// looked at, since a time step ends at an interface by itself. stop_thickness: of the uppermost layer where
-/// it is thickest. \param surface  as extracted from the stack. \note O(n log n) for stop_thickness, else
-/// O(n).
+/// it is thickest.
+/// \param surface  as extracted from the stack.
+/// \note O(n log n) for stop_thickness, else O(n).
 double distance_to_stop(const Step& step, const Materials& materials, const levelset::MaterialStack& stack,
                         const TriangleMesh& surface);
 

@@ -24,7 +24,8 @@ struct StudyOptions {
 /// numbers of vertices.
 ///
 /// Writes DIR/{study.json, study.csv, report.md, *.svg, surfaceN*.vtp}; what is finished is saved after every
-/// mesh, so that an interrupted study keeps it. \returns what study.json holds.
+/// mesh, so that an interrupted study keeps it.
+/// \returns what study.json holds.
 /// \throws FileError if a recipe is missing, Interrupted after the mesh at hand if the user asked to stop.
 Json run_study(const StudyOptions& options);
 

@@ -32,17 +32,20 @@ struct SurfaceFlux {
 };
 
 /// Extracts the surface, simplifies it as the recipe says if the model traces species, and traces them;
-/// coverages follow from the fluxes, and the next fluxes from them. \param carried    coverages of the
-/// surface before, from carried_field; those of the model's that it lacks begin at 0. \param settle     trace
-/// again until the coverages have settled; else one trace does. \param time_step  counts over the whole run;
-/// keys the random numbers. \param progress   told the finished fraction of the tracing; may be empty.
+/// coverages follow from the fluxes, and the next fluxes from them.
+/// \param carried    coverages of the surface before, from carried_field; those of the model's that it lacks
+///                   begin at 0.
+/// \param settle     trace again until the coverages have settled; else one trace does.
+/// \param time_step  counts over the whole run; keys the random numbers.
+/// \param progress   told the finished fraction of the tracing; may be empty.
 /// \throws NumericsError if particles leak through the surface.
 SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                           const CoverageField& carried, bool settle, std::uint32_t time_step, Timing& timing,
                           const std::function<void(double)>& progress = {});
 
 /// Extracts the surface and gives it the fluxes and coverages of an earlier one, from flux_field, in place of
-/// a trace: those of the closest points. \pre the model traces species.
+/// a trace: those of the closest points.
+/// \pre the model traces species.
 SurfaceFlux carried_surface(const Model& model, const levelset::MaterialStack& stack,
                             const CoverageField& field, Timing& timing);
 
@@ -51,7 +54,8 @@ SurfaceFlux carried_surface(const Model& model, const levelset::MaterialStack& s
 CoverageField carried_field(const Recipe& recipe, const Model& model, const SurfaceFlux& surface);
 
 /// Fluxes and coverages at a point of a traced triangle, barycentric weights \p u and \p v: first all
-/// tallies, then all coverages. \pre \p values has room for both.
+/// tallies, then all coverages.
+/// \pre \p values has room for both.
 void interpolate(const SurfaceFlux& surface, std::uint32_t triangle, double u, double v,
                  std::span<double> values);
 

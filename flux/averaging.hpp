@@ -24,7 +24,8 @@ struct Unaveraged {
 /// A flux is linear over triangles, as wedges have it; errors are those of the average if different triangles
 /// are hit independently. Triangles are sampled at points no farther apart than half the radius.
 /// \param materials  one id a triangle, or empty if there is one material.
-/// \returns one a flux, by wedge. \throws RecipeError unless \p radius is above 0.
+/// \returns one a flux, by wedge.
+/// \throws RecipeError unless \p radius is above 0.
 /// \note O(wedges x samples within the radius), parallel, deterministic.
 std::vector<FluxField> averaged(const TriangleMesh& mesh, const LateralBox& box, const Wedges& wedges,
                                 std::span<const std::int32_t> materials, std::span<const Unaveraged> fluxes,

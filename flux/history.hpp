@@ -55,8 +55,9 @@ struct Worker {
 };
 
 /// Traces particles [first, first + count) of a batch to their ends. Deterministic, whatever the worker did
-/// before. \param tallies  in the order of tally_names; if several species share paths, one each. \pre count
-/// <= kBlock.
+/// before.
+/// \param tallies  in the order of tally_names; if several species share paths, one each.
+/// \pre count <= kBlock.
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
                  const std::vector<Tally>& tallies, Worker& worker);
 

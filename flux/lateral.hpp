@@ -19,16 +19,17 @@ struct LateralBox {
 };
 
 /// Checks what every function of this folder relies on: triangles that name existing vertices, finite
-/// coordinates, and a size and position that single precision resolves. O(n). \throws GeometryError naming
-/// the first offender.
+/// coordinates, and a size and position that single precision resolves. O(n).
+/// \throws GeometryError naming the first offender.
 void require_traceable(const TriangleMesh& mesh);
 
 /// The lateral box of \p mesh, which is its bounding rectangle in x and y.
 ///
 /// A reflective or periodic box needs a surface that ends on its sides: every boundary edge in one of the
 /// four side planes, and the whole rectangle covered once, facing up. If both axes are open, any mesh that
-/// faces up (or is closed with normals pointing outwards) will do. \throws GeometryError saying where the
-/// surface does not end on the rectangle, or that it is inside out. O(n log n).
+/// faces up (or is closed with normals pointing outwards) will do.
+/// \throws GeometryError saying where the surface does not end on the rectangle, or that it is inside out.
+/// \note O(n log n).
 LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundary);
 
 /// Where a straight path meets the next side plane. Distance in units of the direction's length.
@@ -52,7 +53,8 @@ inline SideMeeting next_side(const LateralBox& box, const Vec3& position, const 
 }
 
 /// Moves a particle to the side it meets and through it: mirrors its direction or wraps its position, which
-/// ends exactly on a side plane. \returns false if that side is open: the particle is gone.
+/// ends exactly on a side plane.
+/// \returns false if that side is open: the particle is gone.
 inline bool cross_side(const LateralBox& box, const SideMeeting& meeting, Vec3& position, Vec3& direction) {
     const int axis = meeting.axis, other = 1 - axis;
     if (box.boundary[axis] == Boundary::open) return false;

@@ -18,8 +18,10 @@ struct Mending {
 /// sees shows it its front: a surface wholly inside out is turned over, too. What is hidden from straight
 /// above, e.g. a buried cavity, stays as it is if it agrees in itself; else it takes the orientation of two
 /// thirds of its area, or, where no such majority is, outwards for a closed piece and upwards for an open
-/// one. Triangles keep their numbers. \throws GeometryError for a one-sided surface, for a piece that shows
-/// front and back, and as require_traceable. \note O(n log n).
+/// one. Triangles keep their numbers.
+/// \throws GeometryError for a one-sided surface, for a piece that shows front and back, and as
+///         require_traceable.
+/// \note O(n log n).
 Mending mend(TriangleMesh& mesh);
 
 }  // namespace sidewall::flux

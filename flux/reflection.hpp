@@ -32,9 +32,9 @@ inline double sample_normal(Stream& random) {
     return radius * std::cos(2.0 * std::numbers::pi * random.uniform());
 }
 
-/// normal(mean, sigma) truncated to [0, most], by rejection. \pre mean in [0, most], so that every other
-/// trial at least is kept, unless the interval is far narrower than sigma; then it is uniform, which is the
-/// limit.
+/// normal(mean, sigma) truncated to [0, most], by rejection.
+/// \pre mean in [0, most], so that every other trial at least is kept, unless the interval is far narrower
+///      than sigma; then it is uniform, which is the limit.
 inline double sample_truncated_normal(double mean, double sigma, double most, Stream& random) {
     if (most < 0.01 * sigma) return most * random.uniform();
     for (int trial = 0; trial < 1000; ++trial) {

@@ -23,9 +23,10 @@ struct Left {
 /// weight does or when the path ends, whichever comes first; lost at roulette counts as absorbed, as
 /// everywhere.
 ///
-/// \pre they have the same_paths. \param tallies  one a species of the pass. \returns when all others have
-/// stuck, the one left: its weights are in worker.rays, and the caller follows it on from the event, which is
-/// faster. Nothing if all paths have ended.
+/// \pre they have the same_paths.
+/// \param tallies  one a species of the pass.
+/// \returns when all others have stuck, the one left: its weights are in worker.rays, and the caller follows
+///          it on from the event, which is faster. Nothing if all paths have ended.
 std::optional<Left> follow_together(const Trace& trace, const Batch& batch, const std::vector<Tally>& tallies,
                                     Worker& worker);
 

@@ -17,8 +17,9 @@ namespace sidewall::flux {
 /// wedge's triangles are so small that the average flux brings them fewer than ten arrivals, no hit means
 /// nothing: the mean is taken over as many rings of neighbours as it takes to expect ten.
 ///
+/// Reported fluxes and errors are never smoothed.
 /// \param arrivals  how many hits the tally holds, for the expectation above.
-/// Reported fluxes and errors are never smoothed. \note O(n), deterministic.
+/// \note O(n), deterministic.
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
                                   std::uint64_t arrivals, double resolution = 0.02);
 

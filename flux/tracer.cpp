@@ -119,8 +119,8 @@ class Tracer {
     std::uint64_t emitted() const { return emitted_; }
     void expect(std::uint64_t rays) { monitor_.expect(rays); }
 
-    /// Species whose relative_error is at most \p target ride no further. \returns the smallest one of the
-    /// others, or 0 if there are none.
+    /// Species whose relative_error is at most \p target ride no further.
+    /// \returns the smallest one of the others, or 0 if there are none.
     double drop_reached(double target) {
         double nearest = 0.0;
         std::erase_if(trace_.riding, [&](std::size_t k) {

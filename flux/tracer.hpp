@@ -75,20 +75,22 @@ struct FluxResult : TallyFlux {
 ///
 /// The source covers the whole \p box with directions cos^n about the species' beam. An arriving particle
 /// sticks with its material's probability, else it is re-emitted as the species says. Unbiased. Source points
-/// and directions are scrambled low-discrepancy sets, one a batch. \param scene      of \p mesh. \param box
-/// from lateral_box(mesh, ...). \param materials  one id a triangle, at least 0, or empty if there is one
-/// material. \param wedges     from make_wedges(mesh, ...). \returns the same bits for the same mesh,
-/// species, rays, batches, seed, step and species index, whatever the
-///          number of threads and the task size.
+/// and directions are scrambled low-discrepancy sets, one a batch.
+/// \param scene      of \p mesh.
+/// \param box        from lateral_box(mesh, ...).
+/// \param materials  one id a triangle, at least 0, or empty if there is one material.
+/// \param wedges     from make_wedges(mesh, ...).
+/// \returns the same bits for the same mesh, species, rays, batches, seed, step and species index, whatever
+///          the number of threads and the task size.
 /// \throws RecipeError for a species or options out of range, GeometryError for arrays that do not fit \p
-/// mesh,
-///         Interrupted if options.stop asked for it.
+///         mesh, Interrupted if options.stop asked for it.
 FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
                       const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
                       const TraceOptions& options = {});
 
 /// Adds batches until relative_error <= \p target or options.rays are spent, whichever comes first; the
-/// result's relative_error tells which. \throws as trace_flux.
+/// result's relative_error tells which.
+/// \throws as trace_flux.
 FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
                          const LateralBox& box, const Species& species,
                          std::span<const std::int32_t> materials, const Wedges& wedges,
@@ -106,8 +108,9 @@ std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species
 /// are correlated. A species alone in its pass has the bits that trace_flux gives it.
 ///
 /// \param options  random numbers of a pass are those of species_index + the place of its first species;
-/// sticking_by_wedge, unless empty, has species x wedges values. \returns one result a species, in their
-/// order. \throws as trace_flux.
+///                 sticking_by_wedge, unless empty, has species x wedges values.
+/// \returns one result a species, in their order.
+/// \throws as trace_flux.
 std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::RayScene& scene,
                                      const LateralBox& box, std::span<const Species> species,
                                      std::span<const std::int32_t> materials, const Wedges& wedges,

@@ -27,8 +27,8 @@ struct Motion {
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal);
 
-/// The largest |V| on the surface, of exposed materials and of those less than a cell below. \throws
-/// NumericsError if a speed is not finite (the message tells where).
+/// The largest |V| on the surface, of exposed materials and of those less than a cell below.
+/// \throws NumericsError if a speed is not finite (the message tells where).
 double max_speed(const MaterialStack& stack, const Motion& motion);
 
 /// Wall-clock seconds of one step.
@@ -54,7 +54,8 @@ AdvectionSeconds advect(MaterialStack& stack, std::span<const Motion> motions, d
 AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
                         const AdvectionOptions& options);
 
-/// Moves the surface to where the stage after the given ones begins. \pre fewer motions than stages.
+/// Moves the surface to where the stage after the given ones begins.
+/// \pre fewer motions than stages.
 void advect_to_stage(MaterialStack& stack, std::span<const Motion> motions, double duration,
                      const AdvectionOptions& options);
 

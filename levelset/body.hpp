@@ -14,8 +14,8 @@ struct Body {
 
 /// \p shape in \p domain; on a periodic axis trench, hole, fin and box repeat. A mesh may be closed or open
 /// (then the side its normals point to is outside), and its sign is taken from angle-weighted normals
-/// (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243). \throws GeometryError for lengths
-/// that make no body, FileError for a mesh file that cannot be read.
+/// (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243).
+/// \throws GeometryError for lengths that make no body, FileError for a mesh file that cannot be read.
 Body make_body(const Shape& shape, const Domain& domain);
 
 }  // namespace sidewall::levelset

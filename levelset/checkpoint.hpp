@@ -13,11 +13,12 @@ struct Checkpoint {
 };
 
 /// Writes every layer, bit for bit, to an OpenVDB file with a grid a layer. The old file stays until the new
-/// one is whole. \throws IoError.
+/// one is whole.
+/// \throws IoError.
 void save_checkpoint(const std::filesystem::path& path, const MaterialStack& stack, const std::string& text);
 
-/// Reads what save_checkpoint wrote. \p domain is the recipe's. \throws FileError if the file is missing,
-/// damaged, not one of ours, or of another domain.
+/// Reads what save_checkpoint wrote. \p domain is the recipe's.
+/// \throws FileError if the file is missing, damaged, not one of ours, or of another domain.
 Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& domain);
 
 }  // namespace sidewall::levelset

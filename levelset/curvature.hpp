@@ -20,8 +20,8 @@ struct Curvature {
 
 /// Curvatures at the vertices of the mesh that extract_surface() made of \p grid: at both grid nodes of a
 /// vertex's edge by central differences, then linear along the edge. Goldman, Comput. Aided Geom. Des. 22
-/// (2005) 632, equations 3.4 and 4.1 (general); Lenz (2023), section 3.3. \note Parallel. Ghost nodes are
-/// read through the domain's sides.
+/// (2005) 632, equations 3.4 and 4.1 (general); Lenz (2023), section 3.3.
+/// \note Parallel. Ghost nodes are read through the domain's sides.
 Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
                     CurvatureFormula formula = CurvatureFormula::general);
 

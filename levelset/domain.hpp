@@ -51,9 +51,9 @@ struct Domain {
 };
 
 /// A domain of \p extent (x, y), centred on 0, with the spacing nearest to \p spacing that divides both
-/// extents. \throws RecipeError if an extent or the spacing is not positive and finite, or if no spacing
-/// within 25 % divides
-///         both extents (the message suggests what to change).
+/// extents.
+/// \throws RecipeError if an extent or the spacing is not positive and finite, or if no spacing within 25 %
+///         divides both extents (the message suggests what to change).
 Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side, 2> side);
 
 }  // namespace sidewall::levelset

@@ -36,7 +36,8 @@ bool inside(const Grid& grid, const openvdb::Coord& ijk);
 /// Signed distance at a world point within the lateral box, trilinear, ghosts and far regions included.
 double distance_at(const Grid& grid, const Domain& domain, const Vec3& point);
 
-/// Lowest and highest z (world) that the narrow band touches. \throws NumericsError if the grid is empty.
+/// Lowest and highest z (world) that the narrow band touches.
+/// \throws NumericsError if the grid is empty.
 std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain);
 
 /// Deactivates voxels outside the band or the domain, restores the background in them, and drops empty

@@ -30,8 +30,9 @@ struct MaterialStack {
 /// A layer counts as exposed where it lies at most this far (in dx) below the surface.
 inline constexpr double kExposed = 0.02;
 
-/// The stack of the given bodies, bottom up, each united with all below. \throws GeometryError for a shape
-/// that makes no surface in the domain, FileError for a mesh file that cannot be read.
+/// The stack of the given bodies, bottom up, each united with all below.
+/// \throws GeometryError for a shape that makes no surface in the domain, FileError for a mesh file that
+///         cannot be read.
 MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies);
 
 /// A stack that shares nothing with this one.

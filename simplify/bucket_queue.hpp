@@ -33,7 +33,8 @@ class BucketQueue {
     }
     void remove(std::uint32_t edge) { where_[edge] = kNone; }
 
-    /// Takes the first edge of the lowest bucket up to \p limit. \returns false if there is none.
+    /// Takes the first edge of the lowest bucket up to \p limit.
+    /// \returns false if there is none.
     bool pop(Bucket limit, std::uint32_t& edge, Bucket& bucket) {
         for (; low_ <= limit; ++low_) {
             Row& row = buckets_[low_];

@@ -217,7 +217,8 @@ struct CollapseEngine::Impl {
     }
 
     /// Collapses inside of blocks, in parallel, all up to the same cost, until the blocks' share of \p excess
-    /// vertices is gone. \returns how many vertices it removed.
+    /// vertices is gone.
+    /// \returns how many vertices it removed.
     std::size_t run_blocks(std::size_t excess) {
         blocks = make_blocks(mesh);
         if (blocks.count == 0) return 0;

@@ -46,8 +46,8 @@ struct CollapsePass {
 /// midpoint.
 class CollapseEngine {
   public:
-    /// Keeps a reference to \p mesh. \throws GeometryError if it is not an orientable manifold or `material`
-    /// is not one number a triangle.
+    /// Keeps a reference to \p mesh.
+    /// \throws GeometryError if it is not an orientable manifold or `material` is not one number a triangle.
     CollapseEngine(const TriangleMesh& mesh, const Weights& weights);
     ~CollapseEngine();
 
@@ -57,7 +57,8 @@ class CollapseEngine {
 
     /// Bounds on the length of edges that may collapse, per input vertex, infinity for none: graded ones,
     /// which a pass may scale, and fixed ones. Either may be empty. The shorter one of an edge's ends counts,
-    /// and a merged vertex takes it. \throws GeometryError on another number of lengths.
+    /// and a merged vertex takes it.
+    /// \throws GeometryError on another number of lengths.
     void set_max_lengths(std::span<const double> graded, std::span<const double> fixed);
 
     /// Calls \p progress with about how many vertices are left, now and then, one call at a time, from any
@@ -65,7 +66,8 @@ class CollapseEngine {
     void report_to(std::function<void(std::size_t)> progress);
 
     void reset_region();
-    /// Adds all neighbours to the region. \returns how many.
+    /// Adds all neighbours to the region.
+    /// \returns how many.
     std::size_t grow_region();
 
     /// \returns how many vertices it removed. O(n), parallel; the result does not depend on threads.

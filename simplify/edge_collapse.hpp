@@ -30,7 +30,8 @@ struct Surroundings {
 bool can_collapse(const CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, Surroundings& around);
 
 /// Collapses it: its start moves to \p place, its end and the one or two triangles beside it go, all sums
-/// follow. \pre can_collapse has just passed. O(degree).
+/// follow.
+/// \pre can_collapse has just passed. O(degree).
 void collapse_edge(CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, const Surroundings& around);
 
 }  // namespace sidewall::simplify

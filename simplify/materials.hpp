@@ -11,7 +11,8 @@ namespace sidewall::simplify {
 std::vector<std::uint8_t> material_borders(const TriangleMesh& mesh);
 
 /// One flag a vertex: no collapse may touch it. Material borders, and where the vertex attribute `fixed` is
-/// not zero. \throws GeometryError as material_borders does.
+/// not zero.
+/// \throws GeometryError as material_borders does.
 std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh);
 
 }  // namespace sidewall::simplify

@@ -93,11 +93,13 @@ inline constexpr double kBoundedError = 0.05;
 
 /// The length that "auto" stands for: the grid spacing if there is one, else the mean length of the edges
 /// between features (Lenz 2023, section 8.2.2), or of all edges if there are none; 0 for a mesh without
-/// triangles. \throws GeometryError on a damaged mesh or flags of another length, RecipeError on the spacing.
+/// triangles.
+/// \throws GeometryError on a damaged mesh or flags of another length, RecipeError on the spacing.
 double base_length(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                    std::optional<double> grid_spacing);
 
-/// Fills in what is "auto". \throws RecipeError on a length or weight out of range.
+/// Fills in what is "auto".
+/// \throws RecipeError on a length or weight out of range.
 RegionOptions resolve_region(const Options& options, double base);
 LindstromTurkOptions resolve_lindstrom_turk(const Options& options, double base);
 

@@ -34,7 +34,8 @@ double length_beyond(double shortest, const Schedule& s) {
     return std::max(length, std::nextafter(shortest, std::numeric_limits<double>::infinity()));
 }
 
-/// One run of the schedule. \returns how many vertices it removed.
+/// One run of the schedule.
+/// \returns how many vertices it removed.
 std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<Ring>& rings) {
     std::size_t total = 0;
     const auto run = [&](double length, bool spare_region) {

@@ -14,7 +14,8 @@ struct Plane {
     double offset = 0.0;
 };
 
-/// Reads "y=0", "x=-1.5", "z=2". \throws RecipeError for anything else.
+/// Reads "y=0", "x=-1.5", "z=2".
+/// \throws RecipeError for anything else.
 Plane parse_plane(const std::string& text);
 
 /// Points in order along a cut.
@@ -42,7 +43,8 @@ std::array<Vec3, 2> plane_axes(const Plane& plane);
 /// their first point at the end.
 std::string profile_csv(const std::vector<Polyline>& polylines, const Plane& plane);
 
-/// Writes profile_csv() to a file. \throws IoError.
+/// Writes profile_csv() to a file.
+/// \throws IoError.
 void write_profile_csv(const std::filesystem::path& path, const std::vector<Polyline>& polylines,
                        const Plane& plane);
 

@@ -110,10 +110,12 @@ struct CellTriangles {
     }
 };
 
-/// Checks what every reader promises; \throws FileError.
+/// Checks what every reader promises.
+/// \throws FileError.
 void check_read_mesh(const TriangleMesh& mesh, const std::string& name);
 
-/// Checks attribute lengths and indices before writing; \throws GeometryError.
+/// Checks attribute lengths and indices before writing.
+/// \throws GeometryError.
 void check_written_mesh(const TriangleMesh& mesh);
 
 }  // namespace sidewall::surface

@@ -39,7 +39,8 @@ void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshMetadata& metadata = {});
 
 /// Names of the attributes that a file of that extension cannot hold: none for VTP and PLY; OBJ keeps only
-/// the triangles' `material`, STL only their 16-bit `attribute`. \throws FileError for another extension.
+/// the triangles' `material`, STL only their 16-bit `attribute`.
+/// \throws FileError for another extension.
 std::vector<std::string> unwritable(const std::filesystem::path& path, const TriangleMesh& mesh);
 
 /// The file's bytes: VTK XML PolyData, appended raw, zlib compressed, UInt64 headers, little endian; points

@@ -26,7 +26,8 @@ struct SurfaceHit {
 class RayScene {
   public:
     enum class Quality { medium, high };
-    /// Builds the hierarchy in parallel; O(n log n). \throws GeometryError if the mesh has no triangle.
+    /// Builds the hierarchy in parallel; O(n log n).
+    /// \throws GeometryError if the mesh has no triangle.
     explicit RayScene(const TriangleMesh& mesh, Quality quality = Quality::medium);
     ~RayScene();
     RayScene(RayScene&&) noexcept;

@@ -52,7 +52,8 @@ class Soup {
     std::unordered_map<Key, std::uint32_t, Hash> index_;
 };
 
-/// The numbers of a line after its keyword. \throws FileError unless there are three.
+/// The numbers of a line after its keyword.
+/// \throws FileError unless there are three.
 Vec3 parse_point(std::string_view line, const std::string& where) {
     Vec3 p;
     const char *at = line.data(), *end = at + line.size();

@@ -47,7 +47,8 @@ struct Document {
     std::string_view appended;  ///< what follows the underscore, up to the end of the file
 };
 
-/// Reads the declarations with expat, up to the appended data. \throws FileError naming the file and line.
+/// Reads the declarations with expat, up to the appended data.
+/// \throws FileError naming the file and line.
 Document read_document(std::string_view bytes, const std::string& name);
 
 /// The scalar type of that VTK name; nothing for strings and bits.

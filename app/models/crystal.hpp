@@ -20,8 +20,8 @@ double crystal_rate(const Vec3& normal, const CrystalAxes& axes, const CrystalRa
 /// The largest sum of |dH/dp| over the axes of the grid, H = |p| V(p/|p|): what limits the time step.
 double crystal_bound(const CrystalAxes& axes, const CrystalRates& rates);
 
-/// Axes from two of them, which need be neither of unit length nor quite orthogonal. \returns zero vectors if
-/// they are parallel.
+/// Axes from two of them, which need be neither of unit length nor quite orthogonal.
+/// \returns zero vectors if they are parallel.
 CrystalAxes crystal_axes(const Vec3& first, const Vec3& second);
 
 }  // namespace sidewall::app

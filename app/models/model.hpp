@@ -78,12 +78,12 @@ const ModelEntry* find_model(std::string_view name);
 
 std::vector<std::string> model_names();
 
-/// The model of a step, with its materials resolved. \pre the step is no loop, its model not geometric, and
-/// it comes from a parsed recipe.
+/// The model of a step, with its materials resolved.
+/// \pre the step is no loop, its model not geometric, and it comes from a parsed recipe.
 Model make_model(const Step& step, const Materials& materials);
 
-/// The same with its speed in the recipe's units. \throws KeyError if its beams and the domain's sides
-/// disagree.
+/// The same with its speed in the recipe's units.
+/// \throws KeyError if its beams and the domain's sides disagree.
 Model make_model(const Step& step, const Materials& materials, const DomainSection& domain);
 
 /// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).
@@ -92,8 +92,9 @@ std::vector<std::string> flux_names(const std::vector<flux::Species>& species);
 /// The key `deposit`, which every model that can grow a film has.
 Key deposit_key();
 
-/// Id of the film named by `deposit`. \throws KeyError if \p grows, some speed being positive, and none is
-/// named, or if one is named and nothing grows.
+/// Id of the film named by `deposit`.
+/// \throws KeyError if \p grows, some speed being positive, and none is named, or if one is named and nothing
+///         grows.
 std::optional<int> film(const Values& values, const Materials& materials, bool grows);
 
 }  // namespace sidewall::app

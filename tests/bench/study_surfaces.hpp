@@ -37,7 +37,8 @@ inline std::vector<StudySurface> study_surfaces() {
 }
 
 /// Those of MESH=GRID_SPACING, or the study's if there are none. Attributes are dropped, as the study does:
-/// borders of materials would stay as they are. \throws RecipeError for another word.
+/// borders of materials would stay as they are.
+/// \throws RecipeError for another word.
 inline std::vector<StudySurface> surfaces_of(const std::vector<std::string>& words) {
     std::vector<StudySurface> surfaces;
     for (const std::string& word : words) {
