@@ -2,96 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <limits>
-#include <set>
-
 #include "app/study.hpp"
-#include "app/svg_plot.hpp"
+#include "app/study_values.hpp"
 
 namespace sidewall::app {
+
+using namespace study_values;
+
 namespace {
 
 constexpr double kNoticeable = -0.05;  // smaller changes of a time are within its noise
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-using Value = std::function<double(const Json&)>;  // of a row
-
-double at(const Json& row, std::initializer_list<const char*> keys) {
-    const Json* json = &row;
-    for (const char* key : keys) {
-        if (!json->is_object() || !json->contains(key)) return kUnknown;
-        json = &(*json)[key];
-    }
-    return json->is_number() ? json->get<double>() : kUnknown;
-}
-
-double mean_distance(const Json& row) {
-    return at(row, {"original_to_simplified", "mean"});
-}
-double max_distance(const Json& row) {
-    return at(row, {"original_to_simplified", "max"});
-}
-double collapse(const Json& row) {
-    return at(row, {"seconds", "collapse"});
-}
-double simplification(const Json& row) {
-    return at(row, {"seconds", "features"}) + collapse(row);
-}
-double trace(const Json& row) {
-    return at(row, {"trace", "seconds", "trace"});
-}
-double bvh(const Json& row) {
-    return at(row, {"trace", "seconds", "bvh"});
-}
-double error(const Json& row) {
-    return at(row, {"trace", "flux_error", "error"});
-}
-double bias(const Json& row) {
-    return at(row, {"trace", "flux_error", "bias"});
-}
-double end_to_end(const Json& row) {
-    return simplification(row) + bvh(row) + trace(row);
-}
-// Seconds from the raw mesh to a flux of the target error.
-double to_error(const Json& row) {
-    return simplification(row) + bvh(row) + at(row, {"trace", "flux_error", "seconds_to_error"});
-}
-
-std::vector<std::string> methods_of(const Json& surface) {
-    std::vector<std::string> names;
-    for (const Json& row : surface["rows"])
-        if (std::find(names.begin(), names.end(), row["method"]) == names.end())
-            names.push_back(row["method"]);
-    return names;
-}
-
-std::vector<double> removals_of(const Json& surface) {
-    std::set<double> removals;
-    for (const Json& row : surface["rows"]) removals.insert(row["removal"].get<double>());
-    return {removals.begin(), removals.end()};
-}
-
-const Json* find_row(const Json& surface, const std::string& method, double removal) {
-    for (const Json& row : surface["rows"])
-        if (row["method"] == method && row["removal"] == removal) return &row;
-    return nullptr;
-}
-
-// Mean of a value over the sets that every one of the methods has.
-double mean_over_sets(const Json& surface, const std::string& method, const Value& value) {
-    double sum = 0.0, count = 0.0;
-    for (const Json& row : surface["rows"])
-        if (row["method"] == method && std::isfinite(value(row))) sum += value(row), ++count;
-    return count > 0.0 ? sum / count : kUnknown;
-}
-
-double raw_trace(const Json& surface) {
-    return at(surface["raw"], {"seconds", "trace"});
-}
-double raw_bvh(const Json& surface) {
-    return at(surface["raw"], {"seconds", "bvh"});
-}
-
 std::string percent(double share) {
     return std::isfinite(share) ? fmt::format("{:+.0f} %", 100.0 * share) : "-";
 }
@@ -123,14 +43,6 @@ std::string table(const Json& surface, const std::vector<std::string>& methods, 
         text += row_text(cells);
     }
     return text + "\n";
-}
-
-std::vector<std::string> traced(const Json& surface) {
-    std::vector<std::string> names = methods_of(surface);
-    std::erase_if(names, [&](const std::string& name) {
-        return !find_row(surface, name, removals_of(surface).front())->contains("trace");
-    });
-    return names;
 }
 
 std::vector<std::string> with_features(std::vector<std::string> names) {
@@ -368,54 +280,6 @@ std::string study_csv(const Json& study) {
         for (const Json& row : surface["rows"]) line(surface["surface"], row["method"], row["removal"], row);
     }
     return text;
-}
-
-std::vector<std::pair<std::string, std::string>> study_figures(const Json& study) {
-    std::vector<std::pair<std::string, std::string>> figures;
-    for (const Json& surface : study["surfaces"]) {
-        const int n = surface["surface"].get<int>();
-        const auto figure = [&](const char* name, const std::string& title, const std::string& y_label,
-                                const std::vector<std::string>& methods, const Value& value, bool log_y,
-                                double raw) {
-            Plot plot{
-                fmt::format("Surface {}: {}", n, title), "vertices removed [%]", y_label, {}, false, log_y};
-            if (std::isfinite(raw)) plot.series.push_back({"raw mesh", {{20.0, raw}, {90.0, raw}}});
-            for (const std::string& method : methods) {
-                PlotSeries series{method, {}};
-                for (const double removal : removals_of(surface))
-                    if (const Json* row = find_row(surface, method, removal))
-                        series.points.emplace_back(100.0 * removal, value(*row));
-                plot.series.push_back(std::move(series));
-            }
-            figures.emplace_back(fmt::format("surface{}_{}.svg", n, name), svg_plot(plot));
-        };
-        const auto all = methods_of(surface), some = traced(surface);
-        figure("distance_mean", "mean distance to the original", "distance [dx]", all, mean_distance, true,
-               kUnknown);
-        figure("distance_max", "largest distance to the original", "distance [dx]", all, max_distance, true,
-               kUnknown);
-        figure("simplification_time", "simplification time", "seconds", all, simplification, true, kUnknown);
-        figure("trace_time", "tracing time", "seconds", some, trace, false, raw_trace(surface));
-        figure("flux_error", "flux error at equal rays", "relative L2 error", some, error, true,
-               at(surface["raw"], {"flux_error", "error"}));
-        figure("time_to_error", "time to equal flux error", "seconds end to end", some, to_error, true,
-               raw_bvh(surface) + at(surface["raw"], {"flux_error", "seconds_to_error"}));
-        Plot plot{fmt::format("Surface {}: distances at the largest removal", n),
-                  "distance d [dx]",
-                  "share of vertices farther than d",
-                  {},
-                  true,
-                  true};
-        for (const std::string& method : all)
-            if (const Json* row = find_row(surface, method, removals_of(surface).back())) {
-                PlotSeries series{method, {}};
-                for (const Json& point : (*row)["exceedance"])
-                    series.points.emplace_back(point[0].get<double>(), point[1].get<double>());
-                plot.series.push_back(std::move(series));
-            }
-        figures.emplace_back(fmt::format("surface{}_exceedance.svg", n), svg_plot(plot));
-    }
-    return figures;
 }
 
 }  // namespace sidewall::app

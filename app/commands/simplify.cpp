@@ -120,9 +120,9 @@ void run(const Arguments& arguments) {
         features = surface::feature_flags(curvature, spacing, parameter);
     }
     const double features_found = now();
-    ProgressBar progress("simplify",
-                         static_cast<double>(mesh.vertices.size() - options.target_vertices.value_or(0)),
-                         "vertices", arguments.json != "-");
+    const std::size_t target = std::min(options.target_vertices.value_or(0), mesh.vertices.size());
+    ProgressBar progress("simplify", static_cast<double>(mesh.vertices.size() - target), "vertices",
+                         arguments.json != "-");
     options.progress = [&](std::size_t left) {
         progress.update(static_cast<double>(mesh.vertices.size() - left));
     };
