@@ -152,8 +152,7 @@ std::vector<Field> fields(FluxSection& flux) {
          &flux.reuse,
          "",
          "fluxes serve further time steps for as long as they change by less than this share of their mean; "
-         "0 = "
-         "trace every time step",
+         "0 = trace every time step",
          {.min = 0.0, .max = 0.5}},
         {"averaging", &flux.averaging, kLength,
          "models see fluxes averaged over the surface within this distance, 0.25 to 8 grid spacings; 0 = as "
@@ -163,8 +162,7 @@ std::vector<Field> fields(FluxSection& flux) {
          &flux.stages,
          "",
          "step: fluxes as of the start of a time step; midpoint: traced again half way, second order in "
-         "time; "
-         "all: traced again at every stage of advection.time_integration, the order of rk2 or rk3",
+         "time; all: traced again at every stage of advection.time_integration, the order of rk2 or rk3",
          {.choices = {"step", "midpoint", "all"}}},
     };
 }
@@ -200,8 +198,7 @@ std::vector<Field> fields(SimplifySection& simplify) {
          &simplify.flux_change,
          "",
          "region-bounded: along no longer edge did a flux change by more than this share of itself in the "
-         "step "
-         "before; 0 = any",
+         "step before; 0 = any",
          {.min = 0.0, .max = 2.0}},
     };
 }

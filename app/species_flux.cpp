@@ -27,8 +27,7 @@ void check_trace(const Recipe& recipe, const flux::Species& species, const flux:
     if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
         fmt::print(stderr,
                    "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
-                   "for: allow "
-                   "more flux.max_rays or ask for less\n",
+                   "for: allow more flux.max_rays or ask for less\n",
                    time_step, species.name, result.relative_error, result.emitted,
                    *recipe.flux.relative_error);
 }

@@ -170,8 +170,7 @@ std::string surface_report(const Json& surface, double target) {
         name("simplification_time");
     text += fmt::format(
                 "### Tracing time\n\nSeconds for {:.3g} rays; the raw mesh takes {:.4g} s, and {:.4g} s to "
-                "build its "
-                "hierarchy:\n\n",
+                "build its hierarchy:\n\n",
                 at(surface["raw"], {"rays"}), raw_trace(surface), raw_bvh(surface)) +
             table(surface, some, trace) + name("trace_time");
     text +=
@@ -181,8 +180,7 @@ std::string surface_report(const Json& surface, double target) {
         table(surface, some, [&](const Json& r) { return break_even(surface, r); });
     text += fmt::format(
         "### Time to equal flux error\n\nRelative L2 error of the flux at the raw surface's vertices. Bias "
-        "is what "
-        "more rays do not mend; 0 where it is below what the reference resolves.\n\n");
+        "is what more rays do not mend; 0 where it is below what the reference resolves.\n\n");
     text += head_text(
         {"raw mesh", "bias", "noise", fmt::format("rays to {:.3g} %", 100 * target), "seconds end to end"});
     const auto raw_row = [&](const std::string& label, const Json& error_json, double extra) {
@@ -206,15 +204,11 @@ std::string surface_report(const Json& surface, double target) {
 std::string study_report(const Json& study) {
     const double target = study["flux_error_target"].get<double>();
     std::string text = fmt::format(
-        "# Region simplification on process surfaces\n\nThe evaluation of Lenz (2023), section 8.3, repeated "
-        "on "
-        "surfaces that Sidewall grew. They come from a uniform grid where the chapter's come from a "
-        "hierarchical one, "
-        "and they carry the roughness of their own Monte Carlo fluxes. sidewall {}, {} threads, {:.3g} rays "
-        "a trace, "
-        "sticking {:.3g}; distances in grid spacings; methods at equal numbers of vertices; simplification "
-        "times are "
-        "medians of {}.\n\n## Verdicts\n\n",
+        "# Region simplification on process surfaces\n\nThe evaluation of Lenz (2023), section 8.3, "
+        "repeated on surfaces that Sidewall grew. They come from a uniform grid where the chapter's come "
+        "from a hierarchical one, and they carry the roughness of their own Monte Carlo fluxes. sidewall "
+        "{}, {} threads, {:.3g} rays a trace, sticking {:.3g}; distances in grid spacings; methods at equal "
+        "numbers of vertices; simplification times are medians of {}.\n\n## Verdicts\n\n",
         study["version"].get<std::string>(), study["threads"].get<int>(), study["rays"].get<double>(),
         study["sticking"].get<double>(), study["repeats"].get<int>());
     text += verdicts(study);

@@ -53,10 +53,8 @@ void require_boundary_on_sides(const TriangleMesh& mesh,
         if (!on_side)
             throw GeometryError(
                 fmt::format("the surface has a hole, an inconsistently oriented triangle or an end at the "
-                            "edge {} to {}, which is "
-                            "not on a side of its bounding rectangle x {:.6g} to {:.6g}, y {:.6g} to {:.6g}: "
-                            "repair or cut the "
-                            "mesh, or use --boundary open",
+                            "edge {} to {}, which is not on a side of its bounding rectangle x {:.6g} to "
+                            "{:.6g}, y {:.6g} to {:.6g}: repair or cut the mesh, or use --boundary open",
                             text(a), text(b), box.min[0], box.max[0], box.min[1], box.max[1]));
     }
 }
@@ -112,8 +110,7 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
     if (!open && std::abs(seen - box.area()) > slack)
         throw GeometryError(
             fmt::format("the surface covers {:.6g} of its bounding rectangle's area {:.6g} seen from above: "
-                        "its boundary must go "
-                        "once around the rectangle; use --boundary open",
+                        "its boundary must go once around the rectangle; use --boundary open",
                         seen, box.area()));
     return box;
 }

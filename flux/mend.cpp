@@ -165,9 +165,8 @@ std::size_t orient(TriangleMesh& mesh) {
             const Vec3 c = triangle_centroid(mesh, piece.triangles.front());
             throw GeometryError(fmt::format(
                 "from above, the piece of the surface around ({:.6g}, {:.6g}, {:.6g}) shows its front in "
-                "some "
-                "places and its back in others: it does not tell which side is the material's; close the "
-                "mesh, or cut away what is open to behind",
+                "some places and its back in others: it does not tell which side is the material's; close "
+                "the mesh, or cut away what is open to behind",
                 c.x(), c.y(), c.z()));
         }
         if (front + back > 0.0 ? back <= front : !better_reversed(mesh, piece, turned)) continue;

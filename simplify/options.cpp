@@ -41,8 +41,7 @@ void check_weights(const Weights& weights) {
     if (weights.volume + weights.shape <= 0.0)
         throw RecipeError(
             "simplify.weights: volume and shape are both 0, which leaves edges off the boundary without a "
-            "cost; "
-            "make one of them positive");
+            "cost; make one of them positive");
 }
 
 void check_target(std::optional<std::size_t> target) {

@@ -38,8 +38,7 @@ void add_compare_command(CLI::App& program) {
         if (quiet) return;
         fmt::print(
             "{}\ndistance: of the final surface from the raw run's, in grid spacings of {:.4g} {}; noise "
-            "floor: raw "
-            "with another seed\nresults in {}\n",
+            "floor: raw with another seed\nresults in {}\n",
             compare_table(comparison), comparison["grid_spacing"].get<double>(),
             comparison["length_unit"].get<std::string>(), output.string());
     });

@@ -185,9 +185,8 @@ void add_simplify_command(CLI::App& program) {
     command
         ->add_option("--max-error", a->options.max_error,
                      "Hard bound on the distance between input and output, both ways, at their vertices "
-                     "(length; default: "
-                     "region-bounded without a target 0.05 times --l0's default, else none; not for "
-                     "cgal-lindstrom-turk)")
+                     "(length; default: region-bounded without a target 0.05 times --l0's default, else "
+                     "none; not for cgal-lindstrom-turk)")
         ->type_name("LENGTH");
     command
         ->add_option(

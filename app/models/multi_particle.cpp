@@ -139,8 +139,7 @@ ModelEntry multi_particle() {
          {.choices = {"neutral", "collimated", "ion"}}},
         {"rate", ByMaterial{}, "length/time",
          "speed at flux 1, or at a flat wafer's yield; positive grows, negative etches; 0 for materials a "
-         "table leaves "
-         "out",
+         "table leaves out",
          required()},
         {"sticking", ByMaterial{1.0}, "", "probability that a hit sticks; else it is re-emitted diffusely",
          kProbability},

@@ -109,9 +109,8 @@ TEST_CASE(
     "wafer") {
     const auto etch = step(
         "model = \"multi_particle\"\nspecies = [{ name = \"ion\", kind = \"ion\", rate = -2.0, tilt_deg = "
-        "30, rotating = true, "
-        "azimuth_deg = 90, energy = 200, yield = \"sputter\", threshold = 25 }, { name = \"n\", rate = -1.0 "
-        "}]\n");
+        "30, rotating = true, azimuth_deg = 90, energy = 200, yield = \"sputter\", threshold = 25 }, { name "
+        "= \"n\", rate = -1.0 }]\n");
     REQUIRE(etch.model.species.size() == 2);
     const flux::Species& ion = etch.model.species[0];
     CHECK(ion.source_exponent == 500.0);

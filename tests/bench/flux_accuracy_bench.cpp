@@ -16,10 +16,8 @@
 #include "app/flux_gradient.hpp"
 #include "app/study_flux.hpp"
 #include "flux/smoothing.hpp"
-#include "levelset/grid.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
-#include "surface/error.hpp"
 #include "tests/bench/first_light.hpp"
 #include "tests/bench/flux_scene.hpp"
 
@@ -164,20 +162,17 @@ void measure(const Scene& raw, double sticking) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-    levelset::initialize();
-    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
-    const std::vector<Scene> scenes = bench::make_scenes({argv + 1, argv + argc});
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-    fmt::print(
-        "\nRemoved: per cent of the vertices. Seconds: to simplify and set up; to a noise of 2 % in all, and "
-        "the\nfirst tracer's over them; bias: the mesh's part of the error; seconds to an error of 2 % in "
-        "all, "
-        "and the\nfirst tracer's over them.\n{:<10}{:>9}  {:<18}{:>6}{:>10}{:>8}{:>8}{:>9}{:>9}{:>8}\n",
-        "surface", "sticking", "mesh", "gone", "simplify", "noise", "ratio", "bias", "error", "ratio");
-    for (const Scene& scene : scenes)
-        for (const double sticking : {1.0, 0.1}) measure(scene, sticking);
-} catch (const Error& error) {
-    fmt::print(stderr, "flux_accuracy_bench: {}\n", error.what());
-    return error.exit_code();
+int main(int argc, char** argv) {
+    return bench::run_bench("flux_accuracy_bench", [&] {
+        const std::vector<Scene> scenes = bench::make_scenes({argv + 1, argv + argc});
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        fmt::print(
+            "\nRemoved: per cent of the vertices. Seconds: to simplify and set up; to a noise of 2 % in "
+            "all, and the\nfirst tracer's over them; bias: the mesh's part of the error; seconds to an "
+            "error of 2 % in all, and the\nfirst tracer's over them.\n{:<10}{:>9}  "
+            "{:<18}{:>6}{:>10}{:>8}{:>8}{:>9}{:>9}{:>8}\n",
+            "surface", "sticking", "mesh", "gone", "simplify", "noise", "ratio", "bias", "error", "ratio");
+        for (const Scene& scene : scenes)
+            for (const double sticking : {1.0, 0.1}) measure(scene, sticking);
+    });
 }

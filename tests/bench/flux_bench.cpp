@@ -16,7 +16,6 @@
 #include <cstdio>
 #include <functional>
 
-#include "levelset/grid.hpp"
 #include "tests/bench/first_light.hpp"
 #include "tests/bench/flux_scene.hpp"
 
@@ -197,51 +196,47 @@ void many_rays(const Scene& s) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-    levelset::initialize();
-    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
-    std::string table;
-    std::vector<std::string> meshes;
-    for (int i = 1; i < argc; ++i) {
-        if (std::string(argv[i]) == "--table" && i + 1 < argc)
-            table = argv[++i];
-        else
-            meshes.emplace_back(argv[i]);
-    }
-    const auto wanted = [&](const std::string& name) {
-        return table.empty() ? name != "long" : table == name;
-    };
-    const std::vector<Scene> scenes = bench::make_scenes(meshes);
-    if (wanted("embree")) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-        fmt::print(
-            "\nMillion segments a second: the engine, and Embree alone on the same "
-            "rays\n{:<10}{:>9}{:>12}{:>10}"
-            "{:>10}{:>10}{:>10}{:>11}\n",
-            "surface", "sticking", "segments", "engine", "1 wide", "8 wide", "16 wide", "kept");
-        for (const Scene& s : scenes) against_embree(s);
-    }
-    if (wanted("first")) {
-        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-        fmt::print(
-            "\nMillion source rays a second: the first release's tracer, random and ordered source, and the "
-            "engine\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
-            "surface", "sticking", "random", "ordered", "engine", "to random", "to ordered");
-        for (const Scene& s : scenes) against_first_light(s);
-    }
-    if (wanted("threads")) {
-        fmt::print(
-            "\nWall seconds by threads, {} rays; and with 32 rays, whose share that is not parallel is the "
-            "serial "
-            "one\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>14}{:>12}{:>12}\n",
-            kRays, "surface", "sticking", "1", "2", "ratio", "32 rays, 1", "2", "serial");
-        for (const Scene& s : scenes) by_threads(s);
-    }
-    if (!wanted("long")) return 0;
-    fmt::print("\n1e8 rays, sticking 0.1\n{:<10}{:>12}{:>12}{:>9}{:>9}{:>10}{:>14}{:>12}\n", "surface",
-               "rays", "segments", "leaked", "rescued", "ledger", "memory [MB]", "seconds");
-    for (const Scene& s : scenes) many_rays(s);
-} catch (const Error& error) {
-    fmt::print(stderr, "flux_bench: {}\n", error.what());
-    return error.exit_code();
+int main(int argc, char** argv) {
+    return bench::run_bench("flux_bench", [&] {
+        std::string table;
+        std::vector<std::string> meshes;
+        for (int i = 1; i < argc; ++i) {
+            if (std::string(argv[i]) == "--table" && i + 1 < argc)
+                table = argv[++i];
+            else
+                meshes.emplace_back(argv[i]);
+        }
+        const auto wanted = [&](const std::string& name) {
+            return table.empty() ? name != "long" : table == name;
+        };
+        const std::vector<Scene> scenes = bench::make_scenes(meshes);
+        if (wanted("embree")) {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+            fmt::print(
+                "\nMillion segments a second: the engine, and Embree alone on the same "
+                "rays\n{:<10}{:>9}{:>12}{:>10}"
+                "{:>10}{:>10}{:>10}{:>11}\n",
+                "surface", "sticking", "segments", "engine", "1 wide", "8 wide", "16 wide", "kept");
+            for (const Scene& s : scenes) against_embree(s);
+        }
+        if (wanted("first")) {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+            fmt::print(
+                "\nMillion source rays a second: the first release's tracer, random and ordered source, and "
+                "the engine\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
+                "surface", "sticking", "random", "ordered", "engine", "to random", "to ordered");
+            for (const Scene& s : scenes) against_first_light(s);
+        }
+        if (wanted("threads")) {
+            fmt::print(
+                "\nWall seconds by threads, {} rays; and with 32 rays, whose share that is not parallel is "
+                "the serial one\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>14}{:>12}{:>12}\n",
+                kRays, "surface", "sticking", "1", "2", "ratio", "32 rays, 1", "2", "serial");
+            for (const Scene& s : scenes) by_threads(s);
+        }
+        if (!wanted("long")) return;
+        fmt::print("\n1e8 rays, sticking 0.1\n{:<10}{:>12}{:>12}{:>9}{:>9}{:>10}{:>14}{:>12}\n", "surface",
+                   "rays", "segments", "leaked", "rescued", "ledger", "memory [MB]", "seconds");
+        for (const Scene& s : scenes) many_rays(s);
+    });
 }

@@ -21,7 +21,6 @@
 #include "simplify/region.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
-#include "surface/error.hpp"
 #include "surface/quality.hpp"
 #include "tests/bench/study_surfaces.hpp"
 #include "tests/simplify/test_meshes.hpp"
@@ -223,29 +222,27 @@ void scaling(int repeat) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-    levelset::initialize();
-    int repeat = 5;
-    bool cgal = true, scale = false;
-    std::vector<std::string> meshes;
-    for (int i = 1; i < argc; ++i) {
-        const std::string word = argv[i];
-        if (word == "--scaling") {
-            scale = true;
-        } else if (word == "--no-cgal") {
-            cgal = false;
-        } else if (word == "--repeat" && i + 1 < argc) {
-            repeat = std::max(1, std::atoi(argv[++i]));
-        } else {
-            meshes.push_back(word);
+int main(int argc, char** argv) {
+    return bench::run_bench("simplify_bench", [&] {
+        int repeat = 5;
+        bool cgal = true, scale = false;
+        std::vector<std::string> meshes;
+        for (int i = 1; i < argc; ++i) {
+            const std::string word = argv[i];
+            if (word == "--scaling") {
+                scale = true;
+            } else if (word == "--no-cgal") {
+                cgal = false;
+            } else if (word == "--repeat" && i + 1 < argc) {
+                repeat = std::max(1, std::atoi(argv[++i]));
+            } else {
+                meshes.push_back(word);
+            }
         }
-    }
-    if (scale) {
-        scaling(repeat);
-        return 0;
-    }
-    for (const Surface& s : bench::surfaces_of(meshes)) compare(s, repeat, cgal);
-} catch (const Error& error) {
-    fmt::print(stderr, "simplify_bench: {}\n", error.what());
-    return error.exit_code();
+        if (scale) {
+            scaling(repeat);
+            return;
+        }
+        for (const Surface& s : bench::surfaces_of(meshes)) compare(s, repeat, cgal);
+    });
 }

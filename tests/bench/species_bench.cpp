@@ -10,8 +10,6 @@
 #include <cstdio>
 
 #include "flux/several.hpp"
-#include "levelset/grid.hpp"
-#include "surface/error.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
@@ -122,21 +120,17 @@ void several_species(const Scene& s) {
 
 }  // namespace
 
-int main(int argc, char** argv) try {
-    levelset::initialize();
-    std::setvbuf(stdout, nullptr, _IOLBF, 0);  // tables appear as they grow, piped too
-    const std::vector<Scene> scenes = bench::make_scenes({argv + 1, argv + argc});
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-    fmt::print(
-        "\nMillion source rays a second of each alone and of one pass for both, and the ratio of the CPU "
-        "seconds;\nnoise of each at those {} rays, alone and in the pass; the ratio at equal noise of each; "
-        "CPU "
-        "seconds to\na noise of 5 % of each alone and of one pass for both, and their "
-        "ratio\n{:<6}{:<10}{:>8}{:>8}{:>8}{:>8}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>8}{:>8}{:>8}\n",
-        kRays / 2, "", "stickings", "first", "second", "both", "ratio", "1 alone", "both", "2 alone", "both",
-        "equal", "1 to 5%", "2 to 5%", "both", "ratio");
-    for (const Scene& scene : scenes) several_species(scene);
-} catch (const Error& error) {
-    fmt::print(stderr, "species_bench: {}\n", error.what());
-    return error.exit_code();
+int main(int argc, char** argv) {
+    return bench::run_bench("species_bench", [&] {
+        const std::vector<Scene> scenes = bench::make_scenes({argv + 1, argv + argc});
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
+        fmt::print(
+            "\nMillion source rays a second of each alone and of one pass for both, and the ratio of the "
+            "CPU seconds;\nnoise of each at those {} rays, alone and in the pass; the ratio at equal noise "
+            "of each; CPU seconds to\na noise of 5 % of each alone and of one pass for both, and their "
+            "ratio\n{:<6}{:<10}{:>8}{:>8}{:>8}{:>8}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}{:>8}{:>8}{:>8}\n",
+            kRays / 2, "", "stickings", "first", "second", "both", "ratio", "1 alone", "both", "2 alone",
+            "both", "equal", "1 to 5%", "2 to 5%", "both", "ratio");
+        for (const Scene& scene : scenes) several_species(scene);
+    });
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "app/simulation.hpp"
+#include "levelset/grid.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
 
@@ -51,6 +53,18 @@ inline std::vector<StudySurface> surfaces_of(const std::vector<std::string>& wor
         surfaces.back().mesh.vertex_attributes.clear();
     }
     return words.empty() ? study_surfaces() : surfaces;
+}
+
+/// What a benchmark's main does: lines appear as they are printed, piped too, and errors end it with a message.
+template <class Body>
+int run_bench(const char* name, Body&& body) try {
+    levelset::initialize();
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    body();
+    return 0;
+} catch (const Error& error) {
+    fmt::print(stderr, "{}: {}\n", name, error.what());
+    return error.exit_code();
 }
 
 }  // namespace sidewall::bench
