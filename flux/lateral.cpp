@@ -77,6 +77,14 @@ void require_traceable(const TriangleMesh& mesh) {
     if (!(size > 1e-9 && size < 1e9))
         throw GeometryError(fmt::format(
             "the mesh measures {:.3g} length units: choose a unit in which it measures 1e-9 to 1e9", size));
+    // Embree's edge functions are products of two edges and more, in single precision.
+    constexpr double kLeastArea = 1e-17;
+    const double area = total_area(mesh) / static_cast<double>(mesh.triangles.size());
+    if (area > 0.0 && area < kLeastArea)
+        throw GeometryError(fmt::format(
+            "the triangles' mean area is {:.3g} square length units: choose a smaller unit, in which it is {:g} or "
+            "more",
+            area, kLeastArea));
     if (reach > 1e3 * size)
         throw GeometryError(
             fmt::format("the mesh measures {:.3g} but lies {:.3g} away from the origin, which single "

@@ -50,4 +50,8 @@ inline double yield_of(const Yield& yield, std::size_t material, bool has_energy
            angular_factor(yield, cosine);
 }
 
+/// Mean yield of what a source sends to an open horizontal wafer of material 0: over its angles and energies, by
+/// midpoint rules, relative error about 1e-4. \p species may lack the yield.
+double mean_yield(const Species& species, const Yield& yield);
+
 }  // namespace sidewall::flux

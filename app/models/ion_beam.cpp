@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/models/ions.hpp"
+#include "flux/yield.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -10,17 +10,7 @@ namespace {
 // Tallies of the one species.
 enum Tally : std::size_t { kIon, kSputter, kRedeposited };
 
-double polynomial(const std::vector<double>& coefficients, double cosine) {
-    double value = 0.0, sum = 0.0, power = 1.0;
-    for (const double a : coefficients) {
-        power *= cosine;
-        value += a * power;
-        sum += a;
-    }
-    return value / sum;
-}
-
-// V = -rate * yield-weighted flux / its value on a flat wafer + redeposition_rate * redeposited weight.
+// V = -rate * yield-weighted flux / its mean on a flat wafer + redeposition_rate * redeposited weight.
 Model make(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
@@ -28,18 +18,17 @@ Model make(const Values& values, const Materials& materials) {
     double sum = 0.0;
     for (const double a : coefficients) sum += a;
     if (!(std::abs(sum) > 1e-9)) throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
-    const double tilt = number("tilt_deg") * std::numbers::pi / 180.0;
     const double threshold = number("threshold"), energy = number("ion_energy");
-    const double flat = (std::sqrt(energy) - std::sqrt(threshold)) * polynomial(coefficients, std::cos(tilt));
     if (threshold >= energy) throw KeyError("threshold", "must be below ion_energy, or nothing etches");
-    if (!(flat > 0.0)) throw KeyError("yield", "must be positive at the incidence tilt_deg");
-    const double redeposition = number("redeposition_rate");
 
     Model model;
     flux::Species ion = ion_species(values, threshold);
     ion.beam = tilted_beam(number("tilt_deg"), number("azimuth_deg"));
     ion.rotating = values.get<bool>("rotating");
     ion.yields = {{"sputter", flux::Angular::polynomial, threshold, {1.0}, coefficients}};
+    const double flat = flux::mean_yield(ion, ion.yields[0]);
+    if (!(flat > 0.0)) throw KeyError("yield", "must be positive at the incidence tilt_deg");
+    const double redeposition = number("redeposition_rate");
     if (redeposition > 0.0)
         ion.redeposition =
             flux::Redeposition{ion.yields[0], flux::Reemission::coned,

@@ -23,7 +23,7 @@ std::string key(std::size_t k, const std::string& name) {
     return fmt::format("species[{}].{}", k, name);
 }
 
-// The yield a rate multiplies instead of arrivals, scaled to 1 on a flat wafer at the mean energy.
+// The yield a rate multiplies instead of arrivals, scaled to 1 on a flat wafer.
 std::optional<flux::Yield> yield_of(const Values& values, const flux::Species& ions, std::size_t k) {
     const auto& word = values.get<std::string>("yield");
     const auto threshold = values.get<Number>("threshold");
@@ -40,7 +40,7 @@ std::optional<flux::Yield> yield_of(const Values& values, const flux::Species& i
         yield.angular = flux::Angular::enhanced;
     }
     yield.threshold = threshold.value_or(word == "sputter" ? kSputterThreshold : kEnhancedThreshold);
-    const double flat = flux::yield_of(yield, 0, true, ions.energy.mean, -ions.beam.z());
+    const double flat = flux::mean_yield(ions, yield);
     if (!(flat > 0.0))
         throw KeyError(
             key(k, "threshold"),
