@@ -17,10 +17,22 @@ double lowest(const TriangleMesh& surface) {
     return z;
 }
 
-bool bare(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-        if (levelset::exposed_material(stack, triangle_centroid(surface, t)) == material) return true;
-    return false;
+// How much at least lies on a material; 0 where it is bare.
+double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
+    const double touching = levelset::kExposed * stack.domain.spacing;
+    const levelset::LayerDepths depths(stack);
+    std::vector<float> depth(stack.layers.size() - 1);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        depths.at(stack.domain.to_index(triangle_centroid(surface, t)), depth);
+        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+            const double here = k < depth.size() ? static_cast<double>(depth[k]) : 0.0;
+            if (stack.layers[k].material == material)
+                least = std::min(least, here <= touching ? 0.0 : here - 0.5 * touching);
+            if (here <= touching) break;  // this layer is bare, those above end here
+        }
+    }
+    return least;
 }
 
 double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
@@ -41,8 +53,8 @@ double distance_to_stop(const Step& step, const Materials& materials, const leve
     double left = std::numeric_limits<double>::infinity();
     if (step.stop_depth) left = std::min(left, *step.stop_depth + lowest(surface));
     if (step.stop_thickness) left = std::min(left, *step.stop_thickness - thickest(stack, surface));
-    if (!step.stop_material.empty() && bare(stack, surface, *material_id(materials, step.stop_material)))
-        left = 0.0;
+    if (!step.stop_material.empty())
+        left = std::min(left, cover(stack, surface, *material_id(materials, step.stop_material)));
     return left <= kNear * stack.domain.spacing ? 0.0 : left;
 }
 
