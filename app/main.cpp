@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
+#include <cstdio>
 #include <memory>
 #include <new>
+#include <system_error>
 
 #include "app/commands.hpp"
 #include "app/output.hpp"
@@ -28,6 +30,8 @@ int main(int argc, char** argv) {
     try {
         app::install_interrupt_handler();
         program.parse(argc, argv);
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw IoError("standard output: cannot write all of it; check space on the device it goes to");
         return 0;
     } catch (const CLI::ParseError& error) {
         // CLI11 prints help and version through the same door; only those end well.
@@ -38,6 +42,9 @@ int main(int argc, char** argv) {
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "sidewall: out of memory: use a larger grid_spacing or a smaller extent\n");
         return 4;
+    } catch (const std::system_error& error) {  // of the C library's streams, by fmt
+        fmt::print(stderr, "sidewall: {}; check space and permissions\n", error.what());
+        return 5;
     } catch (const std::exception& error) {
         fmt::print(stderr, "sidewall: internal error: {}\n", error.what());
         return 4;

@@ -219,6 +219,27 @@ double seconds_in(const std::string& time_unit) {
     return seconds.at(time_unit);
 }
 
+std::vector<std::string> notes_on(const Recipe& recipe) {
+    std::vector<std::string> notes;
+    const double wanted = recipe.domain.grid_spacing, spacing = domain_of(recipe).spacing;
+    if (std::abs(spacing - wanted) > 1e-6 * wanted)
+        notes.push_back(
+            fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides both extents",
+                        wanted, spacing, recipe.domain.length_unit));
+    for (const Step& step : expanded_steps(recipe)) {
+        if (step.model != "directional") continue;
+        const auto direction = step.values.get<std::vector<double>>("direction");
+        for (std::size_t axis = 0; axis < 2; ++axis)
+            if (direction[axis] != 0.0 && recipe.domain.boundary[axis] == levelset::Side::reflective)
+                notes.push_back(fmt::format(
+                    "step {}: direction is tilted along {}, but beyond the reflective sides there a mirrored "
+                    "beam would fall: right only if the wafer is flat near them, else set domain.boundary to "
+                    "periodic",
+                    step.name, "xy"[axis]));
+    }
+    return notes;
+}
+
 levelset::Domain domain_of(const Recipe& recipe) {
     return levelset::make_domain(recipe.domain.extent, recipe.domain.grid_spacing, recipe.domain.boundary);
 }

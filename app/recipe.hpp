@@ -70,7 +70,7 @@ struct FluxSection {
     double reuse = 0.0;  ///< fluxes serve further time steps until they have changed by so much; 0: one
     double averaging =
         0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
-    std::string stages = "step";  ///< when they are traced: at the start of a time step, "midpoint" or "all"
+    std::string stages = "step";  ///< when they are traced: at the start of a time step, or "all" its stages
     bool operator==(const FluxSection&) const = default;
 };
 
@@ -121,8 +121,7 @@ struct Recipe {
 /// \param text       TOML; design of the format in recipe_sections.cpp, printed by `sidewall models`.
 /// \param file       its name, for messages; mesh files are sought beside it.
 /// \param overrides  `key=value` settings such as `step[0].duration=2`, applied in order before validation.
-/// The value
-///                   is TOML; bare words are strings.
+///                   The value is TOML; bare words are strings.
 /// \throws RecipeError naming file and line (or the override), key, value, the rule and what to do.
 Recipe parse_recipe(std::string_view text, const std::string& file,
                     const std::vector<std::string>& overrides = {});
@@ -141,6 +140,9 @@ double seconds_in(const std::string& time_unit);
 
 /// The domain, its spacing rounded to divide both extents.
 levelset::Domain domain_of(const Recipe& recipe);
+
+/// What a user should know of a valid recipe: how the grid's spacing was rounded, beams that sides mirror.
+std::vector<std::string> notes_on(const Recipe& recipe);
 
 /// Loops unrolled: steps in the order they run, each with repeat 1 and a name such as "2.1 etch (cycle 3 of
 /// 10)".

@@ -1,5 +1,7 @@
 #include "app/recipe_options.hpp"
 
+#include <fmt/format.h>
+
 namespace sidewall::app {
 
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
@@ -14,6 +16,12 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
         ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
         ->trigger_on_parse();
     return options;
+}
+
+Recipe load(const RecipeOptions& options) {
+    Recipe recipe = load_recipe(options.file, options.overrides);
+    for (const std::string& note : notes_on(recipe)) fmt::print(stderr, "{}: note: {}\n", options.file, note);
+    return recipe;
 }
 
 }  // namespace sidewall::app

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "app/recipe.hpp"
+
 namespace sidewall::app {
 
 /// What a command that takes a recipe was given.
@@ -14,5 +16,8 @@ struct RecipeOptions {
 
 /// Adds the positional RECIPE and `--set key=value` to a subcommand.
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command);
+
+/// The recipe, changed as they say. Notes on it go to standard error.
+Recipe load(const RecipeOptions& options);
 
 }  // namespace sidewall::app

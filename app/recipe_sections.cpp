@@ -161,9 +161,9 @@ std::vector<Field> fields(FluxSection& flux) {
         {"stages",
          &flux.stages,
          "",
-         "step: fluxes as of the start of a time step; midpoint: traced again half way, second order in "
-         "time; all: traced again at every stage of advection.time_integration, the order of rk2 or rk3",
-         {.choices = {"step", "midpoint", "all"}}},
+         "step: fluxes as of the start of a time step; all: traced again at every stage of "
+         "advection.time_integration, the order of rk2 or rk3 where fluxes change smoothly",
+         {.choices = {"step", "all"}}},
     };
 }
 
@@ -189,10 +189,11 @@ std::vector<Field> fields(SimplifySection& simplify) {
         {"target_vertices",
          &simplify.target_vertices,
          "",
-         "stop at this many; 0 = as the lengths say",
+         "stop at this many, whatever that does to the surface; 0 = as the lengths say",
          {.min = 0.0, .max = 1e12}},
         {"max_error", &simplify.max_error, kLength,
-         "hard bound on the distance to the extracted surface; auto: region-bounded 0.05 dx, others none",
+         "hard bound on the distance to the extracted surface; auto: region-bounded without target_vertices 0.05 "
+         "dx, else none",
          kAboveZeroOrAuto},
         {"flux_change",
          &simplify.flux_change,

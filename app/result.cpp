@@ -80,14 +80,16 @@ Result read_result(const std::filesystem::path& path) {
     for (const PvdEntry& entry : entries)
         if (is(entry, "interface") && entry.time == last->time)
             result.interfaces.push_back(surface::read_mesh(entry.file));
-    const auto summary = path / "summary.json";
-    if (std::filesystem::exists(summary)) {
-        Json json = Json::parse(surface::read_whole_file(summary), nullptr, false);
-        if (json.is_discarded())
-            throw FileError(fmt::format("{}: is no JSON: run the simulation again", summary.string()));
-        result.summary = std::move(json);
-    }
+    if (std::filesystem::exists(path / "summary.json")) result.summary = read_summary(path);
     return result;
+}
+
+Json read_summary(const std::filesystem::path& folder) {
+    const auto path = folder / "summary.json";
+    Json json = Json::parse(surface::read_whole_file(path), nullptr, false);
+    if (json.is_discarded())
+        throw FileError(fmt::format("{}: is no JSON: run the simulation again", path.string()));
+    return json;
 }
 
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,

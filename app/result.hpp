@@ -34,6 +34,10 @@ struct Result {
 /// \throws FileError naming what is missing or damaged.
 Result read_result(const std::filesystem::path& path);
 
+/// DIR/summary.json of a run that has ended.
+/// \throws FileError if it is missing or no JSON.
+Json read_summary(const std::filesystem::path& folder);
+
 /// A text of the metadata, or \p otherwise.
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,
                           const std::string& otherwise);

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 #include "app/commands.hpp"
@@ -13,6 +14,7 @@
 #include "levelset/extract.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 #include "surface/mesh_io.hpp"
 
 namespace sidewall::app {
@@ -20,12 +22,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Everything a run writes, so that a new one leaves nothing of an old one behind.
+// Everything a run writes but its recipe, so that a new one leaves nothing of an old one behind.
 bool is_ours(const std::string& name) {
-    for (const char* prefix : {"surface_", "traced_", "interface_", "profile_"})
-        if (name.starts_with(prefix) && (name.ends_with(".vtp") || name.ends_with(".csv"))) return true;
-    return name == "summary.json" || name == "timeline.csv" || name == "surface.pvd" ||
-           name == "checkpoint.vdb";
+    static const std::regex names(
+        R"((surface|traced)_\d{4,}\.vtp|interface_\d{4,}_\d+\.vtp|profile_\d{4,}(_\d+)?\.csv|)"
+        R"(summary\.json|timeline\.csv|surface\.pvd|checkpoint\.vdb)");
+    return std::regex_match(name, names);
+}
+
+// The user's own recipe must not be replaced by the effective one, which has no comments.
+void spare_recipe(const std::string& file, const fs::path& copy, const std::string& effective) {
+    std::error_code failure;
+    if (fs::equivalent(file, copy, failure) && surface::read_whole_file(copy) != effective)
+        throw RecipeError(fmt::format(
+            "{}: the run would write its effective recipe over this file: choose another folder with -o",
+            file));
 }
 
 std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
@@ -144,7 +155,9 @@ RunWriter::RunWriter(const RunOptions& options, const Recipe& recipe, const RunS
     if (failure)
         throw IoError(fmt::format("{}: cannot make the folder: {}; choose another with -o",
                                   options.output.string(), failure.message()));
-    const fs::path timeline = options.output / "timeline.csv";
+    const fs::path timeline = options.output / "timeline.csv", copy = options.output / "recipe.toml";
+    const std::string effective = effective_recipe(recipe);
+    spare_recipe(recipe.file, copy, effective);
     if (!options.resume) {
         for (const auto& entry : fs::directory_iterator(options.output))
             if (is_ours(entry.path().filename().string())) fs::remove(entry.path(), failure);
@@ -153,7 +166,7 @@ RunWriter::RunWriter(const RunOptions& options, const Recipe& recipe, const RunS
         for (std::size_t row = 0; row <= state.rows && std::getline(in, line); ++row) kept += line + "\n";
         write_file(timeline, kept);
     }
-    write_file(options.output / "recipe.toml", effective_recipe(recipe));
+    write_file(copy, effective);
 }
 
 bool RunWriter::due(const RunState& state) const {
@@ -224,7 +237,8 @@ void RunWriter::record(RunState& state, const Step& step, const SurfaceFlux& sur
         speed, surface.raw.vertices.size(), surface.raw.triangles.size(), traced.vertices.size(),
         traced.triangles.size(), segments, leaked, reused ? std::string() : fmt::format("{:.6g}", error));
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
-    for (const Measure& m : measures) row += fmt::format(",{:.9g}", m.value);
+    for (const Measure& m : measures)  // none of something that is not there
+        row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
     std::ofstream out(path, std::ios::app | std::ios::binary);
     if (state.rows == 0) out << timeline_header(recipe_, measures);
     out << row << "\n";

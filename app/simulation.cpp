@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "app/flux_reuse.hpp"
 #include "app/memory.hpp"
 #include "app/metrology.hpp"
+#include "app/result.hpp"
 #include "app/run_state.hpp"
 #include "app/run_writer.hpp"
 #include "app/stop.hpp"
@@ -78,6 +80,9 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     const levelset::Domain domain = domain_of(recipe);
     require_memory(recipe, domain);
     RunState state = options.resume ? resume_state(options.output, recipe) : initial_state(recipe);
+    if (options.resume && std::filesystem::exists(options.output / "summary.json"))
+        return {levelset::extract_surface(state.stack.top(), domain), state.timing,
+                read_summary(options.output)};
     RunWriter writer(options, recipe, state);
     const tbb::tick_count start = tbb::tick_count::now();
     const double earlier = state.timing.total;
@@ -94,8 +99,9 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         count_total();
         writer.checkpoint(state);
         throw Interrupted(
-            fmt::format("stopped at {:.6g} of {:.6g} {}; go on with: sidewall run {} -o {} --resume",
-                        state.time, total, recipe.domain.time_unit, recipe.file, options.output.string()));
+            fmt::format("stopped at {:.6g} of {:.6g} {}; {}", state.time, total, recipe.domain.time_unit,
+                        options.resume_command.empty() ? "what is finished is in " + options.output.string()
+                                                       : "go on with: " + options.resume_command));
     };
     const auto trace_stack = [&](const levelset::MaterialStack& stack, const CoverageField& carried,
                                  bool settle, std::uint32_t key) {
@@ -111,7 +117,7 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     const auto trace = [&](bool settle) {
         return trace_stack(state.stack, state.coverage, settle, state.time_step);
     };
-    // At a stage within the time step; with random numbers of its own.
+    // Within the time step; with random numbers of its own.
     const auto trace_stage = [&](const levelset::MaterialStack& stack, const CoverageField& carried,
                                  std::size_t stage) {
         constexpr int kStageBit = 30;
@@ -145,15 +151,8 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
             const FluxReuse reuse = next_reuse(recipe, model, state, begins, traced, surface);
             CoverageField carried = traced ? carried_field(recipe, model, surface) : state.coverage;
             const levelset::AdvectionOptions scheme = scheme_for(model, recipe.advection);
-            const bool again = traced && !model.species.empty();
-            if (recipe.flux.stages == "midpoint" && again) {
-                levelset::MaterialStack half = levelset::copy(state.stack);
-                levelset::advect(half, motion, 0.5 * dt, scheme);
-                take_fluxes(model, flux_field(model, trace_stage(half, carried, 2)), surface);
-                motion = surface_motion(model, state.stack, surface, state.timing);
-            }
             std::vector<levelset::Motion> motions(1, std::move(motion));
-            if (recipe.flux.stages == "all" && again)
+            if (recipe.flux.stages == "all" && traced && !model.species.empty())
                 add_stages(model, state, dt, scheme, motions, [&](const levelset::MaterialStack& reached) {
                     return trace_stage(reached, carried, motions.size());
                 });

@@ -23,6 +23,10 @@ Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side
                 "domain.grid_spacing = {}: an extent of {} would need {:.3g} cells; use a larger spacing",
                 spacing, e, e / spacing));
     }
+    if (spacing > (1.0 + kLargestChange) * std::min(extent[0], extent[1]))
+        throw RecipeError(
+            fmt::format("domain.grid_spacing = {}: is larger than the extent [{}, {}]; use a smaller one",
+                        spacing, extent[0], extent[1]));
     // The shorter side limits how the spacing can be rounded; try its cell counts from the nearest outwards.
     const std::size_t s = extent[0] <= extent[1] ? 0 : 1;
     const double wanted = extent[s] / spacing;
@@ -34,6 +38,7 @@ Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side
             const double dx = extent[s] / n;
             const double other = extent[1 - s] / dx;
             if (std::abs(other - std::round(other)) > kTolerance * other) continue;
+            if (std::abs(dx - spacing) > (kLargestChange + kTolerance) * spacing) continue;
             Domain domain;
             domain.spacing = dx;
             domain.side = side;

@@ -25,9 +25,13 @@ void initialize() {
 Grid::Ptr make_grid(const Domain& domain) {
     initialize();
     Grid::Ptr grid = Grid::create(static_cast<float>(kHalfWidth * domain.spacing));
-    openvdb::math::Transform::Ptr transform = openvdb::math::Transform::createLinearTransform(domain.spacing);
-    transform->postTranslate(openvdb::Vec3d(domain.min[0], domain.min[1], 0.0));
-    grid->setTransform(transform);
+    // For other programs; nothing of ours reads it, and OpenVDB refuses scales that it takes for zero.
+    constexpr double kLeastScale = 1e-4;
+    if (domain.spacing > kLeastScale) {
+        const auto transform = openvdb::math::Transform::createLinearTransform(domain.spacing);
+        transform->postTranslate(openvdb::Vec3d(domain.min[0], domain.min[1], 0.0));
+        grid->setTransform(transform);
+    }
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     return grid;
 }

@@ -11,13 +11,10 @@ void add_check_command(CLI::App& program) {
         "check", "Parse and validate a recipe and print it with every default; run nothing");
     const auto options = add_recipe_options(*command);
     command->callback([options] {
-        const Recipe recipe = load_recipe(options->file, options->overrides);
+        const Recipe recipe = load(*options);
         const levelset::Domain domain = domain_of(recipe);
-        fmt::print("{}# The grid: {} x {} cells of {} {}", effective_recipe(recipe), domain.cells[0],
+        fmt::print("{}# The grid: {} x {} cells of {} {}.\n", effective_recipe(recipe), domain.cells[0],
                    domain.cells[1], domain.spacing, recipe.domain.length_unit);
-        if (domain.spacing != recipe.domain.grid_spacing)
-            fmt::print(", rounded from {}", recipe.domain.grid_spacing);
-        fmt::print(".\n");
     });
 }
 

@@ -28,7 +28,7 @@ void add_compare_command(CLI::App& program) {
     command->add_option("--json", arguments->json, "Also write the comparison there; - for standard output")
         ->type_name("FILE");
     command->callback([recipe, arguments] {
-        const Recipe parsed = load_recipe(recipe->file, recipe->overrides);
+        const Recipe parsed = load(*recipe);
         const std::filesystem::path output = arguments->output.empty()
                                                  ? default_output(recipe->file).concat("-compare")
                                                  : std::filesystem::path(arguments->output);

@@ -184,7 +184,7 @@ void add_inspect_command(CLI::App& program) {
     CLI::App* command = program.add_subcommand(
         "inspect", "Tell what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
     auto input = std::make_shared<std::string>(), json = std::make_shared<std::string>();
-    command->add_option("input", *input, "Mesh file (VTP, PLY) or folder that `run` wrote")
+    command->add_option("input", *input, "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote")
         ->required()
         ->type_name("MESH|DIR");
     command->add_option("--json", *json, "Write the same as JSON; - for standard output")->type_name("FILE");

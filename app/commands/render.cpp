@@ -69,7 +69,8 @@ RenderOptions parse(const Arguments& arguments) {
 void add_render_command(CLI::App& program) {
     CLI::App* command = program.add_subcommand("render", "Draw a surface as a picture; needs no display");
     auto arguments = std::make_shared<Arguments>();
-    command->add_option("input", arguments->input, "Mesh file (VTP, PLY) or folder that `run` wrote")
+    command
+        ->add_option("input", arguments->input, "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote")
         ->required()
         ->type_name("MESH|DIR");
     command->add_option("-o,--output", arguments->output, "Picture to write")

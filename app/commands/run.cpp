@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 
 #include "app/commands.hpp"
 #include "app/recipe_options.hpp"
@@ -30,6 +33,25 @@ void print_report(const RunResult& result, const RunOptions& options) {
                options.output.string(), options.output.string());
 }
 
+// Quoted for a shell if it asks for it.
+std::string word(const std::string& text) {
+    const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+        return std::isalnum(c) != 0 ||
+               std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
+    });
+    if (plain) return text;
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+    return quoted + "'";
+}
+
+std::string resume_command(const RecipeOptions& recipe, const RunOptions& options) {
+    std::string command =
+        fmt::format("sidewall run {} -o {}", word(recipe.file), word(options.output.string()));
+    for (const std::string& setting : recipe.overrides) command += " --set " + word(setting);
+    return command + " --resume";
+}
+
 }  // namespace
 
 std::filesystem::path default_output(const std::string& recipe_file) {
@@ -46,9 +68,10 @@ void add_run_command(CLI::App& program) {
     command->add_flag("--resume", options->resume, "Go on from the folder's checkpoint");
     command->add_flag("--quiet", options->quiet, "No progress and no report");
     command->callback([recipe, options] {
-        const Recipe parsed = load_recipe(recipe->file, recipe->overrides);
+        const Recipe parsed = load(*recipe);
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();
+        options->resume_command = resume_command(*recipe, *options);
         const RunResult result = run_recipe(parsed, *options);
         if (!options->quiet) print_report(result, *options);
     });

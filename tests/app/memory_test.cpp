@@ -19,7 +19,7 @@ TEST_CASE("the memory a run needs is counted by cells of surface, and for what a
     const double plain = bytes("");
     CHECK(plain > 400.0 * 1000.0);  // about a kilobyte and more for each of 400 cells
     CHECK(plain < 400.0 * 2000.0);
-    CHECK(bytes("stages = \"midpoint\"\n") == Approx(2.0 * plain));
+    CHECK(bytes("stages = \"all\"\n[advection]\ntime_integration = \"rk2\"\n") == Approx(2.0 * plain));
     // A triangle's edge of 1.4 dx into 6 parts, 36 samples, of two triangles a cell; 170 bytes each.
     CHECK(bytes("averaging = 0.05\n") - plain == Approx(400.0 * 2.0 * 36.0 * 170.0));
 }

@@ -214,6 +214,24 @@ TEST_CASE("a wrong override is named in the message") {
           std::string::npos);
 }
 
+TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that sides would mirror") {
+    CHECK(notes_on(parse_recipe(kBase, "base.toml", {"domain.grid_spacing=0.25"})).empty());
+    const auto rounded = notes_on(parse_recipe(kBase, "base.toml", {"domain.grid_spacing=0.3"}));
+    REQUIRE(rounded.size() == 1);
+    CHECK(rounded[0].find("domain.grid_spacing = 0.3 is rounded to ") == 0);
+    const auto of = [](const std::string& boundary) {
+        return notes_on(
+            parse_recipe("[domain]\nextent = [1.0, 1.0]\ngrid_spacing = 0.1\nboundary = [\"" + boundary +
+                             "\", \"reflective\"]\n[[layer]]\nmaterial = \"Si\"\n[[step]]\nmodel = "
+                             "\"directional\"\nduration = 1.0\ndirectional = -1.0\ndirection = [0.3, "
+                             "0.0, 1.0]\n",
+                         "beam.toml"));
+    };
+    REQUIRE(of("reflective").size() == 1);
+    CHECK(of("reflective")[0].find("tilted along x") != std::string::npos);
+    CHECK(of("periodic").empty());
+}
+
 TEST_CASE("an error names file, line, key, value and rule") {
     const auto of = [](const std::string& from, const std::string& to) {
         std::string text = kBase;

@@ -1,6 +1,7 @@
 #include <signal.h>
 
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
@@ -38,7 +39,7 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
     // The last carries coverages from step to step, so through the checkpoint, too.
     for (const std::string& recipe :
          {kRecipe + " --set simplify.method=none", kRecipe + " --set simplify.method=region",
-          kRecipe + " --set flux.reuse=0.1 --set flux.stages=midpoint",
+          kRecipe + " --set flux.reuse=0.1",
           kRecipe + " --set flux.stages=all --set advection.time_integration=rk3",
           config("quick/sf6o2_hole.toml") + " --set flux.rays=10000"}) {
         for (const std::string run : {"first", "again", "one"}) {
@@ -70,11 +71,15 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
         kill(child, SIGINT);
         int status = 0;
         waitpid(child, &status, 0);
-        INFO(read_bytes(folder.path / "stopped.log"));
+        const std::string log = read_bytes(folder.path / "stopped.log");
+        INFO(log);
         REQUIRE(WIFEXITED(status));
         REQUIRE(WEXITSTATUS(status) == 130);
         CHECK_FALSE(fs::exists(stopped / "summary.json"));
-        const auto resumed = run_program(folder.path, "run " + recipe + " -o stopped --resume", 120);
+        // By the very command that the message tells.
+        const std::string hint = "go on with: sidewall ";
+        REQUIRE(log.find(hint) != std::string::npos);
+        const auto resumed = run_program(folder.path, log.substr(log.find(hint) + hint.size()), 120);
         INFO(resumed.output);
         REQUIRE(resumed.exit_code == 0);
         CHECK(surfaces(stopped) == expected);
@@ -110,6 +115,39 @@ TEST_CASE("a run leaves everything the format promises") {
     REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code ==
             0);
     CHECK_FALSE(fs::exists(folder.path / "out" / "surface_0002.vtp"));
+}
+
+TEST_CASE("resuming a finished run changes nothing") {
+    const Folder folder;
+    const std::string command = "run " + kRecipe + " --set step[0].duration=0.1 -o out";
+    REQUIRE(run_program(folder.path, command, 60).exit_code == 0);
+    const auto files = [&] {
+        std::map<std::string, std::string> bytes;
+        for (const auto& entry : fs::directory_iterator(folder.path / "out"))
+            bytes[entry.path().filename().string()] = read_bytes(entry.path());
+        return bytes;
+    };
+    const auto before = files();
+    const auto outcome = run_program(folder.path, command + " --resume", 60);
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.output.find("depth") != std::string::npos);
+    CHECK(files() == before);
+}
+
+TEST_CASE("a run replaces neither its own recipe nor files that no run has written") {
+    const Folder folder;
+    const std::string recipe = read_bytes(SIDEWALL_SOURCE_DIR "/configs/quick/trench_deposition.toml");
+    std::ofstream(folder.path / "recipe.toml") << recipe;
+    std::ofstream(folder.path / "surface_final.vtp") << "mine";
+    const std::string command = "run recipe.toml --set flux.rays=20000 --set step[0].duration=0.1 -o .";
+    const auto refused = run_program(folder.path, command, 60);
+    CHECK(refused.exit_code == 2);
+    CHECK(refused.output.find("choose another folder") != std::string::npos);
+    CHECK(read_bytes(folder.path / "recipe.toml") == recipe);
+    fs::rename(folder.path / "recipe.toml", folder.path / "trench.toml");
+    CHECK(run_program(folder.path, "run trench.toml" + command.substr(command.find(" --")), 60).exit_code ==
+          0);
+    CHECK(read_bytes(folder.path / "surface_final.vtp") == "mine");
 }
 
 TEST_CASE("compare ends with a table of raw, Lindstrom-Turk and region, and the noise floor") {
