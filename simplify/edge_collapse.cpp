@@ -10,6 +10,22 @@ namespace {
 // this, or below what it was: comparing triangle by triangle would protect the slivers that are there.
 constexpr double kSliver = 0.0871557 * 0.0871557;
 
+// Cosine between the normals of neighbours, below which the surface folds back on itself: rounding aside,
+// such sheets lie on or in each other, and a particle slips through them.
+constexpr double kFold = -0.8;
+
+/// Whether two of the triangles from \p first to \p last that share an edge at the vertex they hang on fold.
+bool folds(const Surroundings& s, std::size_t first, std::size_t last, Vec3 Change::*normal) {
+    for (std::size_t i = first; i < last; ++i)
+        for (std::size_t j = first; j < last; ++j) {
+            if (s.moved[i].w != s.moved[j].u) continue;
+            const Vec3 &m = s.changes[i].*normal, &n = s.changes[j].*normal;
+            const double c = m.dot(n);
+            if (c < 0.0 && c * c > kFold * kFold * m.squaredNorm() * n.squaredNorm()) return true;
+        }
+    return false;
+}
+
 /// sin^2 of a triangle's least angle, the one between its two longer edges. \p normal is twice its area
 /// vector.
 double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -33,6 +49,7 @@ bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, co
 bool keeps_shape(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
                  Surroundings& s) {
     double worst = kSliver;
+    std::size_t at_start = 0;
     s.count = 0;
     for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
         const Vec3& from = mesh.position(v);
@@ -48,7 +65,11 @@ bool keeps_shape(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, con
             s.moved[s.count] = {ring->out[i] / 3, u, w};
             s.changes[s.count++] = {before, after};
         }
+        if (v == a) at_start = s.count;
     }
+    if (folds(s, 0, s.count, &Change::after) && !folds(s, 0, at_start, &Change::before) &&
+        !folds(s, at_start, s.count, &Change::before))
+        return false;
     return worst >= kSliver || as_sharp_now(mesh, a, b, s, worst);
 }
 

@@ -25,7 +25,7 @@ struct Surroundings {
 };
 
 /// Whether an edge can go to \p place without damage: the link condition holds, no triangle turns by 90
-/// degrees or more, none becomes a sliver or a worse one. Fills in the surroundings, all but the plan.
+/// degrees or more, none becomes a sliver or a worse one, no neighbours fold that did not before. Fills in the surroundings, all but the plan.
 /// O(degree).
 bool can_collapse(const CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, Surroundings& around);
 

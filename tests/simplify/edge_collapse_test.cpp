@@ -1,0 +1,51 @@
+#include "simplify/edge_collapse.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+using namespace sidewall;
+using namespace sidewall::simplify;
+
+namespace {
+
+// A roof of four ridge points, its sides \p degrees from the horizontal, between eaves one away on either
+// side.
+TriangleMesh roof(double degrees) {
+    const double height = std::tan(degrees * std::numbers::pi / 180.0);
+    TriangleMesh mesh;
+    for (int i = 0; i < 4; ++i)
+        for (int side = -1; side <= 1; ++side)
+            mesh.vertices.emplace_back(2.0 * i, side, side == 0 ? height : 0.0);
+    for (std::uint32_t i = 0; i < 3; ++i)
+        for (std::uint32_t k = 0; k < 2; ++k) {
+            const std::uint32_t a = 3 * i + k, b = a + 3;
+            mesh.triangles.push_back({a, b, b + 1});
+            mesh.triangles.push_back({a, b + 1, a + 1});
+        }
+    return mesh;
+}
+
+// Whether the middle of the ridge may collapse to a point from which the sides fall by so many degrees.
+bool rises(double from, double to) {
+    const CollapseMesh mesh(roof(from));
+    for (std::uint32_t h = 0; h < mesh.corner.size(); ++h) {
+        if (mesh.start(h) != 4 || mesh.end(h) != 7) continue;
+        Vec3 place = 0.5 * (mesh.position(4) + mesh.position(7));
+        place.z() += mesh.scale *
+                     (std::tan(to * std::numbers::pi / 180.0) - std::tan(from * std::numbers::pi / 180.0));
+        Surroundings around;
+        return can_collapse(mesh, h, place, around);
+    }
+    FAIL("the ridge has no such edge");
+    return false;
+}
+
+}  // namespace
+
+TEST_CASE("a collapse may not fold neighbours onto each other, unless they are folded already") {
+    CHECK(rises(60.0, 60.0));
+    CHECK(rises(60.0, 65.0));
+    CHECK_FALSE(rises(60.0, 87.0));  // each side turns by less than 30 degrees
+    CHECK(rises(80.0, 82.0));        // they were folded before
+}
