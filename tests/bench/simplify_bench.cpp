@@ -72,9 +72,9 @@ double median_seconds(int repeat, const Run& run) {
     return seconds[static_cast<std::size_t>(repeat / 2)];
 }
 
+#ifdef SIDEWALL_MESHOPTIMIZER
 TriangleMesh meshoptimizer(const TriangleMesh& mesh, std::size_t target) {
     TriangleMesh result;
-#ifdef SIDEWALL_MESHOPTIMIZER
     std::vector<float> positions;
     for (const Vec3& p : mesh.vertices)
         for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(p[k]));
@@ -93,11 +93,9 @@ TriangleMesh meshoptimizer(const TriangleMesh& mesh, std::size_t target) {
         if (i % 3 == 0) result.triangles.emplace_back();
         result.triangles.back()[i % 3] = renamed[out[i]];
     }
-#else
-    static_cast<void>(mesh), static_cast<void>(target);
-#endif
     return result;
 }
+#endif
 
 struct Entry {
     std::string name;
