@@ -7,7 +7,6 @@
 #include <system_error>
 
 #include "app/commands.hpp"
-#include "app/output.hpp"
 #include "surface/error.hpp"
 
 int main(int argc, char** argv) {
@@ -28,7 +27,6 @@ int main(int argc, char** argv) {
     for (CLI::App* command : program.get_subcommands({})) app::add_threads_option(*command);
 
     try {
-        app::install_interrupt_handler();
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");

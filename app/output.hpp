@@ -17,12 +17,13 @@ void write_file(const std::filesystem::path& path, std::string_view text);
 /// Writes indented JSON to a file, or to standard output if \p path is "-". Non-finite numbers become null.
 void write_json(const std::string& path, const Json& json);
 
-/// The user pressed Ctrl-C (or SIGTERM was sent) since install_interrupt_handler.
-bool interrupted();
+/// From now on Ctrl-C and SIGTERM are noted, once; before, and the second time, they end the program.
 void install_interrupt_handler();
 
-/// The program's own folder of scratch state lives nowhere: progress goes to standard error, one line redrawn
-/// on a terminal, silent when piped.
+/// One was noted.
+bool interrupted();
+
+/// Progress on standard error: one line, redrawn on a terminal, silent when piped.
 class ProgressBar {
   public:
     /// \p unit names what is counted, e.g. "s" of process time. \p enabled false silences it on a terminal

@@ -105,7 +105,7 @@ void rescue(const Stage& stage, const Trail& trail, Landing& landing) {
         landing.rescued = true;
         return;
     }
-    landing.end = End::leaked;
+    landing.end = stage.box.rim_inside ? End::escaped : End::leaked;
 }
 
 }  // namespace

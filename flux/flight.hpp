@@ -47,7 +47,8 @@ struct Landing {
 /// flights start a skin above the surface, and rays reach a little over the sides, where there is no surface.
 /// A particle that nevertheless meets the back of a triangle, or the bottom, arrives there if that is at the
 /// triangle's rim, else at the surface nearest to where it started or last crossed a side, if one is within
-/// the rounding. If neither, it has leaked, which means that the mesh has a hole.
+/// the rounding. If neither, it came past the rim and has escaped if the box has one inside, else it has leaked,
+/// which means that the mesh has a hole.
 Landing fly(const Stage& stage, Particle particle);
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.

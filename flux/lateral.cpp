@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 #include "surface/error.hpp"
@@ -15,14 +17,16 @@ namespace {
 // Rounding of coordinates that went through a single-precision file, relative to the largest coordinate.
 constexpr double kFileRounding = 1e-6;
 
+using Edges = std::vector<std::array<std::uint32_t, 2>>;
+
 std::string text(const Vec3& p) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
 }
 
 // Edges that are not used once in each direction: the surface's boundary, and wherever it is torn.
-std::vector<std::array<std::uint32_t, 2>> unpaired_edges(const TriangleMesh& mesh) {
+Edges unpaired_edges(const TriangleMesh& mesh) {
     const surface::EdgeTable table = surface::edge_table(mesh);
-    std::vector<std::array<std::uint32_t, 2>> unpaired;
+    Edges unpaired;
     for (std::size_t e = 0; e < table.edges.size(); ++e) {
         const auto corners = table.corners[e];
         const auto start = [&](std::uint32_t corner) { return mesh.triangles[corner / 3][corner % 3]; };
@@ -37,26 +41,46 @@ Vec3 total_area_vector(const TriangleMesh& mesh) {
     return sum;
 }
 
-void require_boundary_on_sides(const TriangleMesh& mesh,
-                               const std::vector<std::array<std::uint32_t, 2>>& boundary,
-                               const LateralBox& box, double tolerance) {
+// The first edge that does not lie on a side of the box, or the end.
+Edges::const_iterator off_sides(const TriangleMesh& mesh, const Edges& boundary, const LateralBox& box,
+                                double tolerance) {
+    return std::find_if(boundary.begin(), boundary.end(), [&](const auto& edge) {
+        const Vec3 &a = mesh.vertices[edge[0]], &b = mesh.vertices[edge[1]];
+        for (int axis = 0; axis < 2; ++axis)
+            for (const double plane : {box.min[axis], box.max[axis]})
+                if (std::abs(a[axis] - plane) <= tolerance && std::abs(b[axis] - plane) <= tolerance)
+                    return false;
+        return true;
+    });
+}
+
+void require_boundary_on_sides(const TriangleMesh& mesh, const Edges& boundary, const LateralBox& box,
+                               double tolerance) {
     if (boundary.empty())
         throw GeometryError(
             "the mesh is closed: reflective or periodic sides need a surface that is open at the sides of a "
             "rectangle in x and y; use --boundary open");
-    for (const auto& [first, second] : boundary) {
-        const Vec3 &a = mesh.vertices[first], &b = mesh.vertices[second];
-        bool on_side = false;
-        for (int axis = 0; axis < 2; ++axis)
-            for (const double plane : {box.min[axis], box.max[axis]})
-                on_side |= std::abs(a[axis] - plane) <= tolerance && std::abs(b[axis] - plane) <= tolerance;
-        if (!on_side)
-            throw GeometryError(
-                fmt::format("the surface has a hole, an inconsistently oriented triangle or an end at the "
-                            "edge {} to {}, which is not on a side of its bounding rectangle x {:.6g} to "
-                            "{:.6g}, y {:.6g} to {:.6g}: repair or cut the mesh, or use --boundary open",
-                            text(a), text(b), box.min[0], box.max[0], box.min[1], box.max[1]));
-    }
+    const auto off = off_sides(mesh, boundary, box, tolerance);
+    if (off == boundary.end()) return;
+    throw GeometryError(
+        fmt::format("the surface has a hole, an inconsistently oriented triangle or an end at the edge {} to "
+                    "{}, which is not on a side of its bounding rectangle x {:.6g} to {:.6g}, y {:.6g} to "
+                    "{:.6g}: repair or cut the mesh, or use --boundary open",
+                    text(mesh.vertices[(*off)[0]]), text(mesh.vertices[(*off)[1]]), box.min[0], box.max[0],
+                    box.min[1], box.max[1]));
+}
+
+// Whether the edges hang together.
+bool is_one_piece(const Edges& edges, std::size_t vertices) {
+    std::vector<std::uint32_t> parent(vertices);
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t v) {
+        while (parent[v] != v) v = parent[v] = parent[parent[v]];
+        return v;
+    };
+    for (const auto& [a, b] : edges) parent[root(a)] = root(b);
+    return std::all_of(edges.begin(), edges.end(),
+                       [&](const auto& edge) { return root(edge[0]) == root(edges.front()[0]); });
 }
 
 }  // namespace
@@ -97,7 +121,7 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
     require_traceable(mesh);
     const Box3 bounds = bounding_box(mesh);
     const double tolerance = kFileRounding * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
-    const LateralBox box{{bounds.min.x(), bounds.min.y()}, {bounds.max.x(), bounds.max.y()}, boundary};
+    LateralBox box{{bounds.min.x(), bounds.min.y()}, {bounds.max.x(), bounds.max.y()}, boundary};
     for (int axis = 0; axis < 2; ++axis)
         if (!(box.max[axis] - box.min[axis] > 1e3 * tolerance))
             throw GeometryError(fmt::format(
@@ -105,7 +129,11 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
 
     const auto ends = unpaired_edges(mesh);
     const bool open = boundary[0] == Boundary::open && boundary[1] == Boundary::open;
-    if (!open) require_boundary_on_sides(mesh, ends, box, tolerance);
+    if (!open)
+        require_boundary_on_sides(mesh, ends, box, tolerance);
+    else
+        box.rim_inside =
+            off_sides(mesh, ends, box, tolerance) != ends.end() && is_one_piece(ends, mesh.vertices.size());
 
     // By Stokes, the area seen from above depends on the boundary only: the rectangle's, if the surface
     // covers it once.

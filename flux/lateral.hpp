@@ -15,6 +15,8 @@ enum class Boundary { open, reflective, periodic };
 struct LateralBox {
     std::array<double, 2> min{}, max{};
     std::array<Boundary, 2> boundary{};
+    bool rim_inside = false;  ///< the surface ends inside the box: what flies past its rim and meets its back
+                              ///< has escaped
     double area() const { return (max[0] - min[0]) * (max[1] - min[1]); }
 };
 
@@ -27,7 +29,8 @@ void require_traceable(const TriangleMesh& mesh);
 ///
 /// A reflective or periodic box needs a surface that ends on its sides: every boundary edge in one of the
 /// four side planes, and the whole rectangle covered once, facing up. If both axes are open, any mesh that
-/// faces up (or is closed with normals pointing outwards) will do.
+/// faces up (or is closed with normals pointing outwards) will do, and one boundary that is not that
+/// rectangle's is the surface's rim; more than one are a rim and holes, and then none is.
 /// \throws GeometryError saying where the surface does not end on the rectangle, or that it is inside out.
 /// \note O(n log n).
 LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundary);

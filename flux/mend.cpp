@@ -23,36 +23,96 @@ std::size_t single_edges(const TriangleMesh& mesh) {
     return count;
 }
 
-// The mesh with vertices of equal position merged into the first of them.
-TriangleMesh welded(const TriangleMesh& mesh) {
+// Of each vertex, the first one of the same position.
+std::vector<std::uint32_t> first_of_position(const TriangleMesh& mesh) {
     const auto key = [&](std::uint32_t v) {
         const Vec3& p = mesh.vertices[v];
         return std::array{p.x(), p.y(), p.z()};
     };
-    std::vector<std::uint32_t> order(mesh.vertices.size()), first(order.size()), number(order.size());
+    std::vector<std::uint32_t> order(mesh.vertices.size()), first(order.size());
     std::iota(order.begin(), order.end(), 0u);
     std::sort(order.begin(), order.end(),
               [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+    return first;
+}
+
+// Keeps the values of the elements in \p kept, in its order.
+void keep(std::vector<Attribute>& attributes, const std::vector<std::uint32_t>& kept) {
+    for (Attribute& attribute : attributes) {
+        const auto n = static_cast<std::size_t>(attribute.components);
+        std::vector<double> values;
+        for (const std::uint32_t i : kept)
+            for (std::size_t k = 0; k < n; ++k) values.push_back(attribute.values[n * i + k]);
+        attribute.values = std::move(values);
+    }
+}
+
+// The mesh with every vertex v replaced by first[v], and without those that no triangle names then.
+TriangleMesh merged(const TriangleMesh& mesh, const std::vector<std::uint32_t>& first) {
+    std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t) used[first[v]] = 1;
     TriangleMesh result;
     result.triangle_attributes = mesh.triangle_attributes;
     result.vertex_attributes = mesh.vertex_attributes;
-    for (Attribute& attribute : result.vertex_attributes) attribute.values.clear();
-    for (std::uint32_t v = 0; v < first.size(); ++v) {
-        if (first[v] != v) continue;
-        number[v] = static_cast<std::uint32_t>(result.vertices.size());
+    std::vector<std::uint32_t> kept, number(mesh.vertices.size());
+    for (std::uint32_t v = 0; v < used.size(); ++v) {
+        if (!used[v]) continue;
+        number[v] = static_cast<std::uint32_t>(kept.size());
+        kept.push_back(v);
         result.vertices.push_back(mesh.vertices[v]);
-        for (std::size_t a = 0; a < mesh.vertex_attributes.size(); ++a) {
-            const Attribute& from = mesh.vertex_attributes[a];
-            const auto n = static_cast<std::size_t>(from.components);
-            for (std::size_t k = 0; k < n; ++k)
-                result.vertex_attributes[a].values.push_back(from.values[n * v + k]);
-        }
     }
-    for (const Triangle& t : mesh.triangles)
-        result.triangles.push_back({number[first[t[0]]], number[first[t[1]]], number[first[t[2]]]});
+    keep(result.vertex_attributes, kept);
+    for (const auto& [a, b, c] : mesh.triangles)
+        result.triangles.push_back({number[first[a]], number[first[b]], number[first[c]]});
     return result;
+}
+
+std::size_t drop_unused(TriangleMesh& mesh) {
+    std::vector<std::uint32_t> itself(mesh.vertices.size());
+    std::iota(itself.begin(), itself.end(), 0u);
+    TriangleMesh used = merged(mesh, itself);
+    const std::size_t dropped = mesh.vertices.size() - used.vertices.size();
+    if (dropped > 0) mesh = std::move(used);
+    return dropped;
+}
+
+std::size_t weld(TriangleMesh& mesh) {
+    const std::size_t loose = single_edges(mesh);
+    if (loose == 0) return 0;
+    TriangleMesh whole = merged(mesh, first_of_position(mesh));
+    const std::size_t welded = mesh.vertices.size() - whole.vertices.size();
+    if (welded == 0 || single_edges(whole) >= loose) return 0;
+    mesh = std::move(whole);
+    return welded;
+}
+
+std::size_t drop_repeated(TriangleMesh& mesh) {
+    const auto key = [&](std::uint32_t t) {
+        Triangle vertices = mesh.triangles[t];
+        std::sort(vertices.begin(), vertices.end());
+        return vertices;
+    };
+    std::vector<std::uint32_t> order(mesh.triangles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::vector<std::uint8_t> repeated(order.size(), 0);
+    for (std::size_t i = 1; i < order.size(); ++i) repeated[order[i]] = key(order[i]) == key(order[i - 1]);
+    std::vector<std::uint32_t> kept;
+    std::vector<Triangle> triangles;
+    for (std::uint32_t t = 0; t < repeated.size(); ++t) {
+        if (repeated[t]) continue;
+        kept.push_back(t);
+        triangles.push_back(mesh.triangles[t]);
+    }
+    const std::size_t dropped = mesh.triangles.size() - triangles.size();
+    if (dropped == 0) return 0;
+    mesh.triangles = std::move(triangles);
+    keep(mesh.triangle_attributes, kept);
+    return dropped;
 }
 
 // A triangle across an edge, and whether both run along it in the same direction.
@@ -183,14 +243,9 @@ std::size_t orient(TriangleMesh& mesh) {
 Mending mend(TriangleMesh& mesh) {
     require_traceable(mesh);
     Mending mending;
-    const std::size_t loose = single_edges(mesh);
-    if (loose > 0) {
-        TriangleMesh whole = welded(mesh);
-        if (whole.vertices.size() < mesh.vertices.size() && single_edges(whole) < loose) {
-            mending.welded = mesh.vertices.size() - whole.vertices.size();
-            mesh = std::move(whole);
-        }
-    }
+    mending.unused = drop_unused(mesh);
+    mending.welded = weld(mesh);
+    mending.repeated = drop_repeated(mesh);
     mending.turned = orient(mesh);
     return mending;
 }

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "flux/check.hpp"
 #include "flux/history.hpp"
@@ -48,7 +49,7 @@ class Monitor {
         if (!stopped_ && options_.stop && options_.stop()) stopped_ = true;
         return stopped_;
     }
-    /// \p rays may grow as the trace goes on; the fraction told does not fall.
+    /// \p rays may change as the trace goes on; the fraction told does not fall.
     void expect(std::uint64_t rays) { rays_ = rays; }
     void finished(std::uint64_t rays) {
         const std::uint64_t done = done_ += rays;
@@ -120,16 +121,17 @@ class Tracer {
     void expect(std::uint64_t rays) { monitor_.expect(rays); }
 
     /// Species whose relative_error is at most \p target ride no further.
-    /// \returns the smallest one of the others, or 0 if there are none.
-    double drop_reached(double target) {
-        double nearest = 0.0;
+    /// \returns the smallest and the largest one of the others, or zeros if there are none.
+    std::pair<double, double> drop_reached(double target) {
+        double nearest = 0.0, farthest = 0.0;
         std::erase_if(trace_.riding, [&](std::size_t k) {
             const double error = relative_error(tallies_[k].vertex_flux(area_per_ray(k)));
             if (error <= target) return true;
             nearest = nearest > 0.0 ? std::min(nearest, error) : error;
+            farthest = std::max(farthest, error);
             return false;
         });
-        return nearest;
+        return {nearest, farthest};
     }
 
     std::vector<FluxResult> results() const {
@@ -254,17 +256,22 @@ class Tracer {
 };
 
 std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint64_t most, Tracer& tracer) {
+    // The error falls as 1/sqrt(rays).
+    const auto growth = [target](double error) { return 1.05 * std::pow(error / target, 2.0); };
     std::uint64_t rays = std::min<std::uint64_t>(most, 2 * triangles + 16384);
+    tracer.expect(most);
     while (true) {
-        tracer.expect(tracer.emitted() + rays);
         tracer.trace_round(rays);
         const std::uint64_t emitted = tracer.emitted();
-        // As far as the species that will be there first: it need not ride along with the others.
-        const double error = tracer.drop_reached(target);
-        if (error == 0.0 || emitted >= most) return tracer.results();
-        // The error falls as 1/sqrt(rays), but a sparse trace underestimates it: do not leap too far.
-        const double more = std::clamp(1.05 * std::pow(error / target, 2.0) - 1.0, 0.1, 7.0);
-        rays = std::min(most - emitted, static_cast<std::uint64_t>(more * static_cast<double>(emitted)) + 1);
+        const auto [nearest, farthest] = tracer.drop_reached(target);
+        if (nearest == 0.0 || emitted >= most) return tracer.results();
+        const auto spent = static_cast<double>(emitted);
+        if (growth(farthest) * spent < static_cast<double>(most))
+            tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
+        // As far as the species that will be there first: it need not ride along with the others. A sparse
+        // trace underestimates its error: do not leap too far.
+        const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
+        rays = std::min(most - emitted, static_cast<std::uint64_t>(more * spent) + 1);
     }
 }
 

@@ -33,6 +33,7 @@ void add_compare_command(CLI::App& program) {
                                                  ? default_output(recipe->file).concat("-compare")
                                                  : std::filesystem::path(arguments->output);
         const bool quiet = arguments->json == "-";
+        install_interrupt_handler();
         const Json comparison = compare_methods(parsed, output, quiet);
         if (!arguments->json.empty()) write_json(arguments->json, comparison);
         if (quiet) return;

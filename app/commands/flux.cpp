@@ -135,6 +135,12 @@ std::vector<double> parse_sticking(const std::string& text, const std::vector<st
 TriangleMesh read_mended(const std::string& path) {
     TriangleMesh mesh = surface::read_mesh(path);
     const flux::Mending mending = flux::mend(mesh);
+    if (mending.unused > 0)
+        fmt::print(stderr, "sidewall flux: {}: {} vertices that no triangle uses were dropped\n", path,
+                   mending.unused);
+    if (mending.repeated > 0)
+        fmt::print(stderr, "sidewall flux: {}: {} triangles that are listed again were dropped\n", path,
+                   mending.repeated);
     if (mending.welded > 0)
         fmt::print(stderr,
                    "sidewall flux: {}: {} vertices of the same position as another were merged with it\n",
@@ -158,7 +164,8 @@ flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& argumen
         return flux::lateral_box(mesh, {Boundary::reflective, Boundary::reflective});
     } catch (const GeometryError& reason) {
         const auto box = flux::lateral_box(mesh, {Boundary::open, Boundary::open});
-        fmt::print(stderr, "sidewall flux: the sides are taken as open, particles leave there: {}\n",
+        fmt::print(stderr,
+                   "sidewall flux: the sides are taken as open, particles leave there and none come in: {}\n",
                    reason.what());
         return box;
     }
@@ -175,6 +182,11 @@ void check_arguments(const FluxArguments& arguments) {
     const auto extension = std::filesystem::path(arguments.output).extension();
     if (!arguments.output.empty() && extension != ".vtp" && extension != ".csv")
         throw RecipeError(fmt::format("-o {}: must end in .vtp or .csv", arguments.output));
+    for (const std::string& path : {arguments.output, arguments.json})
+        if (path != "-" && std::filesystem::is_directory(path))
+            throw IoError(fmt::format("{}: is a folder; name a file", path));
+    if (!arguments.output.empty() && arguments.output == arguments.json)
+        throw RecipeError(fmt::format("--json {}: is the output file, too; name another", arguments.json));
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
     parse_rays(arguments);
     parse_number<std::uint64_t>(arguments.seed, "--seed");
@@ -276,18 +288,13 @@ void run_flux(const FluxArguments& arguments) {
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
     options.progress = [&](double fraction) { bar->update(100.0 * fraction); };
     options.stop = interrupted;
+    install_interrupt_handler();  // until here Ctrl-C ends the program at once
     const flux::FluxResult result =
         arguments.relative_error
             ? flux::trace_flux_to(*arguments.relative_error, mesh, scene, box, species, materials.of_triangle,
                                   wedges, options)
             : flux::trace_flux(mesh, scene, box, species, materials.of_triangle, wedges, options);
     bar.reset();
-    if (arguments.relative_error && !(result.relative_error <= *arguments.relative_error))
-        throw NumericsError(fmt::format(
-            "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more rays with "
-            "--rays or ask for less",
-            arguments.mesh, result.relative_error, result.emitted, *arguments.relative_error));
-
     const double leakage = static_cast<double>(result.leaked) / static_cast<double>(result.emitted);
     if (leakage > kTolerableLeakage)
         throw NumericsError(fmt::format(
@@ -302,6 +309,12 @@ void run_flux(const FluxArguments& arguments) {
     const Json json = summarise(arguments, mesh, box, result, bvh);
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json != "-") print_summary(json);
+    if (arguments.relative_error && !(result.relative_error <= *arguments.relative_error))
+        throw NumericsError(fmt::format(
+            "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: allow more rays with "
+            "--rays or ask for less",
+            arguments.mesh, result.relative_error, result.emitted, *arguments.relative_error,
+            arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)"));
 }
 
 }  // namespace
@@ -341,7 +354,8 @@ void add_flux_command(CLI::App& program) {
         ->add_option(
             "--boundary", arguments->boundary,
             "Sides of the domain: reflective, periodic or open; X,Y sets them apart (default reflective if "
-            "the surface ends on a rectangle, else open)")
+            "the surface ends on a rectangle, else open). No particle comes in through open sides: the source "
+            "is the surface's bounding rectangle")
         ->type_name("KIND");
     command->add_option("--seed", arguments->seed, "Of the random numbers (default 1)")->type_name("k");
     command->add_option("--json", arguments->json, "Write a summary; - prints it, and nothing else")

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "app/commands.hpp"
+#include "app/output.hpp"
 #include "app/recipe_options.hpp"
 #include "app/simulation.hpp"
 
@@ -72,6 +73,7 @@ void add_run_command(CLI::App& program) {
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command(*recipe, *options);
+        install_interrupt_handler();
         const RunResult result = run_recipe(parsed, *options);
         if (!options->quiet) print_report(result, *options);
     });

@@ -24,6 +24,7 @@ void run(const StudyArguments& arguments) {
     options.sticking = arguments.sticking;
     options.quiet = arguments.json == "-";
     if (arguments.quick) options.removals = {0.5, 0.9};
+    install_interrupt_handler();
     const Json study = run_study(options);
     if (!arguments.json.empty()) write_json(arguments.json, study);
     if (!options.quiet) fmt::print("{}\nresults in {}\n", study_report(study), options.output.string());

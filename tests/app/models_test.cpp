@@ -84,7 +84,7 @@ TEST_CASE("directional: V follows the cosine to the source, and only where the s
     CHECK(tilted.speed("Si", {}, Vec3(0.6, 0.0, 0.8)) == Approx(-2.0));
 }
 
-TEST_CASE("single_particle: V is rate times flux; at flux 1 a blanket wafer moves at its rate") {
+TEST_CASE("single_particle: V is rate times flux, and at flux 1 a blanket wafer moves at its rate") {
     const Case film = step(
         "model = \"single_particle\"\nrate = 1.5\nsticking = { Si = 0.2, Mask = 0.0, default = 0.1 }\n"
         "source_exponent = 3\ndeposit = \"SiO2\"\n");

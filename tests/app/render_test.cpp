@@ -219,7 +219,7 @@ TEST_CASE("ticks are round, within the range and about as many as wanted") {
     CHECK(round_ticks(std::nan(""), 1.0, 5).count == 0);
 }
 
-TEST_CASE("colours survive the way to eight bits; the map's brightness rises from end to end") {
+TEST_CASE("colours survive the way to eight bits, and the map's brightness rises from end to end") {
     for (const char* hex : {"#000000", "#ffffff", "#123456", "#8fa3b8"}) {
         const auto [r, g, b] = to_srgb(colour_from_hex(hex));
         CHECK(fmt::format("#{:02x}{:02x}{:02x}", r, g, b) == hex);

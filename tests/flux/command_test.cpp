@@ -216,6 +216,7 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
     fractional.triangle_attributes[0].values[3] = 1.5;
     shop.write("fractional.vtp", fractional);
     std::ofstream(shop.folder / "text.vtp") << "not a mesh\n";
+    std::filesystem::create_directory(shop.folder / "folder.vtp");
 
     const auto [arguments, code, message] = GENERATE(table<std::string, int, std::string>({
         {"", 2, "mesh is required"},
@@ -235,7 +236,6 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
         {"trench.vtp --rays many", 2, "many"},
         {"trench.vtp --relative-error 0", 2, "relative_error = 0"},
         {"trench.vtp --relative-error nan", 2, "relative_error = nan"},
-        {"trench.vtp --relative-error 1e-4 --rays 10000", 4, "allow more rays"},
         {"trench.vtp --source-exponent -1", 2, "source_exponent = -1"},
         {"trench.vtp --source-exponent nan", 2, "source_exponent = nan"},
         {"trench.vtp --sticking 1.4", 2, "must be in [0, 1]"},
@@ -253,6 +253,9 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
         {"trench.vtp --seed -4", 2, "--seed"},
         {"trench.vtp --seed 1e3", 2, "--seed"},
         {"trench.vtp -o result.stl", 2, ".vtp or .csv"},
+        {"trench.vtp -o folder.vtp", 5, "folder.vtp: is a folder"},
+        {"trench.vtp -o result.csv --json folder.vtp", 5, "folder.vtp: is a folder"},
+        {"trench.vtp -o same.csv --json same.csv", 2, "--json same.csv: is the output file, too"},
         {"trench.vtp --rays 1000 -o /proc/sidewall/result.csv", 5, "/proc/sidewall"},
         {"trench.vtp --rays 1000 --json /proc/sidewall/result.json", 5, "/proc/sidewall"},
         {"trench.vtp --threads 0", 2, "threads"},
@@ -266,5 +269,61 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
     CHECK(outcome.out.empty());
     // Only a summary that cannot be written comes after a result that could.
     CHECK(std::filesystem::exists(shop.folder / "result.csv") ==
-          (arguments.find("--json") != std::string::npos));
+          (arguments.find("--json /proc") != std::string::npos));
+}
+
+TEST_CASE("a target error out of reach ends with code 4 and says so, and what was traced is kept") {
+    const Workshop shop;
+    shop.write("trench.vtp", two_materials());
+    const auto outcome =
+        shop.run("trench.vtp --relative-error 1e-4 --rays 10000 -o result.csv --json result.json");
+    CHECK(outcome.code == 4);
+    CHECK_THAT(outcome.error, Contains("above the 0.0001 asked for") && Contains("allow more rays"));
+    CHECK(nlohmann::json::parse(slurp(shop.folder / "result.json"))["relative_error"] > 1e-4);
+    CHECK_THAT(slurp(shop.folder / "result.csv"), Contains("triangle,x,y,z,area,flux,flux_error"));
+}
+
+TEST_CASE("vertices without triangle and triangles listed again do not change the flux") {
+    const Workshop shop;
+    const auto mesh = two_materials();
+    auto untidy = mesh;
+    untidy.vertices.insert(untidy.vertices.begin(), Vec3(50.0, -3.0, 90.0));
+    for (Triangle& t : untidy.triangles)
+        for (std::uint32_t& v : t) ++v;
+    auto& [a, b, c] = untidy.triangles[9];
+    untidy.triangles.push_back({a, c, b});
+    untidy.triangle_attributes[0].values.push_back(2.0);
+    shop.write("mesh.vtp", mesh);
+    shop.write("untidy.vtp", untidy);
+    const std::string options = " --rays 3200 --boundary reflective --sticking 2=0.1,7=1 --json -";
+    const auto expected = shop.run("mesh.vtp" + options), outcome = shop.run("untidy.vtp" + options);
+    CHECK(outcome.code == 0);
+    CHECK_THAT(outcome.error, Contains("1 vertices that no triangle uses were dropped") &&
+                                  Contains("1 triangles that are listed again were dropped"));
+    CHECK(nlohmann::json::parse(outcome.out)["segments"] == nlohmann::json::parse(expected.out)["segments"]);
+}
+
+TEST_CASE("what flies past the rim of a round plate has escaped, and through a hole it has leaked") {
+    const Workshop shop;
+    TriangleMesh plate = disk(32);  // with a pit as wide as half of it
+    for (std::uint32_t k = 1; k <= 32; ++k) plate.vertices.push_back(0.5 * plate.vertices[k]);
+    plate.vertices[0].z() = -2.0;
+    plate.triangles.clear();
+    for (std::uint32_t k = 0; k < 32; ++k) {
+        const std::uint32_t next = (k + 1) % 32, out = 1 + k, out2 = 1 + next, in = 33 + k, in2 = 33 + next;
+        plate.triangles.push_back({0, in, in2});
+        plate.triangles.push_back({in, out, out2});
+        plate.triangles.push_back({in, out2, in2});
+    }
+    shop.write("plate.ply", plate);
+    const auto outcome = shop.run("plate.ply --rays 100000 --json -");
+    CHECK(outcome.code == 0);
+    const auto json = nlohmann::json::parse(outcome.out);
+    CHECK(json["leaked"] == 0);
+    CHECK(json["escaped"] > 20000);  // beside the disk alone are 1 - pi / 4 of the source
+    plate.triangles.erase(plate.triangles.begin() + 15);
+    shop.write("holed.ply", plate);
+    const auto leaky = shop.run("holed.ply --rays 100000 --json -");
+    CHECK(leaky.code == 4);
+    CHECK_THAT(leaky.error, Contains("went through the surface"));
 }

@@ -143,7 +143,8 @@ TEST_CASE("a tilted beam of any width brings flux 1 to an open plane") {
     CHECK(all_of(mesh, result).flux == Approx(1.0).epsilon(1e-12));
 }
 
-TEST_CASE("mirror walls at 45 degrees send a beam across and back up; at 60 degrees it is met three times") {
+TEST_CASE(
+    "mirror walls at 45 degrees send a beam across and back up, and at 60 degrees it is met three times") {
     const double sticking = 0.3, go_on = 1.0 - sticking;
     Species beam = parallel_beam(0.0);
     beam.sticking = {sticking};

@@ -97,6 +97,17 @@ TEST_CASE("surfaces that do not end on a rectangle are refused, with the place a
     refused(mesh, kPeriodic, "once around");
 }
 
+TEST_CASE("a surface has its rim inside the box if its one boundary is not the rectangle's") {
+    CHECK_FALSE(lateral_box(plane(), kOpen).rim_inside);
+    CHECK_FALSE(lateral_box(tetrahedron(), kOpen).rim_inside);
+    auto mesh = plane();
+    mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);  // a corner
+    CHECK(lateral_box(mesh, kOpen).rim_inside);
+    mesh = plane();
+    mesh.triangles.erase(mesh.triangles.begin() + 10);  // in the middle
+    CHECK_FALSE(lateral_box(mesh, kOpen).rim_inside);
+}
+
 TEST_CASE("coordinates rounded to single precision still end on their rectangle") {
     auto mesh = turned(extrude(trench_profile(3.0, 0.1, {}, {}), std::sqrt(2.0), 3));
     mesh.vertices[2].x() += 4e-8;

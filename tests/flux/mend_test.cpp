@@ -63,7 +63,7 @@ TEST_CASE("a surface wholly inside out is turned over, as one piece or as loose 
     }
 }
 
-TEST_CASE("a floating body inside out is turned over; a buried cavity, which nobody sees, stays") {
+TEST_CASE("a floating body inside out is turned over, but a buried cavity, which nobody sees, stays") {
     auto mesh = extrude({{-2.0, 0.0}, {2.0, 0.0}}, 4.0, 5);
     const std::size_t ground = mesh.triangles.size();
     for (const double z : {3.0, -3.0}) {  // above, where it is wrong, and below, where it is right

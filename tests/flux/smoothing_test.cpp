@@ -61,7 +61,7 @@ TEST_CASE("noise is taken down, the mean stays") {
     CHECK(after == Approx(before).epsilon(0.01));
 }
 
-TEST_CASE("a tally sharper than the resolution stays; a constant flux stays whatever its error") {
+TEST_CASE("a tally sharper than the resolution stays, and a constant flux stays whatever its error") {
     const auto mesh = height_field(10, 10, 1.0, 1.0, [](auto, auto) { return 0.0; });
     const Wedges wedges = make_wedges(mesh);
     const FluxField sharp = noisy(wedges, 1e-4);
@@ -72,7 +72,7 @@ TEST_CASE("a tally sharper than the resolution stays; a constant flux stays what
     for (const double f : smoothed_flux(mesh, wedges, constant, kArrivals)) CHECK(f == Approx(2.5));
 }
 
-TEST_CASE("nothing is smeared across a crease") {
+TEST_CASE("nothing is smeared across a crease, with many arrivals or so few that patches pool them") {
     const auto mesh = extrude(trench_profile(1.0, 0.5, {0.5}, {0.5}), 1.0, 4);
     const Wedges wedges = make_wedges(mesh);
     const auto normals = triangle_normals(mesh);
@@ -83,19 +83,27 @@ TEST_CASE("nothing is smeared across a crease") {
         wall[wedges.corner[c]] = std::abs(normals[c / 3].x()) > 0.5;
         field.flux[wedges.corner[c]] = wall[wedges.corner[c]] ? 0.2 : 1.0;
     }
-    const auto smooth = smoothed_flux(mesh, wedges, field, kArrivals);
-    for (std::size_t w = 0; w < wedges.count(); ++w) CHECK(smooth[w] == Approx(wall[w] ? 0.2 : 1.0));
+    for (const std::uint64_t arrivals : {kArrivals, std::uint64_t{300}}) {
+        const auto smooth = smoothed_flux(mesh, wedges, field, arrivals);
+        for (std::size_t w = 0; w < wedges.count(); ++w) CHECK(smooth[w] == Approx(wall[w] ? 0.2 : 1.0));
+    }
 }
 
-TEST_CASE("a wedge that no particle has met takes its neighbours' value") {
+TEST_CASE("a wedge that no particle has met takes its neighbours' value as far as that is chance") {
     const auto mesh = height_field(4, 4, 1.0, 1.0, [](auto, auto) { return 0.0; });
     const Wedges wedges = make_wedges(mesh);
     FluxField field{std::vector<double>(wedges.count(), 1.0), std::vector<double>(wedges.count(), 0.0)};
-    field.flux[12] = 0.0;  // in the middle
-    const auto smooth = smoothed_flux(mesh, wedges, field, kArrivals);
-    CHECK(smooth[12] == Approx(2.0 / 3.0));  // the mean of the linear flux over its own triangles
-    for (std::size_t w = 0; w < wedges.count(); ++w)
-        if (w != 12) CHECK(smooth[w] == 1.0);
+    field.flux[12] = 0.0;  // in the middle of 32 triangles, on six of them
+    // The mean of the linear flux over its triangles, and the surface's; hits that it would bring, of which
+    // the wedge has a third.
+    const double mean = 2.0 / 3.0, all = (32.0 - 2.0) / 32.0;
+    for (const std::uint64_t arrivals : {60u, 100u, 1'000'000u}) {
+        const double hits = static_cast<double>(arrivals) * mean / all * 6.0 / 32.0 / 3.0;
+        const auto smooth = smoothed_flux(mesh, wedges, field, arrivals);
+        CHECK(smooth[12] == Approx(std::exp(-hits) * mean).margin(1e-12));
+        for (std::size_t w = 0; w < wedges.count(); ++w)
+            if (w != 12) CHECK(smooth[w] == 1.0);
+    }
 }
 
 TEST_CASE("a noisy flux moves to the mean of its triangles by the share sigma^2 / (sigma^2 + tau^2)") {
@@ -114,7 +122,8 @@ TEST_CASE("a noisy flux moves to the mean of its triangles by the share sigma^2 
     CHECK(smooth[0] == 1.0);
 }
 
-TEST_CASE("triangles too small to be hit take their surroundings' flux; large ones that are not stay dark") {
+TEST_CASE(
+    "triangles too small to be hit take their surroundings' flux, and large ones that are not stay dark") {
     // The middle vertex's ring is drawn together to a thousandth of a cell, and nothing hits it.
     TriangleMesh mesh = plane(6);
     const Vec3 centre = mesh.vertices[3 * 7 + 3];

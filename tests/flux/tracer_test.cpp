@@ -41,7 +41,7 @@ bool same_bits(const FluxField& a, const FluxField& b) {
 
 }  // namespace
 
-TEST_CASE("every particle is absorbed or escapes; none leaks") {
+TEST_CASE("every particle is absorbed or escapes, and none leaks") {
     SECTION("from a deep trench") {
         const auto mesh = trench(20.0);
         for (const auto& boundary : {kReflective, kPeriodic}) {

@@ -71,7 +71,7 @@ TEST_CASE("fans that touch in a vertex only are different wedges") {
     CHECK(make_wedges(mesh).count() == 6);
 }
 
-TEST_CASE("triangles without area join their neighbours; unused vertices have no wedge") {
+TEST_CASE("triangles without area join their neighbours, and unused vertices have no wedge") {
     TriangleMesh mesh;
     mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0.5, 0, 0}, {0, 1, 0}, {9, 9, 9}};
     mesh.triangles = {{0, 1, 3}, {1, 0, 2}};
