@@ -33,8 +33,8 @@ struct TraceOptions {
     std::function<bool()> stop{};  ///< asked often, by any thread; true ends the trace with Interrupted
 };
 
-/// Where the weight of all particles went, in units of 2^-28 of a particle; exact:
-/// emitted + gained = absorbed + escaped + leaked + lost.
+/// Where the weight of all particles went, in units of 2^-28 of a particle; exact, modulo 2^64 (which 6.9e10
+/// particles fill): emitted + gained = absorbed + escaped + leaked + lost.
 struct Ledger {
     std::uint64_t emitted = 0;
     std::uint64_t gained = 0, lost = 0;  ///< to Russian roulette

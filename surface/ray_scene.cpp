@@ -51,6 +51,8 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     rtcAttachGeometry(impl_->scene, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(impl_->scene);
+    if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE)
+        throw NumericsError("Embree could not build the hierarchy of the mesh: it ran out of memory");
 }
 
 RayScene::~RayScene() = default;

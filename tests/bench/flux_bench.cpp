@@ -192,6 +192,8 @@ void many_rays(const Scene& s) {
     fmt::print("{:<10}{:>12}{:>12}{:>9}{:>9}{:>10}{:>14.1f}{:>12.1f}\n", s.name, result.emitted,
                result.segments, result.leaked, result.rescued, result.ledger.balanced() ? "exact" : "BROKEN",
                static_cast<double>(after.ru_maxrss - before.ru_maxrss) / 1024.0, result.seconds);
+    if (result.leaked > 0 || !result.ledger.balanced())
+        throw NumericsError(s.name + ": particles leaked or the ledger does not balance");
 }
 
 }  // namespace

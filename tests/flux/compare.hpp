@@ -23,7 +23,8 @@ using Groups = std::vector<std::vector<std::size_t>>;  // of triangles
 inline std::vector<std::vector<Mean>> over_seeds(const TriangleMesh& mesh, std::array<Boundary, 2> boundary,
                                                  std::span<const Species> species, std::uint64_t rays,
                                                  std::uint32_t stream, const Groups& groups,
-                                                 std::span<const std::int32_t> materials = {}) {
+                                                 std::span<const std::int32_t> materials = {},
+                                                 double roulette = 1.0) {
     constexpr int kSeeds = 64;
     const surface::RayScene scene(mesh);
     const LateralBox box = lateral_box(mesh, boundary);
@@ -31,9 +32,9 @@ inline std::vector<std::vector<Mean>> over_seeds(const TriangleMesh& mesh, std::
     std::vector<std::vector<Mean>> means(species.size(), std::vector<Mean>(groups.size()));
     std::vector<std::vector<double>> squares(species.size(), std::vector<double>(groups.size(), 0.0));
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-        const std::vector<FluxResult> results =
-            trace_fluxes(mesh, scene, box, species, materials, wedges,
-                         {.rays = rays / kSeeds, .seed = seed, .step = stream, .batches = 16});
+        const std::vector<FluxResult> results = trace_fluxes(
+            mesh, scene, box, species, materials, wedges,
+            {.rays = rays / kSeeds, .seed = seed, .step = stream, .batches = 16, .roulette = roulette});
         for (std::size_t k = 0; k < species.size(); ++k) {
             CHECK(results[k].leaked == 0);
             CHECK(results[k].ledger.balanced());
@@ -58,8 +59,10 @@ inline std::vector<std::vector<Mean>> over_seeds(const TriangleMesh& mesh, std::
 }
 inline std::vector<Mean> over_seeds(const TriangleMesh& mesh, std::array<Boundary, 2> boundary,
                                     const Species& species, std::uint64_t rays, std::uint32_t stream,
-                                    const Groups& groups, std::span<const std::int32_t> materials = {}) {
-    return over_seeds(mesh, boundary, std::span(&species, 1), rays, stream, groups, materials).front();
+                                    const Groups& groups, std::span<const std::int32_t> materials = {},
+                                    double roulette = 1.0) {
+    return over_seeds(mesh, boundary, std::span(&species, 1), rays, stream, groups, materials, roulette)
+        .front();
 }
 
 /// Mean of \p f over the triangle: values at the centres of 64 equal parts.

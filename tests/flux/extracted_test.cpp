@@ -133,7 +133,8 @@ TEST_CASE("an extracted trench, raw or simplified, has the exact radiosity's flu
 TEST_CASE(
     "an extracted hole, raw or simplified, transmits what Clausing computed and its floor sees the opening") {
     const auto method = any_method();
-    const TriangleMesh mesh = simplified(raw_hole(1), method);
+    const int length = GENERATE(1, 4);
+    const TriangleMesh mesh = simplified(raw_hole(length), method);
     Comparison comparison;
     std::uint32_t stream = 0;
     for (const Placed& placed : placements(mesh, 0.3, -0.4)) {
@@ -143,7 +144,7 @@ TEST_CASE(
         double plate = 0.0, depth = 0.0;
         for (std::size_t t = 0; t < placed.mesh.triangles.size(); ++t) {
             const Vec3 c = triangle_centroid(placed.mesh, t);
-            const bool wall = is_wall(placed.mesh, t), deep = c.z() < -0.5;
+            const bool wall = is_wall(placed.mesh, t), deep = c.z() < -0.5 * length;
             materials.push_back(wall ? 1 : 0);
             if (wall) continue;
             if (!deep) {
@@ -157,7 +158,7 @@ TEST_CASE(
         }
         // The facets' own circle, of the same area.
         const double area = box.area() - plate, radius = std::sqrt(area / 3.14159265358979);
-        CAPTURE(simplify::to_string(method), placed.how, radius);
+        CAPTURE(simplify::to_string(method), length, placed.how, radius);
         CHECK(std::abs(radius - 1.0) < 0.002);
         const Mean all = over_seeds(placed.mesh, kPeriodic, {"test", 1.0, {1.0, 0.0}}, 1'000'000, stream++,
                                     floor, materials)[0];
@@ -165,6 +166,7 @@ TEST_CASE(
         for (const std::size_t t : floor[0]) floor_area += triangle_area(placed.mesh, t);
         comparison.check({all.flux * floor_area / area, all.error * floor_area / area},
                          clausing_transmission(depth / radius));
+        if (length > 1) continue;  // the deep floor's view factors: reference_test.cpp
         const auto means =
             over_seeds(placed.mesh, kPeriodic, {"test", 1.0, {1.0}}, 2'500'000, stream++, groups);
         for (std::size_t g = 0; g < groups.size(); ++g) {

@@ -346,39 +346,61 @@ TEST_CASE("a cone that the surface cuts keeps its density of angles to the mirro
     }
 }
 
-TEST_CASE("what a hit sputters lands where it flies to, with its own ledger") {
+TEST_CASE("what a hit sputters along the mirrored direction crosses the groove, with its own ledger") {
     const double slope = 45.0 * kDegree, cosine = std::cos(slope);
     Species beam = parallel_beam(0.0);
     beam.redeposition = Redeposition{{"out", Angular::cosine, 0.0, {0.8}, {}}, Reemission::specular, {1.0}};
     const auto mesh = v_groove(slope);
-    SECTION("mirrored: it crosses the groove and stays") {
-        const auto result = trace(mesh, kPeriodic, beam, {.rays = 100'000});
+    const auto result = trace(mesh, kPeriodic, beam, {.rays = 100'000});
+    check_balance(result);
+    REQUIRE(result.others.size() == 1);
+    CHECK(mean_of(mesh, result.others[0]) == Approx(0.8 * cosine * cosine).epsilon(0.002));
+    CHECK(static_cast<double>(result.redeposited.emitted) ==
+          Approx(0.8 * cosine * static_cast<double>(result.ledger.emitted)).epsilon(1e-4));
+    // But for what the beam's spread of 1e-3 lifts over the rim.
+    CHECK(static_cast<double>(result.redeposited.escaped) <
+          2e-3 * static_cast<double>(result.redeposited.emitted));
+}
+
+TEST_CASE("what a trench's floor sputters diffusely arrives as exact view factors and radiosity say") {
+    constexpr double kDepth = 1.5, kYield = 0.7;
+    const double sticking = GENERATE(1.0, 0.4);
+    const TrenchFlux exact = trench_flux(kDepth, sticking, 200, 100, Emitter::floor);
+    // Wall element at height h over a floor of width 1: (1 - h / sqrt(h^2 + 1)) / 2.
+    if (sticking == 1.0)
+        CHECK(exact.wall_mean ==
+              Approx(0.5 * (kDepth - std::sqrt(kDepth * kDepth + 1.0) + 1.0) / kDepth).epsilon(1e-6));
+    Species beam = parallel_beam(0.0);
+    beam.redeposition =
+        Redeposition{{"out", Angular::none, 0.0, {kYield}, {}}, Reemission::diffuse, {sticking}};
+    const auto mesh = extrude(trench_profile(kDepth, 0.2, {0.5}, {0.5}), 1.0);
+    double wall[2]{}, floor[2]{};  // sums over seeds, of values and of squares
+    constexpr int kSeeds = 32;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        const auto result = trace(mesh, kPeriodic, beam, {.rays = 50'000, .seed = seed});
         check_balance(result);
         REQUIRE(result.others.size() == 1);
-        CHECK(mean_of(mesh, result.others[0]) == Approx(0.8 * cosine * cosine).epsilon(0.002));
-        CHECK(static_cast<double>(result.redeposited.emitted) ==
-              Approx(0.8 * cosine * static_cast<double>(result.ledger.emitted)).epsilon(1e-4));
-        // But for what the beam's spread of 1e-3 lifts over the rim.
-        CHECK(static_cast<double>(result.redeposited.escaped) <
-              2e-3 * static_cast<double>(result.redeposited.emitted));
+        double of_wall = 0.0, of_floor = 0.0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+            const double z = triangle_centroid(mesh, t).z();
+            const double caught = triangle_area(mesh, t) * result.others[0].triangle.flux[t];
+            if (z < -1e-9) (z < -kDepth + 1e-9 ? of_floor : of_wall) += caught;
+        }
+        of_wall /= 2.0 * kDepth;
+        for (const auto& [sums, value] : {std::pair(wall, of_wall), {floor, of_floor}}) {
+            sums[0] += value / kSeeds;
+            sums[1] += value * value / kSeeds;
+        }
     }
-    SECTION("diffuse, sticking 0.4: emission into an isosceles groove of 90 degrees") {
-        beam.redeposition->direction = Reemission::diffuse;
-        beam.redeposition->sticking = {0.4};
-        const auto result = trace(mesh, kPeriodic, beam, {.rays = 400'000});
-        check_balance(result);
-        // Each wall sends the share F = 1 - sin(45 deg) to the other (mean view factor of a right-angled
-        // wedge), so that the mean arrivals of a uniform emission E are E F + E F 0.6 F + ... only if the
-        // flux stays uniform; the exact mean comes from the ledger: what stays is 0.4 of what arrives.
-        const double arrives = mean_of(mesh, result.others[0]);
-        const double area = total_area(mesh) / 2.0;  // of the surface a unit of the source's area
-        const double absorbed = static_cast<double>(result.redeposited.absorbed);
-        CHECK(0.4 * arrives * area ==
-              Approx(absorbed / static_cast<double>(result.ledger.emitted)).epsilon(0.01));
-        // First arrivals alone: E F, E = 0.8 cos^2.
-        CHECK(arrives > 0.8 * cosine * cosine * (1.0 - std::sqrt(0.5)));
-        CHECK(arrives <
-              0.8 * cosine * cosine * (1.0 - std::sqrt(0.5)) / (1.0 - 0.6 * (1.0 - std::sqrt(0.5))) * 1.1);
+    // The beam's spread of 1e-3 takes 1e-3 of it from the floor to the foot of the walls, which send half of
+    // theirs back down.
+    constexpr double kSpread = 2e-3;
+    for (const auto& [sums, truth] :
+         {std::pair(wall, kYield * exact.wall_mean), {floor, kYield * exact.floor_mean}}) {
+        const double error = std::sqrt((sums[1] - sums[0] * sums[0]) / (kSeeds - 1));
+        CAPTURE(sticking, sums[0], error, truth);
+        CHECK(error < 0.0025 * kYield * exact.wall_mean);
+        CHECK(std::abs(sums[0] - truth) < 3.5 * error + kSpread * kYield * exact.wall_mean);
     }
 }
 

@@ -8,10 +8,10 @@
 // Converged quadratures that flux tests compare with.
 namespace sidewall::flux {
 
-/// Probability that a molecule passes a tube of the given length and radius 1 whose wall re-emits diffusely:
-/// Clausing's integral equation (1932), collocated at the middle of \p cells rings. Second order in the
-/// cells' size.
-inline double clausing_transmission(double length, int cells) {
+/// Probability that a molecule passes a tube of the given length and radius 1 whose wall re-emits diffusely
+/// what does not stick: Clausing's integral equation (1932), collocated at the middle of \p cells rings.
+/// Second order in the cells' size.
+inline double clausing_transmission(double length, int cells, double sticking) {
     // Of what a ring emits, the share that passes the disk at distance d; minus its derivative is the share
     // per length that meets the wall there.
     const auto to_disk = [](double d) {
@@ -27,20 +27,23 @@ inline double clausing_transmission(double length, int cells) {
         for (int j = 0; j < cells; ++j) {
             const double near = std::abs(i - j) - 0.5, far = std::abs(i - j) + 0.5;
             // The ring's own cell reaches half a cell either way.
-            system(i, j) -=
-                i == j ? 2.0 * (0.5 - to_disk(0.5 * step)) : to_disk(near * step) - to_disk(far * step);
+            system(i, j) -= (1.0 - sticking) * (i == j ? 2.0 * (0.5 - to_disk(0.5 * step))
+                                                       : to_disk(near * step) - to_disk(far * step));
         }
     }
     const Eigen::VectorXd escape = system.partialPivLu().solve(exit);
     const double x = 2.0 + length * length;
     double transmitted = 0.5 * (x - std::sqrt(x * x - 4.0));  // disk to disk
-    for (int i = 0; i < cells; ++i) transmitted += 2.0 * step * to_disk((i + 0.5) * step) * escape[i];
+    for (int i = 0; i < cells; ++i)
+        transmitted += 2.0 * step * to_disk((i + 0.5) * step) * (1.0 - sticking) * escape[i];
     return transmitted;
 }
 
 /// Richardson's extrapolation of the above; good to 1e-6.
-inline double clausing_transmission(double length) {
-    return (4.0 * clausing_transmission(length, 400) - clausing_transmission(length, 200)) / 3.0;
+inline double clausing_transmission(double length, double sticking = 0.0) {
+    return (4.0 * clausing_transmission(length, 400, sticking) -
+            clausing_transmission(length, 200, sticking)) /
+           3.0;
 }
 
 /// View factor from a horizontal element \p offset from the axis, \p depth below a disk of radius 1 (Howell,
@@ -50,8 +53,8 @@ inline double disk_view(double depth, double offset) {
     return 0.5 * (1.0 - (a + h - 1.0) / std::sqrt(z * z - 4.0 * a));
 }
 
-/// Flux in an infinitely long trench of width 1, thermal source, one sticking probability: exact view factors
-/// between strips (Hottel's crossed strings), radiosity on each constant.
+/// Flux in an infinitely long trench of width 1, one sticking probability: exact view factors between strips
+/// (Hottel's crossed strings), radiosity on each constant.
 struct TrenchFlux {
     double wall_mean = 0.0, floor_mean = 0.0;
     std::vector<double> wall, floor;  ///< mean flux of equal strips, downwards and across
@@ -65,7 +68,13 @@ inline double at_position(const std::vector<double>& strips, double position) {
     const double part = position * static_cast<double>(strips.size()) - 0.5 - static_cast<double>(i);
     return (1.0 - part) * strips[i] + part * strips[i + 1];
 }
-inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips) {
+
+/// What emits: the opening (a thermal source), or the floor alone, a cosine law of density 1, whose own
+/// emission does not count as an arrival.
+enum class Emitter { opening, floor };
+
+inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips,
+                              Emitter emitter = Emitter::opening) {
     struct Strip {
         double x0, z0, x1, z1;
         double length() const { return std::hypot(x1 - x0, z1 - z0); }
@@ -92,12 +101,14 @@ inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, in
     Eigen::VectorXd direct(n);
     for (int i = 0; i < n; ++i) {
         const auto a = static_cast<std::size_t>(i);
-        direct[i] = exchange(strips[a], opening) / strips[a].length();
+        direct[i] = emitter == Emitter::opening ? exchange(strips[a], opening) / strips[a].length() : 0.0;
         for (int j = 0; j < n; ++j) {
+            if (i == j) continue;
             const auto b = static_cast<std::size_t>(j);
-            if (i != j)
-                system(i, j) -= (1.0 - sticking) * exchange(strips[std::min(a, b)], strips[std::max(a, b)]) /
-                                strips[a].length();
+            const double view = exchange(strips[std::min(a, b)], strips[std::max(a, b)]) / strips[a].length();
+            system(i, j) -= (1.0 - sticking) * view;
+            if (emitter == Emitter::floor && j >= wall_strips && j < wall_strips + floor_strips)
+                direct[i] += view;
         }
     }
     const Eigen::VectorXd flux = system.partialPivLu().solve(direct);
