@@ -21,22 +21,26 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     // A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it
     // stays out.
     std::vector<std::pair<openvdb::Coord, float>> exposed;
+    std::vector<openvdb::Coord> made;  // origins of the leaves they are in that are new, in ascending order
     const auto layer = phi.getConstUnsafeAccessor();
     for (auto leaf = surface.tree().cbeginLeaf(); leaf; ++leaf) {
         const Leaf* own = layer.probeConstLeaf(leaf->origin());
         if (own && own->getValueMask() == leaf->getValueMask()) continue;
         // A missing leaf lies wholly on one side.
         if (!own && !inside(phi, leaf->cbeginValueOn().getCoord())) continue;
+        if (!own) made.push_back(leaf->origin());
         for (auto it = leaf->cbeginValueOn(); it; ++it)
             if (!own || (!own->isValueOn(it.pos()) && own->getValue(it.pos()) < 0.0f))
                 exposed.emplace_back(it.getCoord(), *it);
     }
     auto writer = phi.getAccessor();
     for (const auto& [c, v] : exposed) writer.setValueOn(c, v);
+    std::sort(made.begin(), made.end());
     openvdb::tree::LeafManager<Grid::TreeType> leaves(phi.tree());
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(phi.tree());
     leaves.foreach ([&](Leaf& leaf, std::size_t) {
-        flood(leaf);  // a leaf made just now has the outside background everywhere else
+        // A leaf made just now has the outside background everywhere else.
+        if (std::binary_search(made.begin(), made.end(), leaf.origin())) flood(leaf);
         const auto top = surface.getConstUnsafeAccessor();
         const Leaf* above = top.probeConstLeaf(leaf.origin());
         const auto first = leaf.cbeginValueOn();
