@@ -124,7 +124,8 @@ struct Reader {
     }
     void operator()(ByMaterial* target) const {
         const toml::table* table = node.as_table();
-        target->named.clear();
+        // A table says what differs from the key's default; a number or a `default` of its own replace it.
+        if (table == nullptr || table->contains("default")) target->named.clear();
         if (table == nullptr) {
             target->fallback =
                 read_number(node, path, rule, " or a table by material, e.g. { Si = 0.2, default = 0.1 }");

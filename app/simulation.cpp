@@ -26,6 +26,17 @@ double next_stop(const RunState& state, const Recipe& recipe, double step_start,
     return recipe.output.every ? std::min(end, static_cast<double>(state.saved) * *recipe.output.every) : end;
 }
 
+// A stop condition that makes a step do nothing, or that nothing will ever meet.
+void note_stop(const Step& step, std::size_t number, double to_stop) {
+    const std::string& name = step.name.empty() ? step.model : step.name;
+    if (to_stop == 0.0)
+        fmt::print(stderr, "step {} ({}): its stop condition holds before it begins: it does nothing\n",
+                   number + 1, name);
+    else if (std::isinf(to_stop) && !step.stop_material.empty())
+        fmt::print(stderr, "step {} ({}): there is no {} on the wafer for stop_material to meet\n",
+                   number + 1, name, step.stop_material);
+}
+
 // Equal time steps up to the next stop, each moving the front at most cfl dx.
 double time_step(double left, double speed, double spacing, double cfl) {
     if (speed <= 0.0) return left;
@@ -139,6 +150,7 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
                 traced ? trace(begins) : carried_surface(model, state.stack, state.coverage, state.timing);
             if (traced) state.reuse.left = 0;  // a run resumed here traces, too
             const double to_stop = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
+            if (begins) note_stop(step, state.step, to_stop);
             if (to_stop == 0.0) break;
             levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (writer.due(state)) writer.save(state, model, surface);

@@ -10,6 +10,7 @@
 #include "app/species_flux.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/voids.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
 #include "surface/error.hpp"
@@ -276,6 +277,31 @@ void interpolate(const SurfaceFlux& surface, std::uint32_t triangle, double u, d
         values[n++] = flux::interpolate(surface.wedges, theta, triangle, u, v);
 }
 
+namespace {
+
+// The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
+// none.
+std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const SurfaceFlux& surface,
+                                         const levelset::Extension& extension) {
+    const levelset::Domain& domain = stack.domain;
+    const std::vector<std::uint8_t> triangles = levelset::sealed_off(surface.raw, domain);
+    std::vector<std::uint8_t> sealed;
+    if (triangles.empty()) return sealed;
+    sealed.resize(extension.samples.size());
+    const surface::RayScene scene(surface.raw);
+    tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
+        const levelset::SurfaceSample& s = extension.samples[n];
+        const double dx = domain.spacing;
+        const Vec3 foot(domain.min[0] + dx * (s.node.x() + static_cast<double>(s.foot.x())),
+                        domain.min[1] + dx * (s.node.y() + static_cast<double>(s.foot.y())),
+                        dx * (s.node.z() + static_cast<double>(s.foot.z())));
+        if (const auto nearest = scene.closest_point(foot, dx)) sealed[n] = triangles[nearest.triangle];
+    });
+    return sealed;
+}
+
+}  // namespace
+
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
                                 const SurfaceFlux& surface, Timing& timing) {
     levelset::Extension extension;
@@ -285,6 +311,8 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                   : levelset::extend_without_mesh(stack.top(), stack.domain);
     }
     const PhaseClock clock(timing.rates);
+    std::vector<std::uint8_t> sealed;
+    if (model.species.empty()) sealed = sealed_samples(stack, surface, extension);
     const std::size_t tallies = surface.wedge_flux.size(), stride = tallies + surface.coverage.size(),
                       count = extension.samples.size();
     std::vector<double> values(count * stride);
@@ -304,15 +332,24 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
         }
     });
     std::vector<int> materials;
-    for (const levelset::Layer& layer : stack.layers) materials.push_back(layer.material);
+    std::vector<Vec3> dissipation;
+    for (const levelset::Layer& layer : stack.layers) {
+        materials.push_back(layer.material);
+        if (!model.dissipation.empty())
+            dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
+    }
     auto speed = [materials = std::move(materials), speed_of = model.speed, tallies, stride,
-                  values = std::move(values),
-                  seen = std::move(seen)](std::size_t sample, std::size_t layer, const Vec3& normal) {
+                  values = std::move(values), seen = std::move(seen),
+                  sealed = std::move(sealed)](std::size_t sample, std::size_t layer, const Vec3& normal) {
+        if (!sealed.empty() && sealed[sample] != 0) return 0.0;
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
         return speed_of({materials[layer], here.first(tallies), normal, seen.empty() || seen[sample] != 0,
                          here.subspan(tallies)});
     };
-    return levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
+    levelset::Motion motion =
+        levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
+    motion.dissipation = std::move(dissipation);
+    return motion;
 }
 
 }  // namespace sidewall::app

@@ -65,27 +65,28 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
     return moved > 0.0 ? -(moved - speed * left) / duration : speed;
 }
 
-// Local Lax-Friedrichs: H at the mean gradient less dissipation by the largest dH/dp between the one-sided
-// ones.
 template <class SpeedOf>
-double lax_friedrichs(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
-    const auto hamiltonian = [&](const Vec3& p) {
-        const double length = p.norm();
-        return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
-    };
-    const Vec3 middle = 0.5 * (minus + plus);
+double hamiltonian(const Vec3& p, SpeedOf&& speed) {
+    const double length = p.norm();
+    return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
+}
+
+// The largest |dH/dp| by axis at the one-sided gradients and between them.
+template <class SpeedOf>
+Vec3 local_dissipation(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
     Vec3 dissipation = Vec3::Zero();
-    for (const Vec3* p : {&minus, &middle, &plus}) {
-        const double step = 1e-3 * std::max(p->norm(), 1e-6);
+    for (const Vec3& p : {minus, Vec3(0.5 * (minus + plus)), plus}) {
+        const double step = 1e-3 * std::max(p.norm(), 1e-6);
         for (int axis = 0; axis < 3; ++axis) {
-            Vec3 low = *p, high = *p;
+            Vec3 low = p, high = p;
             low[axis] -= step;
             high[axis] += step;
             dissipation[axis] =
-                std::max(dissipation[axis], std::abs(hamiltonian(high) - hamiltonian(low)) / (2.0 * step));
+                std::max(dissipation[axis],
+                         std::abs(hamiltonian(high, speed) - hamiltonian(low, speed)) / (2.0 * step));
         }
     }
-    return hamiltonian(middle) - 0.5 * dissipation.dot(plus - minus);
+    return dissipation;
 }
 
 // What a stage needs besides phi; values per sample where V does not depend on the normal.
@@ -126,7 +127,11 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sa
                 return speed_over(in.stack, in.motion, index, normal, in.duration);
             };
             if (in.options.scheme == Scheme::lax_friedrichs) {
-                h[n] = static_cast<float>(lax_friedrichs(minus, plus, speed_of));
+                const auto& bounds = in.motion.dissipation;
+                const Vec3 dissipation = bounds.empty() ? local_dissipation(minus, plus, speed_of)
+                                                        : bounds[exposed(in.stack, in.motion, index)];
+                h[n] = static_cast<float>(hamiltonian(Vec3(0.5 * (minus + plus)), speed_of) -
+                                          0.5 * dissipation.dot(plus - minus));
                 continue;
             }
             const Vec3 gradient = minus + plus;
@@ -267,9 +272,14 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
             integrate<3>(stack, motions, stages, duration, options);
             break;
         case Scheme::weno3:
-        case Scheme::lax_friedrichs:
             integrate<2>(stack, motions, stages, duration, options);
             break;
+        case Scheme::lax_friedrichs:
+            if (motions.front().dissipation.empty()) {
+                integrate<2>(stack, motions, stages, duration, options);
+                break;
+            }
+            [[fallthrough]];
         case Scheme::engquist_osher:
             integrate<1>(stack, motions, stages, duration, options);
             break;
@@ -285,7 +295,7 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
 
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal) {
-    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}};
+    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}, {}};
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;

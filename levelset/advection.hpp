@@ -21,6 +21,9 @@ struct Motion {
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
     std::vector<float> thickness;    ///< samples x (layers - 1): depth of each lower layer below the sample
                                      ///< (LayerDepths); world
+    /// By layer: bounds of |dH/dp| along the axes where V(n) makes H = |p| V(p/|p|) no convex function; else
+    /// empty.
+    std::vector<Vec3> dissipation;
 };
 
 /// Prepares a step. \p extension as of the stack's surface.
@@ -41,9 +44,10 @@ struct AdvectionSeconds {
 /// layers. Where V etches into another material within the step, the rest of the time counts with that
 /// material's speed. Parallel, deterministic.
 ///
-/// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs (local, on WENO3
-/// differences; Crandall and Lions, Math. Comput. 43 (1984) 1) takes V(n) anywhere between the one-sided
-/// gradients.
+/// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs takes V(n) at the
+/// mean of the one-sided gradients and adds dissipation: local, on WENO3 differences, or by the motion's bounds
+/// on first-order ones, which is monotone and so finds the slow faces of a crystal (Crandall and Lions, Math.
+/// Comput. 43 (1984) 1).
 ///
 /// \param motions  V, one for the whole step, or one for each stage of the time integration: the first as of
 ///                 \p stack, the others as of the surfaces that advect_to_stage makes of it.

@@ -17,8 +17,12 @@ using CrystalAxes = std::array<Vec3, 3>;
 /// between them (Hubbard; Radjenovic et al., Sensors 10, 4950 (2010)). \p normal need not have unit length.
 double crystal_rate(const Vec3& normal, const CrystalAxes& axes, const CrystalRates& rates);
 
-/// The largest sum of |dH/dp| over the axes of the grid, H = |p| V(p/|p|): what limits the time step.
-double crystal_bound(const CrystalAxes& axes, const CrystalRates& rates);
+/// Of |dH/dp| along the axes of the grid, H = |p| V(p/|p|), over all directions.
+struct CrystalBound {
+    Vec3 by_axis = Vec3::Zero();  ///< the largest along each
+    double sum = 0.0;             ///< the largest sum over them
+};
+CrystalBound crystal_bound(const CrystalAxes& axes, const CrystalRates& rates);
 
 /// Axes from two of them, which need be neither of unit length nor quite orthogonal.
 /// \returns zero vectors if they are parallel.

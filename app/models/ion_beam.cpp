@@ -15,9 +15,15 @@ Model make(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
     const auto& coefficients = values.get<std::vector<double>>("yield");
+    const auto& table = values.get<std::vector<double>>("yield_table");
     double sum = 0.0;
     for (const double a : coefficients) sum += a;
-    if (!(std::abs(sum) > 1e-9)) throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
+    if (table.size() == 1)
+        throw KeyError("yield_table", "must have 2 values or more: Y at 0 and at 90 degrees");
+    for (const double y : table)
+        if (!(y >= 0.0)) throw KeyError("yield_table", "must not be negative");
+    if (table.empty() && !(std::abs(sum) > 1e-9))
+        throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
     const double threshold = number("threshold"), energy = number("ion_energy");
     if (threshold >= energy) throw KeyError("threshold", "must be below ion_energy, or nothing etches");
 
@@ -25,7 +31,11 @@ Model make(const Values& values, const Materials& materials) {
     flux::Species ion = ion_species(values, threshold);
     ion.beam = tilted_beam(number("tilt_deg"), number("azimuth_deg"));
     ion.rotating = values.get<bool>("rotating");
-    ion.yields = {{"sputter", flux::Angular::polynomial, threshold, {1.0}, coefficients}};
+    ion.yields = {{"sputter",
+                   table.empty() ? flux::Angular::polynomial : flux::Angular::table,
+                   threshold,
+                   {1.0},
+                   table.empty() ? coefficients : table}};
     const double flat = flux::mean_yield(ion, ion.yields[0]);
     if (!(flat > 0.0)) throw KeyError("yield", "must be positive at the incidence tilt_deg");
     const double redeposition = number("redeposition_rate");
@@ -60,6 +70,8 @@ std::vector<Key> keys() {
          "",
          "a_k of Y = sum a_k cos^k / sum a_k, k from 1; the default is (1 + 9.3 sin^2) cos",
          {.required = false}},
+        {"yield_table", std::vector<double>{}, "",
+         "Y at equal steps of the incidence from 0 to 90 degrees, linear in between; takes the place of yield"},
         {"redeposition_rate", 0.0, "length/time",
          "growth where sputtered material lands, at weight 1; 0: none", kNotNegative},
         {"redeposition_sticking", ByMaterial{1.0}, "", "of sputtered material", kProbability},

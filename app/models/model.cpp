@@ -77,6 +77,7 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
             return unit * speed(point);
         };
         if (model.max_speed) *model.max_speed *= nm_per_s(domain);
+        for (Vec3& bound : model.dissipation) bound *= nm_per_s(domain);
         model.in_nm_per_s = false;
     }
     return model;

@@ -54,6 +54,8 @@ struct Model {
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
     /// sharper.
     std::optional<double> max_speed;
+    /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex.
+    std::vector<Vec3> dissipation;
 };
 
 /// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).

@@ -5,6 +5,7 @@
 
 #include "app/models/crystal.hpp"
 #include "app/models/model.hpp"
+#include "flux/yield.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;
@@ -146,6 +147,19 @@ TEST_CASE("fluorocarbon coverages are the steady state, and decide between polym
               .epsilon(1e-6));
 }
 
+TEST_CASE("a table by material changes what it names in the key's default") {
+    const auto yield = [](const std::string& keys, const char* material) {
+        const Case etch = step("model = \"sf6_o2\"\nduration = 1\n" + keys);
+        return etch.model.species.at(0).yields.at(0).scale.at(
+            static_cast<std::size_t>(*material_id(etch.recipe.materials, material)));
+    };
+    const std::string silicon = "sputter_yield = { Si = 0.05 }\n";
+    CHECK(yield(silicon, "Si") == 0.05);
+    CHECK(yield(silicon, "Mask") == yield("", "Mask"));
+    CHECK(yield("", "Mask") != yield("", "Si"));
+    CHECK(yield("sputter_yield = { Si = 0.05, default = 0.02 }\n", "Mask") == 0.02);
+}
+
 TEST_CASE("ion_beam: a plane tilted by theta etches by the yield curve, a flat wafer at the blanket rate") {
     const double threshold = 20.0, energy = 100.0, root = std::sqrt(energy) - std::sqrt(threshold);
     const auto y = [](double c) { return (1.0 + 9.3 * (1.0 - c * c)) * c; };
@@ -163,7 +177,13 @@ TEST_CASE("ion_beam: a plane tilted by theta etches by the yield curve, a flat w
               Approx(-0.5).epsilon(1e-4));
         CHECK(beam.model.speed(beam.point("Mask", std::vector<double>{1.0, root * y(c)})) == 0.0);
     }
+    const Case tabled = step(
+        "model = \"ion_beam\"\nduration = 1\nrate = 0.5\nion_energy_spread = 0\nyield_table = [1, 3, 0]\n");
+    CHECK(flux::angular_factor(tabled.model.species.at(0).yields.at(0), std::cos(std::acos(-1.0) / 8.0)) ==
+          Approx(2.0));
     const std::string keys = "duration = 1\nmodel = \"ion_beam\"\nrate = { Si = 1 }\ntilt_deg = 20\n";
+    CHECK_THROWS_WITH(step(keys + "yield_table = [1]\n"), Catch::Contains("2 values or more"));
+    CHECK_THROWS_WITH(step(keys + "yield_table = [1, -1]\n"), Catch::Contains("must not be negative"));
     std::string mirrored = kWafer;
     mirrored.replace(mirrored.find("periodic"), 8, "reflective");
     CHECK_THROWS_WITH(parse_recipe(mirrored + keys, "step.toml"), Catch::Contains("would mirror it"));
@@ -238,11 +258,16 @@ TEST_CASE("a crystal's four families of faces move at their rates, in any orient
     }
     // The bound holds for every normal, between the ones that it looks at.
     const CrystalAxes axes = crystal_axes({1, 1, 0}, {-1, 1, 0});
-    const double bound = crystal_bound(axes, rates);
+    const CrystalBound bound = crystal_bound(axes, rates);
+    const auto hamiltonian = [&](const Vec3& p) { return p.norm() * crystal_rate(p, axes, rates); };
     for (int i = 0; i < 3000; ++i) {
         const double z = -1.0 + i / 1500.0, phi = 2.399963 * i;
         const Vec3 n(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
-        CHECK(std::abs(crystal_rate(n, axes, rates)) <= bound);
+        CHECK(std::abs(crystal_rate(n, axes, rates)) <= bound.sum);
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3 aside = n + 1e-3 * Vec3::Unit(axis);
+            CHECK(std::abs(hamiltonian(aside) - hamiltonian(n)) <= 1e-3 * bound.by_axis[axis]);
+        }
     }
     const Case wet =
         step("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 2\nr110 = 1\nr111 = 1\nr311 = 1\n");

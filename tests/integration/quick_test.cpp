@@ -52,7 +52,7 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"ion_beam_trench",
      {{"depth", 0.06, 0.16}, {"cd_at_0.05", 0.1, 0.5}, {"added_volume_PolySi", 1e-5, 1e-3}}},
     {"isotropic_deposition", {{"depth", 6.4, 6.6}, {"added_volume_SiO2", 190.17 * 0.98, 190.17 * 1.02}}},
-    {"pinch_off", {{"film_top", 0.97, 1.03}, {"film_side", 0.1, 0.4}, {"step_coverage_bottom", 0.1, 0.5}}},
+    {"pinch_off", {{"film_top", 1.37, 1.43}, {"film_side", 0.1, 0.4}, {"step_coverage_bottom", 0.1, 0.3}}},
     {"sf6o2_hole",
      {{"depth", 0.6, 1.1},
       {"cd_at_0.1", 0.3, 0.48},
@@ -66,8 +66,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"trench_deposition", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 170.0, 200.0}}},
     {"wet_etch_pit",
      {{"depth", 1.594 - 0.1, 1.594 + 0.1},
-      {"sidewall_angle", 54.74 - 6.0, 54.74 + 6.0},
-      {"undercut", -0.05, 0.2},
+      {"sidewall_angle", 54.74 - 2.0, 54.74 + 2.0},
+      {"undercut", -0.25, 0.05},
       {"added_volume_Mask", 0.0, 0.8}}},
 };
 

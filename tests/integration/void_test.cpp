@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <numeric>
 
 #include "app/simulation.hpp"
@@ -36,9 +37,11 @@ double void_volume(const TriangleMesh& mesh) {
 TEST_CASE("a void that deposition has closed off keeps its volume while the film grows on") {
     const test::Folder folder;
     for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
-        const app::Recipe recipe =
-            app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml",
-                             {"step[0].duration=2.4", "output.every=0.6", "simplify.method=" + method});
+        // The recipe ends with the second surface after the first, on a closed void.
+        const app::Recipe recipe = app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml",
+                                                    {"step[0].duration=2.4", "simplify.method=" + method});
+        REQUIRE(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml").steps[0].duration ==
+                Approx(2.0 * *recipe.output.every));
         app::run_recipe(recipe, {.output = folder.path, .quiet = true});
         const auto volume = [&](int n) {
             return void_volume(
@@ -50,5 +53,27 @@ TEST_CASE("a void that deposition has closed off keeps its volume while the film
         CHECK(closed > 0.1);  // of the trench's 0.94 um^3
         CHECK(later == Approx(closed).epsilon(1e-3));
         CHECK(last == Approx(closed).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("speeds without particles do not reach into a closed void either") {
+    const test::Folder folder;
+    std::ifstream file(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml");
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    for (const std::string step : {"model = \"isotropic\"\nrate = -0.3\n",
+                                   "model = \"isotropic\"\nrate = 0.3\ndeposit = \"Polymer\"\n",
+                                   "model = \"directional\"\ndirectional = -0.1\nisotropic = -0.2\n"}) {
+        app::run_recipe(app::parse_recipe(text + "\n[[step]]\nduration = 0.3\n" + step, "void.toml"),
+                        {.output = folder.path, .quiet = true});
+        const auto surface = [&](int n) {
+            return surface::read_mesh(folder.path / ("surface_000" + std::to_string(n) + ".vtp"));
+        };
+        const double closed = void_volume(surface(2)), last = void_volume(surface(3));
+        CAPTURE(step, closed, last);
+        CHECK(closed > 0.1);
+        CHECK(last == Approx(closed).epsilon(2e-3));
+        // What is open moved.
+        const double before = bounding_box(surface(2)).max.z(), after = bounding_box(surface(3)).max.z();
+        CHECK(std::abs(after - before) == Approx(0.3 * 0.3).margin(0.01));
     }
 }
