@@ -156,7 +156,7 @@ std::vector<Field> fields(FluxSection& flux) {
          {.min = 0.0, .max = 0.5}},
         {"averaging", &flux.averaging, kLength,
          "models see fluxes averaged over the surface within this distance, 0.25 to 8 grid spacings; 0 = as "
-         "traced",
+         "traced, less noise",
          kNotNegative},
         {"stages",
          &flux.stages,

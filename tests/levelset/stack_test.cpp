@@ -87,6 +87,33 @@ TEST_CASE(
         }
 }
 
+TEST_CASE(
+    "a mask undercut by four times its thickness in long time steps loses no more than its lower edges") {
+    const Domain domain = make_domain({128.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
+    for (const double bottom : {0.0, 0.3, 0.8}) {
+        Shape silicon, mask;
+        silicon.top = bottom;
+        mask.kind = ShapeKind::trench;
+        mask.top = bottom + 10.0;
+        mask.width = 20.0;
+        mask.depth = std::numeric_limits<double>::infinity();
+        MaterialStack stack = make_stack(domain, {{0, silicon}, {1, mask}});
+        const auto volume = [&](const Grid& grid) { return test::volume_above_zero(grid, domain); };
+        const auto mask_volume = [&] { return volume(stack.top()) - volume(*stack.layers[0].phi); };
+        const double before = mask_volume(), silicon_before = volume(*stack.layers[0].phi);
+        test::move(stack, 40.0, {Scheme::weno3, TimeIntegration::euler, 0.5},
+                   [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
+        CAPTURE(bottom, before - mask_volume());
+        // Two edges, 2 long, each at most a cell's area.
+        CHECK(std::abs(before - mask_volume()) < 2.0 * 2.0);
+        // The floor as wide as the window, and a quarter circle under either side of the mask; the front is
+        // where it should be to within a cell.
+        const double etched = 2.0 * (20.0 * 40.0 + 0.5 * std::numbers::pi * 40.0 * 40.0),
+                     front = 2.0 * (20.0 + std::numbers::pi * 40.0);
+        CHECK(silicon_before - volume(*stack.layers[0].phi) == Approx(etched).margin(front));
+    }
+}
+
 TEST_CASE("under a mask the silicon etches up to the mask and no farther") {
     // Within the half cell that a time step moves; then the mask is what is exposed.
     const Domain domain = make_domain({40.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
