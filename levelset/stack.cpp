@@ -205,6 +205,10 @@ void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
         else
             depth[k] = depth[k] < -touching ? depth[k] / along : 2.0f * touching;
     }
+    // No layer lies above the one over it. Where several materials meet under a film, each by itself is
+    // harder to tell than all of them together.
+    for (std::size_t k = layers_.size(); k-- > 1;)
+        if (depth[k] > touching) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }
 
 std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {

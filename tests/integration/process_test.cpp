@@ -239,6 +239,35 @@ measures = ["film"]
     CHECK(hole.metrology("step_coverage_bottom") < 1.02);
 }
 
+TEST_CASE(
+    "a film of a fifth to half a cell guards silicon and the mask flush with it, wherever the walls lie") {
+    for (const double thickness : {0.01, 0.02, 0.025})
+        for (int k = 0; k < 10; ++k) {
+            const std::string width = "width = " + std::to_string(0.8 + 0.01 * k) + "\n";
+            const Outcome etch = run(kStrip + R"([[layer]]
+material = "Si"
+shape = "trench"
+depth = 0.67
+)" + width + R"([[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 0.2
+)" + width + R"([[step]]
+model = "conformal"
+material = "Polymer"
+thickness = )" + std::to_string(thickness) +
+                                     R"(
+[[step]]
+model = "isotropic"
+duration = 1.0
+rate = { Si = -0.3 }
+)");
+            CAPTURE(thickness, width);
+            // Of 0.05 um^3 that would go without the film.
+            CHECK(etch.metrology("removed_volume_Si") < 1e-4);
+        }
+}
+
 TEST_CASE("wet etching leaves the {111} walls of a groove and of an inverted pyramid, which hardly move") {
     // Window 6 um wide, 4 min: the floor sinks by r100 t between walls at 54.74 degrees that move by r111 t.
     const double depth = 4.0 * 0.797, tangent = std::sqrt(2.0), aside = 4.0 * 0.005 * std::sqrt(1.5);
