@@ -16,7 +16,8 @@ namespace {
 
 struct Profile {
     std::vector<surface::Polyline> lines;
-    Vec3 along;  // horizontal axis in the plane
+    Vec3 along;                   // horizontal axis in the plane
+    std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
 
     template <class Use>
     void each_segment(Use&& use) const {
@@ -32,15 +33,19 @@ struct Profile {
 double opening(const Profile& profile, double z) {
     std::vector<double> crossings;
     double left = std::numeric_limits<double>::infinity(), left_z = 0.0;
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q})
-            if (end->dot(profile.along) < left) {
-                left = end->dot(profile.along);
-                left_z = end->z();
+    const auto visit = [&](double from, double from_z, double to, double to_z) {
+        for (const auto& [x, height] : {std::pair(from, from_z), {to, to_z}})
+            if (x < left) {
+                left = x;
+                left_z = height;
             }
-        if ((p.z() > z) == (q.z() > z)) return;
-        const double t = (z - p.z()) / (q.z() - p.z());
-        crossings.push_back((p + t * (q - p)).dot(profile.along));
+        if ((from_z > z) != (to_z > z))
+            crossings.push_back(from + (z - from_z) / (to_z - from_z) * (to - from));
+    };
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        const double from = p.dot(profile.along), to = q.dot(profile.along);
+        visit(from, p.z(), to, q.z());
+        for (const double side : profile.mirrors) visit(2.0 * side - from, p.z(), 2.0 * side - to, q.z());
     });
     std::sort(crossings.begin(), crossings.end());
     double widest = std::numeric_limits<double>::quiet_NaN();
@@ -174,8 +179,16 @@ std::array<double, 3> film(const Profile& surface, const Profile& below) {
             std::isfinite(above) ? above - floor : kNone};
 }
 
-Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane) {
-    return {surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0]};
+Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
+    Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}};
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        if (std::abs(profile.along[axis]) < 1.0 - 1e-9 || domain.side[a] != levelset::Side::reflective)
+            continue;
+        for (const double side : {domain.min[a], domain.max[a]})
+            profile.mirrors.push_back(side * profile.along[axis]);
+    }
+    return profile;
 }
 
 }  // namespace
@@ -191,7 +204,7 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
     const std::string& length = recipe.domain.length_unit;
     const double dx = stack.domain.spacing;
     const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
-    const Profile profile = profile_of(mesh, plane);
+    const Profile profile = profile_of(mesh, plane, stack.domain);
     const double floor = lowest(profile), depth = std::isfinite(floor) ? -floor : kNone;
     const Wall openings = wall(profile, depth, dx);
     std::vector<Measure> measures;
@@ -222,7 +235,7 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
             if (stack.layers.size() > 1)
                 t = film(profile, profile_of(levelset::extract_surface(
                                                  *stack.layers[stack.layers.size() - 2].phi, stack.domain),
-                                             plane));
+                                             plane, stack.domain));
             measures.push_back({"film_top", t[0], length});
             measures.push_back({"film_side", t[1], length});
             measures.push_back({"film_bottom", t[2], length});

@@ -128,6 +128,15 @@ TEST_CASE("a blanket wafer moves at every model's formula") {
     CHECK(blanket("Si", "model = \"ion_beam\"\nrate = 0.2\ntilt_deg = 35\nazimuth_deg = 90\n" + ions) ==
           Approx(0.2).epsilon(kTolerance));
 
+    // Without particles: isotropic, directional, and crystals, whose (100) face it is.
+    CHECK(blanket("Si", "model = \"isotropic\"\nrate = -0.2\n") == Approx(0.2).epsilon(kTolerance));
+    CHECK(blanket("Si", "model = \"directional\"\ndirectional = -0.2\nisotropic = -0.05\n") ==
+          Approx(0.25).epsilon(kTolerance));
+    const std::string faces = "material = \"Si\"\nr100 = 0.2\nr110 = 0.3\nr111 = 0.01\nr311 = 0.3\n";
+    CHECK(blanket("Si", "model = \"wet\"\n" + faces) == Approx(0.2).epsilon(kTolerance));
+    CHECK(blanket("Si", "model = \"epitaxy\"\ndeposit = \"SiGe\"\n" + faces) ==
+          Approx(-0.2).epsilon(kTolerance));
+
     // However wide the beam and its energies are: rates and yields are those of a flat wafer.
     for (const std::string beam :
          {"", "ion_exponent = 10\n", "ion_energy = 25\n", "ion_exponent = 3\ntilt_deg = 50\n"})
@@ -266,6 +275,43 @@ rate = { Si = -0.3 }
             // Of 0.05 um^3 that would go without the film.
             CHECK(etch.metrology("removed_volume_Si") < 1e-4);
         }
+}
+
+TEST_CASE("half a trench at a reflective side measures as the whole one") {
+    const auto measured = [](const std::string& extent, const std::string& window) {
+        return run(R"([domain]
+grid_spacing = 0.05
+boundary = ["reflective", "periodic"]
+extent = )" + extent +
+                   R"(
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "mask"
+thickness = 0.3
+polygons = [{ points = )" +
+                   window +
+                   R"( }]
+[[step]]
+model = "directional"
+duration = 1.0
+directional = { Si = -0.8 }
+isotropic = { Si = -0.1 }
+[metrology]
+measures = ["cd", "sidewall_angle", "bow", "undercut", "aspect_ratio"]
+cd_depths = [0.3]
+)");
+    };
+    const Outcome whole = measured("[2.0, 0.2]", "[-0.4, -1.0, 0.4, -1.0, 0.4, 1.0, -0.4, 1.0]");
+    CHECK(whole.metrology("cd_at_0.3") == Approx(0.94).margin(0.05));
+    for (const char* side :
+         {"[-0.9, -1.0, -0.1, -1.0, -0.1, 1.0, -0.9, 1.0]", "[0.1, -1.0, 0.9, -1.0, 0.9, 1.0, 0.1, 1.0]"}) {
+        const Outcome half = measured("[1.0, 0.2]", side);
+        for (const std::string name : {"cd_at_0.3", "sidewall_angle", "bow", "undercut", "aspect_ratio"})
+            CHECK(half.metrology(name) ==
+                  Approx(whole.metrology(name)).margin(name == "sidewall_angle" ? 0.5 : 0.02));
+    }
 }
 
 TEST_CASE("wet etching leaves the {111} walls of a groove and of an inverted pyramid, which hardly move") {

@@ -23,12 +23,11 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     // Four cycles; a cycle's polymer must guard the walls, or the hole is as wide as it is deep.
     {"bosch_hole",
      {{"depth", 1.4, 2.2},
-      {"cd_at_0.5", 1.9, 2.4},
+      {"cd_at_0.5", 1.8, 2.2},
       {"scallop_pitch", 0.2, 0.8},
       {"scallop_depth", 0.03, 0.3},
-      // Where the film, thinner than a cell, breaks under the mask is a matter of chance; without one the
-      // etch would reach the domain's side, 1.0 from the mask's edge.
-      {"undercut", 0.0, 0.75},
+      // Without the film the etch would reach the domain's side, 1.0 from the mask's edge.
+      {"undercut", 0.0, 0.15},
       {"removed_volume_Mask", 0.5, 2.9},
       {"added_volume_Polymer", 0.1, 1.0}}},
     // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.
