@@ -8,24 +8,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "levelset/block.hpp"
+#include "levelset/limits.hpp"
 #include "levelset/redistance.hpp"
 #include "levelset/upwind.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
-namespace {
 
-using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
-using IndexLeaves = openvdb::tree::LeafManager<const openvdb::Int32Tree>;
-
-// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
     const std::size_t below = stack.layers.size() - 1;
     const auto touching = static_cast<float>(kExposed * stack.domain.spacing);
@@ -33,6 +28,11 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
         if (motion.thickness[sample * below + k] <= touching) return k;
     return below;
 }
+
+namespace {
+
+using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
+using IndexLeaves = openvdb::tree::LeafManager<const openvdb::Int32Tree>;
 
 // Mean speed over the step: an etch that reaches another layer goes on with that layer's speed.
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
@@ -262,106 +262,6 @@ void release_exposed(MaterialStack& stack, const Grid& before) {
             }
         });
     }
-}
-
-// How far a step may raise phi beside the body that it etches. A node in a mask whose nearest surface point
-// is on the silicon that recedes under it moves with that, and would be carried up to cfl dx past the mask's
-// own underside. So no node may come to lie farther from the gas's side of another body than that body's old
-// surface and its own etch rate allow, nor may its neighbours by more than the distance to it.
-class Bodies {
-  public:
-    Bodies(const MaterialStack& stack, const Grid& before, const Motion& motion, double duration)
-        : stack_(stack),
-          motion_(motion),
-          duration_(duration),
-          before_(before.getConstUnsafeAccessor()),
-          sample_of_(*motion.extension.sample_of) {
-        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
-    }
-
-    /// What phi may be after the step at a node, by the bodies that it lies in.
-    float limit(const openvdb::Coord& node) const {
-        float least = std::numeric_limits<float>::infinity();
-        std::int32_t sample = -1;
-        if (!sample_of_.probeValue(node, sample) || sample < 0) return least;
-        const float was = before_.getValue(node);
-        if (!(was < 0.0f)) return least;
-        const auto index = static_cast<std::size_t>(sample);
-        const std::size_t own = exposed(stack_, motion_, index);
-        const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
-        for (std::size_t k = std::max<std::size_t>(own, 1); k <= layers_.size(); ++k) {
-            float below = 0.0f, upper = was;
-            if (!layers_[k - 1].probeValue(node, below)) continue;
-            if (k < layers_.size() && !layers_[k].probeValue(node, upper)) continue;
-            // In the body, or on its underside; where layers coincide it is not there.
-            if (!(upper < 0.0f) || -below > touching || below - upper <= touching) continue;
-            const double lost = most_lost(index, k);
-            if (k > own || lost == 0.0)
-                least = std::min(least, std::max(upper, -below) + static_cast<float>(lost));
-        }
-        return least;
-    }
-
-  private:
-    double most_lost(std::size_t sample, std::size_t layer) const {
-        if (!motion_.depends_on_normal)
-            return std::max(0.0, -motion_.speed(sample, layer, Vec3::UnitZ()) * duration_);
-        // Inert, or nothing is known without the normal.
-        for (const Vec3& normal : {Vec3(0.0, 0.0, 1.0), Vec3(1.0, 0.0, 0.0), Vec3(0.6, 0.48, 0.64)})
-            if (motion_.speed(sample, layer, normal) < 0.0) return std::numeric_limits<double>::infinity();
-        return 0.0;
-    }
-
-    const MaterialStack& stack_;
-    const Motion& motion_;
-    double duration_;
-    Grid::ConstUnsafeAccessor before_;
-    openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> sample_of_;
-    std::vector<Grid::ConstUnsafeAccessor> layers_;
-};
-
-// The limits of one leaf's nodes.
-struct LeafLimits {
-    openvdb::Coord origin;
-    std::vector<std::pair<openvdb::Index, float>> limits;
-};
-
-std::vector<LeafLimits> limits_of(const MaterialStack& stack, const Grid& before, const Motion& motion,
-                                  double duration) {
-    std::vector<LeafLimits> result;
-    for (auto leaf = before.tree().cbeginLeaf(); leaf; ++leaf) result.push_back({leaf->origin(), {}});
-    const auto dx = static_cast<float>(stack.domain.spacing);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.size(), 4), [&](const auto& range) {
-        const Bodies bodies(stack, before, motion, duration);
-        for (std::size_t l = range.begin(); l != range.end(); ++l) {
-            const Leaf& leaf = *before.tree().probeConstLeaf(result[l].origin);
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                const openvdb::Coord node = it.getCoord();
-                float limit = bodies.limit(node);
-                for (int axis = 0; axis < 3; ++axis)
-                    for (const int side : {-1, 1}) {
-                        openvdb::Coord next = node;
-                        next[axis] += side;
-                        limit = std::min(limit, bodies.limit(next) + dx);
-                    }
-                if (limit < before.background()) result[l].limits.emplace_back(it.pos(), limit);
-            }
-        }
-    });
-    std::erase_if(result, [](const LeafLimits& leaf) { return leaf.limits.empty(); });
-    return result;
-}
-
-void keep_within(Grid& grid, const std::vector<LeafLimits>& leaves) {
-    const float background = grid.background();
-    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t l) {
-        Leaf* leaf = grid.tree().probeLeaf(leaves[l].origin);
-        if (leaf == nullptr) return;
-        for (const auto& [n, limit] : leaves[l].limits)
-            if (leaf->isValueOn(n) && leaf->getValue(n) > limit)
-                leaf->setValueOn(n, std::max(limit, std::nextafter(-background, 0.0f)));
-    });
 }
 
 AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motions, std::size_t stages,

@@ -26,6 +26,9 @@ struct Motion {
     std::vector<Vec3> dissipation;
 };
 
+/// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
+std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
+
 /// Prepares a step. \p extension as of the stack's surface.
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal);

@@ -59,9 +59,14 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, const Domain& 
             if (highest == kNone || surface.vertices[v].z() > surface.vertices[highest].z()) highest = v;
         }
     if (pieces.size() < 2) return {};
-    std::vector<double> faces_up(piece.size(), 0.0);  // around each vertex
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-        for (const std::uint32_t v : surface.triangles[t]) faces_up[v] += area_vector(surface, t).z();
+    std::vector<double> faces_up(piece.size(), 0.0);           // around each vertex
+    std::vector<std::uint32_t> flattest(piece.size(), kNone);  // triangle around it
+    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t)
+        for (const std::uint32_t v : surface.triangles[t]) {
+            const double up = area_vector(surface, t).z();
+            faces_up[v] += up;
+            if (flattest[v] == kNone || up > area_vector(surface, flattest[v]).z()) flattest[v] = t;
+        }
 
     // A void has its ceiling at the top; a body that lies in the gas has gas above it, which may be a void's.
     const surface::RayScene scene(surface);
@@ -71,12 +76,13 @@ std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, const Domain& 
     std::vector<std::uint8_t> sealed(piece.size(), 0);  // by piece
     bool any = false;
     for (const std::uint32_t p : pieces) {
-        const Vec3 top = surface.vertices[summit[p]];
         if (faces_up[summit[p]] < 0.0) {
             sealed[p] = 1;
         } else {
-            const auto above = scene.closest_hit(top, Vec3::UnitZ(), 1e-2 * domain.spacing,
-                                                 std::numeric_limits<double>::infinity());
+            // From inside a triangle: the summit itself may lie on a side, where no surface is met for sure.
+            const auto above =
+                scene.closest_hit(triangle_centroid(surface, flattest[summit[p]]), Vec3::UnitZ(),
+                                  1e-2 * domain.spacing, std::numeric_limits<double>::infinity());
             if (above) sealed[p] = sealed[piece[surface.triangles[above.triangle][0]]];
         }
         any = any || sealed[p] != 0;

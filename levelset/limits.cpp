@@ -1,0 +1,104 @@
+#include "levelset/limits.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sidewall::levelset {
+namespace {
+
+class Bodies {
+  public:
+    Bodies(const MaterialStack& stack, const Grid& before, const Motion& motion, double duration)
+        : stack_(stack),
+          motion_(motion),
+          duration_(duration),
+          before_(before.getConstUnsafeAccessor()),
+          sample_of_(*motion.extension.sample_of) {
+        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
+            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
+    }
+
+    // What phi may be after the step at a node, by the bodies that it lies in.
+    float limit(const openvdb::Coord& node) const {
+        float least = std::numeric_limits<float>::infinity();
+        std::int32_t sample = -1;
+        if (!sample_of_.probeValue(node, sample) || sample < 0) return least;
+        const float was = before_.getValue(node);
+        if (!(was < 0.0f)) return least;
+        const auto index = static_cast<std::size_t>(sample);
+        const std::size_t own = exposed(stack_, motion_, index);
+        const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
+        for (std::size_t k = std::max<std::size_t>(own, 1); k <= layers_.size(); ++k) {
+            float below = 0.0f, upper = was;
+            if (!layers_[k - 1].probeValue(node, below)) continue;
+            if (k < layers_.size() && !layers_[k].probeValue(node, upper)) continue;
+            // In the body, or on its underside; where layers coincide it is not there.
+            if (!(upper < 0.0f) || -below > touching || below - upper <= touching) continue;
+            const double lost = most_lost(index, k);
+            if (k > own || lost == 0.0)
+                least = std::min(least, std::max(upper, -below) + static_cast<float>(lost));
+        }
+        return least;
+    }
+
+  private:
+    double most_lost(std::size_t sample, std::size_t layer) const {
+        if (!motion_.depends_on_normal)
+            return std::max(0.0, -motion_.speed(sample, layer, Vec3::UnitZ()) * duration_);
+        // Inert, or nothing is known without the normal.
+        for (const Vec3& normal : {Vec3(0.0, 0.0, 1.0), Vec3(1.0, 0.0, 0.0), Vec3(0.6, 0.48, 0.64)})
+            if (motion_.speed(sample, layer, normal) < 0.0) return std::numeric_limits<double>::infinity();
+        return 0.0;
+    }
+
+    const MaterialStack& stack_;
+    const Motion& motion_;
+    double duration_;
+    Grid::ConstUnsafeAccessor before_;
+    openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> sample_of_;
+    std::vector<Grid::ConstUnsafeAccessor> layers_;
+};
+
+}  // namespace
+
+std::vector<LeafLimits> limits_of(const MaterialStack& stack, const Grid& before, const Motion& motion,
+                                  double duration) {
+    std::vector<LeafLimits> result;
+    for (auto leaf = before.tree().cbeginLeaf(); leaf; ++leaf) result.push_back({leaf->origin(), {}});
+    const auto dx = static_cast<float>(stack.domain.spacing);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.size(), 4), [&](const auto& range) {
+        const Bodies bodies(stack, before, motion, duration);
+        for (std::size_t l = range.begin(); l != range.end(); ++l) {
+            const Leaf& leaf = *before.tree().probeConstLeaf(result[l].origin);
+            for (auto it = leaf.cbeginValueOn(); it; ++it) {
+                const openvdb::Coord node = it.getCoord();
+                float limit = bodies.limit(node);
+                for (int axis = 0; axis < 3; ++axis)
+                    for (const int side : {-1, 1}) {
+                        openvdb::Coord next = node;
+                        next[axis] += side;
+                        limit = std::min(limit, bodies.limit(next) + dx);
+                    }
+                if (limit < before.background()) result[l].limits.emplace_back(it.pos(), limit);
+            }
+        }
+    });
+    std::erase_if(result, [](const LeafLimits& leaf) { return leaf.limits.empty(); });
+    return result;
+}
+
+void keep_within(Grid& phi, const std::vector<LeafLimits>& limits) {
+    const float background = phi.background();
+    tbb::parallel_for(std::size_t{0}, limits.size(), [&](std::size_t l) {
+        Leaf* leaf = phi.tree().probeLeaf(limits[l].origin);
+        if (leaf == nullptr) return;
+        for (const auto& [n, limit] : limits[l].limits)
+            if (leaf->isValueOn(n) && leaf->getValue(n) > limit)
+                leaf->setValueOn(n, std::max(limit, std::nextafter(-background, 0.0f)));
+    });
+}
+
+}  // namespace sidewall::levelset
