@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
+#include "surface/disjoint_sets.hpp"
 #include "surface/error.hpp"
 #include "surface/topology.hpp"
 
@@ -72,15 +72,10 @@ void require_boundary_on_sides(const TriangleMesh& mesh, const Edges& boundary, 
 
 // Whether the edges hang together.
 bool is_one_piece(const Edges& edges, std::size_t vertices) {
-    std::vector<std::uint32_t> parent(vertices);
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
-    for (const auto& [a, b] : edges) parent[root(a)] = root(b);
+    surface::DisjointSets sets(vertices);
+    for (const auto& [a, b] : edges) sets.join(a, b);
     return std::all_of(edges.begin(), edges.end(),
-                       [&](const auto& edge) { return root(edge[0]) == root(edges.front()[0]); });
+                       [&](const auto& edge) { return sets.root(edge[0]) == sets.root(edges.front()[0]); });
 }
 
 }  // namespace

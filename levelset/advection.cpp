@@ -285,15 +285,17 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
             integrate<1>(stack, motions, stages, duration, options);
             break;
     }
-    std::vector<LeafLimits> limits;
+    Grid::TreeType::Ptr limits;
     if (before) {
         limits = limits_of(stack, *before, motions.front(), duration);
-        keep_within(stack.top(), limits);
+        keep_within(stack.top(), *limits);
         release_exposed(stack, *before);
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(stack.top(), stack.domain);
-    keep_within(stack.top(), limits);  // distances to a front that turns sharply are off by a part of a cell
+    if (limits)
+        keep_within(stack.top(),
+                    *limits);  // distances to a front that turns sharply are off by a part of a cell
     cut_layers(stack);
     return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
 }

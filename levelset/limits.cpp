@@ -1,13 +1,18 @@
 #include "levelset/limits.hpp"
 
-#include <tbb/parallel_for.h>
+#include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 namespace sidewall::levelset {
 namespace {
+
+using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
+
+constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
 class Bodies {
   public:
@@ -23,7 +28,7 @@ class Bodies {
 
     // What phi may be after the step at a node, by the bodies that it lies in.
     float limit(const openvdb::Coord& node) const {
-        float least = std::numeric_limits<float>::infinity();
+        float least = kUnlimited;
         std::int32_t sample = -1;
         if (!sample_of_.probeValue(node, sample) || sample < 0) return least;
         const float was = before_.getValue(node);
@@ -64,40 +69,41 @@ class Bodies {
 
 }  // namespace
 
-std::vector<LeafLimits> limits_of(const MaterialStack& stack, const Grid& before, const Motion& motion,
-                                  double duration) {
-    std::vector<LeafLimits> result;
-    for (auto leaf = before.tree().cbeginLeaf(); leaf; ++leaf) result.push_back({leaf->origin(), {}});
-    const auto dx = static_cast<float>(stack.domain.spacing);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, result.size(), 4), [&](const auto& range) {
+Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, const Motion& motion,
+                              double duration) {
+    const auto unlimited = [&] {
+        return std::make_shared<Grid::TreeType>(before.tree(), kUnlimited, openvdb::TopologyCopy());
+    };
+    const Grid::TreeType::Ptr own = unlimited(), result = unlimited();
+    LeafManager(*own).foreach ([&](Leaf& leaf, std::size_t) {
         const Bodies bodies(stack, before, motion, duration);
-        for (std::size_t l = range.begin(); l != range.end(); ++l) {
-            const Leaf& leaf = *before.tree().probeConstLeaf(result[l].origin);
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                const openvdb::Coord node = it.getCoord();
-                float limit = bodies.limit(node);
-                for (int axis = 0; axis < 3; ++axis)
-                    for (const int side : {-1, 1}) {
-                        openvdb::Coord next = node;
-                        next[axis] += side;
-                        limit = std::min(limit, bodies.limit(next) + dx);
-                    }
-                if (limit < before.background()) result[l].limits.emplace_back(it.pos(), limit);
-            }
+        for (auto it = leaf.beginValueOn(); it; ++it) it.setValue(bodies.limit(it.getCoord()));
+    });
+    const auto dx = static_cast<float>(stack.domain.spacing);
+    LeafManager(*result).foreach ([&](Leaf& leaf, std::size_t) {
+        const openvdb::tree::ValueAccessor<const Grid::TreeType, false> at(*own);
+        for (auto it = leaf.beginValueOn(); it; ++it) {
+            const openvdb::Coord node = it.getCoord();
+            float limit = at.getValue(node);
+            for (int axis = 0; axis < 3; ++axis)
+                for (const int side : {-1, 1}) {
+                    openvdb::Coord next = node;
+                    next[axis] += side;
+                    limit = std::min(limit, at.getValue(next) + dx);
+                }
+            it.setValue(limit);
         }
     });
-    std::erase_if(result, [](const LeafLimits& leaf) { return leaf.limits.empty(); });
     return result;
 }
 
-void keep_within(Grid& phi, const std::vector<LeafLimits>& limits) {
-    const float background = phi.background();
-    tbb::parallel_for(std::size_t{0}, limits.size(), [&](std::size_t l) {
-        Leaf* leaf = phi.tree().probeLeaf(limits[l].origin);
-        if (leaf == nullptr) return;
-        for (const auto& [n, limit] : limits[l].limits)
-            if (leaf->isValueOn(n) && leaf->getValue(n) > limit)
-                leaf->setValueOn(n, std::max(limit, std::nextafter(-background, 0.0f)));
+void keep_within(Grid& phi, const Grid::TreeType& limits) {
+    const float least = std::nextafter(-phi.background(), 0.0f);
+    LeafManager(phi.tree()).foreach ([&](Leaf& leaf, std::size_t) {
+        const Leaf* limit = limits.probeConstLeaf(leaf.origin());
+        if (limit == nullptr) return;
+        for (auto it = leaf.beginValueOn(); it; ++it)
+            if (*it > limit->getValue(it.pos())) it.setValue(std::max(limit->getValue(it.pos()), least));
     });
 }
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 
+#include "surface/disjoint_sets.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::levelset {
@@ -14,15 +14,11 @@ namespace {
 
 // The vertex that stands for each vertex's piece of the surface.
 std::vector<std::uint32_t> pieces_of(const TriangleMesh& surface, const Domain& domain) {
-    std::vector<std::uint32_t> parent(surface.vertices.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t v) {
-        while (parent[v] != v) v = parent[v] = parent[parent[v]];
-        return v;
-    };
+    const auto count = static_cast<std::uint32_t>(surface.vertices.size());
+    surface::DisjointSets sets(count);
     for (const auto& [a, b, c] : surface.triangles) {
-        parent[root(b)] = root(a);
-        parent[root(c)] = root(a);
+        sets.join(a, b);
+        sets.join(b, c);
     }
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
@@ -33,16 +29,17 @@ std::vector<std::uint32_t> pieces_of(const TriangleMesh& surface, const Domain& 
             return std::array{std::llround(p[1 - axis] / unit), std::llround(p.z() / unit)};
         };
         std::map<std::array<long long, 2>, std::uint32_t> low;
-        for (std::uint32_t v = 0; v < parent.size(); ++v)
+        for (std::uint32_t v = 0; v < count; ++v)
             if (surface.vertices[v][axis] == domain.min[a]) low.emplace(place(surface.vertices[v]), v);
-        for (std::uint32_t v = 0; v < parent.size(); ++v) {
+        for (std::uint32_t v = 0; v < count; ++v) {
             if (surface.vertices[v][axis] != domain.max[a]) continue;
             if (const auto same = low.find(place(surface.vertices[v])); same != low.end())
-                parent[root(v)] = root(same->second);
+                sets.join(v, same->second);
         }
     }
-    for (std::uint32_t v = 0; v < parent.size(); ++v) parent[v] = root(v);
-    return parent;
+    std::vector<std::uint32_t> piece(count);
+    for (std::uint32_t v = 0; v < count; ++v) piece[v] = sets.root(v);
+    return piece;
 }
 
 }  // namespace

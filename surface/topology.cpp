@@ -3,9 +3,9 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "surface/chain.hpp"
+#include "surface/disjoint_sets.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -14,24 +14,6 @@ struct KeyedCorner {
     std::uint64_t edge;
     std::uint32_t corner;
     bool operator<(const KeyedCorner& o) const { return edge != o.edge ? edge < o.edge : corner < o.corner; }
-};
-
-/// Disjoint sets with path halving; the root is the lowest member, whatever the order of joins.
-class DisjointSets {
-  public:
-    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
-    std::uint32_t root(std::uint32_t i) {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t a, std::uint32_t b) {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
-  private:
-    std::vector<std::uint32_t> parent_;
 };
 
 bool repeats_vertex(const Triangle& t) {

@@ -1,9 +1,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
-#include <numeric>
 
 #include "app/simulation.hpp"
+#include "surface/disjoint_sets.hpp"
 #include "surface/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
@@ -14,20 +14,17 @@ namespace {
 // Volume within the domain of all voids below the wafer's surface: parts of the mesh that do not reach its
 // top. Sides of the domain across y close them: x n_x has no flux through those.
 double void_volume(const TriangleMesh& mesh) {
-    std::vector<std::uint32_t> root(mesh.vertices.size());
-    std::iota(root.begin(), root.end(), 0u);
-    const auto find = [&](std::uint32_t v) {
-        while (root[v] != v) v = root[v] = root[root[v]];
-        return v;
-    };
-    for (const Triangle& t : mesh.triangles)
-        for (int k = 1; k < 3; ++k) root[find(t[static_cast<std::size_t>(k)])] = find(t[0]);
+    surface::DisjointSets sets(mesh.vertices.size());
+    for (const auto& [a, b, c] : mesh.triangles) {
+        sets.join(a, b);
+        sets.join(b, c);
+    }
     std::uint32_t top = 0;
     for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v)
         if (mesh.vertices[v].z() > mesh.vertices[top].z()) top = v;
     double volume = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        if (find(mesh.triangles[t][0]) != find(top))
+        if (sets.root(mesh.triangles[t][0]) != sets.root(top))
             volume -= 0.5 * area_vector(mesh, t).x() * triangle_centroid(mesh, t).x();
     return volume;
 }
