@@ -131,8 +131,17 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sa
                 const auto& bounds = in.motion.dissipation;
                 const Vec3 dissipation = bounds.empty() ? local_dissipation(minus, plus, speed_of)
                                                         : bounds[exposed(in.stack, in.motion, index)];
-                h[n] = static_cast<float>(hamiltonian(Vec3(0.5 * (minus + plus)), speed_of) -
-                                          0.5 * dissipation.dot(plus - minus));
+                const double mean = hamiltonian(Vec3(0.5 * (minus + plus)), speed_of);
+                double flux = mean - 0.5 * dissipation.dot(plus - minus);
+                if (!bounds.empty()) {
+                    // Where V has one sign, so has H: what dissipation alone does to a corner is to fill one
+                    // that an etch leaves, or to take from one that grows. Midway between two fronts the mean
+                    // is 0.
+                    const double sign =
+                        mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
+                    flux = sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0);
+                }
+                h[n] = static_cast<float>(flux);
                 continue;
             }
             const Vec3 gradient = minus + plus;

@@ -21,8 +21,8 @@ struct Motion {
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
     std::vector<float> thickness;    ///< samples x (layers - 1): depth of each lower layer below the sample
                                      ///< (LayerDepths); world
-    /// By layer: bounds of |dH/dp| along the axes where V(n) makes H = |p| V(p/|p|) no convex function; else
-    /// empty.
+    /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
+    /// convex function; else empty.
     std::vector<Vec3> dissipation;
 };
 

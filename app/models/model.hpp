@@ -54,7 +54,7 @@ struct Model {
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
     /// sharper.
     std::optional<double> max_speed;
-    /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex.
+    /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex. V of one sign.
     std::vector<Vec3> dissipation;
 };
 

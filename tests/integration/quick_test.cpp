@@ -67,7 +67,7 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
      {{"depth", 1.594 - 0.1, 1.594 + 0.1},
       {"sidewall_angle", 54.74 - 2.0, 54.74 + 2.0},
       {"undercut", -0.25, 0.05},
-      {"added_volume_Mask", 0.0, 0.8}}},
+      {"added_volume_Mask", 0.0, 0.038}}},
 };
 
 void check_all(const std::string& method) {
