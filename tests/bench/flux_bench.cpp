@@ -26,6 +26,7 @@ using namespace sidewall;
 using bench::cpu_seconds;
 using bench::cpu_seconds_of;
 using bench::keep_best;
+using bench::median;
 using bench::Scene;
 
 namespace {
@@ -145,12 +146,6 @@ void against_embree(const Scene& s) {
     recorder.segments.shrink_to_fit();
 }
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 // Medians of several turns; ratios within each, for a shared machine's speed changes from turn to turn.
 // Ordered rays come the closer together the more they are.
 void against_first_light(const Scene& s) {
@@ -159,25 +154,24 @@ void against_first_light(const Scene& s) {
         std::uint64_t rays;
         int turns;
     };
-    for (const auto& [sticking, rays, turns] : {Case{1.0, kRays, 9}, {0.1, kRays, 5}, {1.0, 8 * kRays, 3}}) {
+    for (const Case& c : {Case{1.0, kRays, 9}, {0.1, kRays, 5}, {1.0, 8 * kRays, 3}}) {
         std::vector<double> random, ordered, engine, to_random, to_ordered;
-        for (int k = 0; k < turns; ++k) {
-            const auto first = [&, sticking = sticking, rays = rays](bool order) {
+        for (int k = 0; k < c.turns; ++k) {
+            const auto first = [&](bool order) {
                 return cpu_seconds_of(
-                    [&] { first_light::trace(s.mesh, s.scene, s.box, sticking, s.wedges, rays, order); });
+                    [&] { first_light::trace(s.mesh, s.scene, s.box, c.sticking, s.wedges, c.rays, order); });
             };
             random.push_back(first(false));
-            engine.push_back(
-                cpu_seconds_of([&, sticking = sticking, rays = rays] { s.trace(sticking, rays); }));
+            engine.push_back(cpu_seconds_of([&] { s.trace(c.sticking, c.rays); }));
             ordered.push_back(first(true));
             to_random.push_back(random.back() / engine.back());
             to_ordered.push_back(ordered.back() / engine.back());
         }
-        const auto rate = [rays = rays](const std::vector<double>& seconds) {
-            return static_cast<double>(rays) / median(seconds) * 1e-6;
+        const auto rate = [&](const std::vector<double>& seconds) {
+            return static_cast<double>(c.rays) / median(seconds) * 1e-6;
         };
-        fmt::print("{:<10}{:>9}{:>12}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}\n", s.name, sticking, rays,
-                   rate(random), rate(ordered), rate(engine), median(to_random), median(to_ordered));
+        fmt::print("{:<10}{:>9}{:>12}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}\n", s.name, c.sticking,
+                   c.rays, rate(random), rate(ordered), rate(engine), median(to_random), median(to_ordered));
     }
 }
 

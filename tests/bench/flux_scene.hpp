@@ -1,36 +1,14 @@
 #pragma once
-#include <algorithm>
-#include <ctime>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "flux/tracer.hpp"
+#include "tests/bench/measure.hpp"
 #include "tests/bench/study_surfaces.hpp"
 
 // What the flux benchmarks share.
 namespace sidewall::bench {
-
-/// CPU seconds of this process so far.
-inline double cpu_seconds() {
-    timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-/// CPU seconds that \p run takes.
-template <class Run>
-double cpu_seconds_of(Run&& run) {
-    const double start = cpu_seconds();
-    run();
-    return cpu_seconds() - start;
-}
-
-/// Keeps the least CPU seconds that \p run took.
-template <class Run>
-void keep_best(double& seconds, Run&& run) {
-    seconds = std::min(seconds, cpu_seconds_of(run));
-}
 
 /// A surface between mirrors, ready to be traced.
 struct Scene {

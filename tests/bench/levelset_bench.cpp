@@ -6,29 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 #include <vector>
 
 #include "levelset/advection.hpp"
 #include "levelset/extract.hpp"
+#include "tests/bench/measure.hpp"
 
 using namespace sidewall;
 using namespace sidewall::levelset;
-
-namespace {
-
-double cpu_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-}
-
-}  // namespace
+using bench::cpu_seconds;
+using bench::median;
 
 int main(int argc, char** argv) {
     const double radius = argc > 1 ? std::atof(argv[1]) : 282.0;

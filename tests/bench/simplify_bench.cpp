@@ -22,6 +22,7 @@
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/quality.hpp"
+#include "tests/bench/measure.hpp"
 #include "tests/bench/study_surfaces.hpp"
 #include "tests/simplify/test_meshes.hpp"
 #ifdef SIDEWALL_MESHOPTIMIZER
@@ -68,8 +69,7 @@ double median_seconds(int repeat, const Run& run) {
         run();
         seconds.push_back(now() - start);
     }
-    std::nth_element(seconds.begin(), seconds.begin() + repeat / 2, seconds.end());
-    return seconds[static_cast<std::size_t>(repeat / 2)];
+    return bench::median(seconds);
 }
 
 #ifdef SIDEWALL_MESHOPTIMIZER
