@@ -67,6 +67,23 @@ class Bodies {
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };
 
+// A body's corner on a node lies on its faces, not in it, and has no limit of its own: there the body's depth
+// is a whole cell at a diagonal neighbour and none at those between.
+float corner_limit(const openvdb::tree::ValueAccessor<const Grid::TreeType, false>& own,
+                   const openvdb::Coord& node, float was, float dx) {
+    constexpr float kTolerance = 0.05f;  // of a cell: what re-distancing and an etch of the body may add
+    if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
+    float diagonal = kUnlimited;
+    for (int n = 0; n < 27; ++n) {
+        const openvdb::Coord step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+        const float limit = own.getValue(node + step);
+        const bool axial = std::abs(step.x()) + std::abs(step.y()) + std::abs(step.z()) <= 1;
+        if (axial && limit < -kTolerance * dx) return kUnlimited;
+        diagonal = std::min(diagonal, limit);
+    }
+    return diagonal < (kTolerance - 1.0f) * dx ? std::max(was, 0.0f) : kUnlimited;
+}
+
 }  // namespace
 
 Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, const Motion& motion,
@@ -82,6 +99,7 @@ Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, co
     const auto dx = static_cast<float>(stack.domain.spacing);
     LeafManager(*result).foreach ([&](Leaf& leaf, std::size_t) {
         const openvdb::tree::ValueAccessor<const Grid::TreeType, false> at(*own);
+        const auto before_at = before.getConstUnsafeAccessor();
         for (auto it = leaf.beginValueOn(); it; ++it) {
             const openvdb::Coord node = it.getCoord();
             float limit = at.getValue(node);
@@ -91,7 +109,7 @@ Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, co
                     next[axis] += side;
                     limit = std::min(limit, at.getValue(next) + dx);
                 }
-            it.setValue(limit);
+            it.setValue(std::min(limit, corner_limit(at, node, before_at.getValue(node), dx)));
         }
     });
     return result;

@@ -93,18 +93,22 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a mask undercut by four times its thickness in long time steps loses no more than its lower edges") {
+    "a mask undercut by four times its thickness loses no more than its lower edges, and less on nodes") {
     const Domain domain = make_domain({128.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
-    for (const double bottom : {0.0, 0.3, 0.8}) {
-        MaterialStack stack = under_slit_mask(domain, bottom, 10.0, 20.0);
+    struct Row {
+        double bottom, cfl;
+    };
+    // In long time steps, and in 500.
+    for (const Row row : {Row{0.0, 0.5}, Row{0.3, 0.5}, Row{0.8, 0.5}, Row{0.0, 0.08}}) {
+        MaterialStack stack = under_slit_mask(domain, row.bottom, 10.0, 20.0);
         const auto volume = [&](const Grid& grid) { return test::volume_above_zero(grid, domain); };
         const auto mask_volume = [&] { return volume(stack.top()) - volume(*stack.layers[0].phi); };
         const double before = mask_volume(), silicon_before = volume(*stack.layers[0].phi);
-        test::move(stack, 40.0, {Scheme::weno3, TimeIntegration::euler, 0.5},
+        test::move(stack, 40.0, {Scheme::weno3, TimeIntegration::euler, row.cfl},
                    [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
-        CAPTURE(bottom, before - mask_volume());
-        // Two edges, 2 long, each at most a cell's area.
-        CHECK(std::abs(before - mask_volume()) < 2.0 * 2.0);
+        CAPTURE(row.bottom, row.cfl, before - mask_volume());
+        // Two edges, 2 long, each at most a cell's area; where they lie on nodes they are held.
+        CHECK(std::abs(before - mask_volume()) < (row.bottom == 0.0 ? 1e-3 * before : 2.0 * 2.0));
         // The floor as wide as the window, and a quarter circle under either side of the mask; the front is
         // where it should be to within a cell.
         const double etched = 2.0 * (20.0 * 40.0 + 0.5 * std::numbers::pi * 40.0 * 40.0),
