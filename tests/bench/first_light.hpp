@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <mutex>
 #include <tuple>
 #include <vector>
@@ -34,10 +35,40 @@ using flux::require_traceable;
 using flux::SideMeeting;
 using flux::Wedges;
 
+/// A mesh as it was handed to Embree then: in whatever instructions the processor has.
+class EmbreeScene {
+  public:
+    explicit EmbreeScene(const TriangleMesh& mesh) {
+        rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+        RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* position = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+        for (const Vec3& vertex : mesh.vertices)
+            for (int axis = 0; axis < 3; ++axis) *position++ = static_cast<float>(vertex[axis]);
+        auto* corner = static_cast<std::uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                    3 * sizeof(std::uint32_t), mesh.triangles.size()));
+        for (const Triangle& triangle : mesh.triangles)
+            corner = std::copy(triangle.begin(), triangle.end(), corner);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene_.get(), geometry);
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(scene_.get());
+    }
+    RTCScene handle() const { return scene_.get(); }
+
+  private:
+    std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device_{
+        rtcNewDevice("start_threads=0,set_affinity=0"), rtcReleaseDevice};
+    std::unique_ptr<RTCSceneTy, decltype(&rtcReleaseScene)> scene_{rtcNewScene(device_.get()),
+                                                                   rtcReleaseScene};
+};
+
 /// What all particles of a trace share: the surface, the box they fly in, and its rounding. Lengths in world
 /// units.
 struct Stage {
     const TriangleMesh& mesh;
+    const EmbreeScene& embree;
     const surface::RayScene& scene;
     LateralBox box;
     double top = 0.0;     ///< height of the source plane; a particle above it has escaped
@@ -122,7 +153,7 @@ inline Met meet(const Stage& stage, const Particle& particle, double back_up, do
     while (true) {
         RTCRayHit query = make_query(origin, particle.direction, t_near, t_far);
         ++landing.segments;
-        rtcIntersect1(stage.scene.handle(), &context, &query);
+        rtcIntersect1(stage.embree.handle(), &context, &query);
         if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return Met::nothing;
         const std::uint32_t triangle = query.hit.primID;
         const bool back = is_behind(stage, particle.direction, query.hit);
@@ -167,14 +198,15 @@ inline void rescue(const Stage& stage, const Trail& trail, Landing& landing) {
     landing.end = End::leaked;
 }
 
-inline Stage make_stage(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box) {
+inline Stage make_stage(const TriangleMesh& mesh, const EmbreeScene& embree, const surface::RayScene& scene,
+                        const LateralBox& box) {
     require_traceable(mesh);
     const Box3 bounds = bounding_box(mesh);
     const double skin = kSkin * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
     // The source is clear of the surface by more than the overlap, but low: grazing particles cross few
     // sides.
     const double margin = 2.0 * kOverlap * skin;
-    return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin};
+    return {mesh, embree, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin};
 }
 
 inline Vec3 outward_normal(const Stage& stage, std::uint32_t triangle) {
@@ -304,10 +336,10 @@ struct Result {
 };
 
 /// Neutrals of one sticking probability from a cos source.
-inline Result trace(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
-                    double sticking, const Wedges& wedges, std::uint64_t rays, bool ordered,
-                    std::uint64_t seed = 1) {
-    const Stage stage = make_stage(mesh, scene, box);
+inline Result trace(const TriangleMesh& mesh, const EmbreeScene& embree, const surface::RayScene& scene,
+                    const LateralBox& box, double sticking, const Wedges& wedges, std::uint64_t rays,
+                    bool ordered, std::uint64_t seed = 1) {
+    const Stage stage = make_stage(mesh, embree, scene, box);
     const RandomKey key = flux::random_key(seed, 0, 0);
     constexpr std::uint64_t kBatches = 32;
     const std::uint64_t batch_rays = (rays + kBatches - 1) / kBatches;

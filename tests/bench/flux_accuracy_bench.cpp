@@ -98,13 +98,14 @@ std::optional<double> to_error(const app::Json& error, const app::FluxPair& pair
 }
 
 Seconds first_tracer(const Scene& raw, double sticking, const app::FluxTruth& truth) {
+    const first_light::EmbreeScene embree(raw.mesh);
     app::FluxPair pair;
     Seconds seconds;
     for (auto* values : {&pair.first, &pair.second}) {
         first_light::Result result;
         const double spent = bench::cpu_seconds_of([&] {
-            result = first_light::trace(raw.mesh, raw.scene, raw.box, sticking, raw.wedges, kRays / 4, false,
-                                        values == &pair.first ? 1 : 2);
+            result = first_light::trace(raw.mesh, embree, raw.scene, raw.box, sticking, raw.wedges, kRays / 4,
+                                        false, values == &pair.first ? 1 : 2);
         });
         pair.trace_seconds += spent;
         pair.rays += static_cast<double>(result.emitted);

@@ -149,6 +149,7 @@ void against_embree(const Scene& s) {
 // Medians of several turns; ratios within each, for a shared machine's speed changes from turn to turn.
 // Ordered rays come the closer together the more they are.
 void against_first_light(const Scene& s) {
+    const first_light::EmbreeScene embree(s.mesh);
     struct Case {
         double sticking;
         std::uint64_t rays;
@@ -158,8 +159,9 @@ void against_first_light(const Scene& s) {
         std::vector<double> random, ordered, engine, to_random, to_ordered;
         for (int k = 0; k < c.turns; ++k) {
             const auto first = [&](bool order) {
-                return cpu_seconds_of(
-                    [&] { first_light::trace(s.mesh, s.scene, s.box, c.sticking, s.wedges, c.rays, order); });
+                return cpu_seconds_of([&] {
+                    first_light::trace(s.mesh, embree, s.scene, s.box, c.sticking, s.wedges, c.rays, order);
+                });
             };
             random.push_back(first(false));
             engine.push_back(cpu_seconds_of([&] { s.trace(c.sticking, c.rays); }));
