@@ -28,7 +28,7 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     impl_->triangles = mesh.triangles;
     impl_->top = bounding_box(mesh).max.z();
     // Embree must not start threads of its own: the caller's TBB arena is used. With AVX-512 its packets are
-    // no faster, and round otherwise: the same bits with and without it.
+    // no faster and round otherwise; without, processors that have it trace as those that do not.
     impl_->device = rtcNewDevice("start_threads=0,set_affinity=0,max_isa=avx2");
     if (!impl_->device) throw NumericsError("Embree could not start on this machine: it needs at least SSE2");
     impl_->scene = rtcNewScene(impl_->device);
