@@ -68,20 +68,21 @@ class Bodies {
 };
 
 // A body's corner on a node lies on its faces, not in it, and has no limit of its own: there the body's depth
-// is a whole cell at a diagonal neighbour and none at those between.
+// is a whole cell at a diagonal neighbour and none at the others. Slanted faces have depths between.
 float corner_limit(const openvdb::tree::ValueAccessor<const Grid::TreeType, false>& own,
                    const openvdb::Coord& node, float was, float dx) {
     constexpr float kTolerance = 0.05f;  // of a cell: what re-distancing and an etch of the body may add
     if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
-    float diagonal = kUnlimited;
+    bool corner = false;
     for (int n = 0; n < 27; ++n) {
         const openvdb::Coord step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-        const float limit = own.getValue(node + step);
-        const bool axial = std::abs(step.x()) + std::abs(step.y()) + std::abs(step.z()) <= 1;
-        if (axial && limit < -kTolerance * dx) return kUnlimited;
-        diagonal = std::min(diagonal, limit);
+        const float depth = -own.getValue(node + step) / dx;
+        if (depth <= kTolerance) continue;
+        const bool diagonal = std::abs(step.x()) + std::abs(step.y()) + std::abs(step.z()) > 1;
+        if (!diagonal || depth < 1.0f - kTolerance) return kUnlimited;
+        corner = true;
     }
-    return diagonal < (kTolerance - 1.0f) * dx ? std::max(was, 0.0f) : kUnlimited;
+    return corner ? std::max(was, 0.0f) : kUnlimited;
 }
 
 }  // namespace
