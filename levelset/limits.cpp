@@ -100,7 +100,7 @@ Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, co
     const auto dx = static_cast<float>(stack.domain.spacing);
     LeafManager(*result).foreach ([&](Leaf& leaf, std::size_t) {
         const openvdb::tree::ValueAccessor<const Grid::TreeType, false> at(*own);
-        const auto before_at = before.getConstUnsafeAccessor();
+        const Leaf& was = *before.tree().probeConstLeaf(leaf.origin());
         for (auto it = leaf.beginValueOn(); it; ++it) {
             const openvdb::Coord node = it.getCoord();
             float limit = at.getValue(node);
@@ -110,7 +110,7 @@ Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, co
                     next[axis] += side;
                     limit = std::min(limit, at.getValue(next) + dx);
                 }
-            it.setValue(std::min(limit, corner_limit(at, node, before_at.getValue(node), dx)));
+            it.setValue(std::min(limit, corner_limit(at, node, was.getValue(it.pos()), dx)));
         }
     });
     return result;

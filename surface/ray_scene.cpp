@@ -9,6 +9,17 @@
 #include "surface/error.hpp"
 
 namespace sidewall::surface {
+namespace {
+
+// Embree must not start threads of its own: the caller's TBB arena is used. With AVX-512 its packets are no
+// faster and round otherwise; without, processors that have it trace as those that do not.
+#ifdef __x86_64__
+constexpr const char* kDevice = "start_threads=0,set_affinity=0,max_isa=avx2";
+#else
+constexpr const char* kDevice = "start_threads=0,set_affinity=0";
+#endif
+
+}  // namespace
 
 struct RayScene::Impl {
     RTCDevice device = nullptr;
@@ -27,9 +38,7 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     impl_->vertices = mesh.vertices;
     impl_->triangles = mesh.triangles;
     impl_->top = bounding_box(mesh).max.z();
-    // Embree must not start threads of its own: the caller's TBB arena is used. With AVX-512 its packets are
-    // no faster and round otherwise; without, processors that have it trace as those that do not.
-    impl_->device = rtcNewDevice("start_threads=0,set_affinity=0,max_isa=avx2");
+    impl_->device = rtcNewDevice(kDevice);
     if (!impl_->device) throw NumericsError("Embree could not start on this machine: it needs at least SSE2");
     impl_->scene = rtcNewScene(impl_->device);
     rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
