@@ -1,19 +1,18 @@
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include <cstdio>
-#include <memory>
 #include <new>
 #include <system_error>
 
-#include "app/commands.hpp"
+#include "app/commands/commands.hpp"
+#include "app/common/version.hpp"
 #include "surface/error.hpp"
 
 int main(int argc, char** argv) {
     using namespace sidewall;
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");
-    program.set_version_flag("--version", SIDEWALL_VERSION);
+    program.set_version_flag("--version", app::version());
     program.require_subcommand(1);
     app::add_run_command(program);
     app::add_check_command(program);
@@ -32,7 +31,7 @@ int main(int argc, char** argv) {
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");
         return 0;
     } catch (const CLI::ParseError& error) {
-        // CLI11 prints help and version through the same door; only those end well.
+        // CLI11 throws for --help and --version, too; only those end well.
         return program.exit(error) == 0 ? 0 : 2;
     } catch (const Error& error) {
         fmt::print(stderr, "sidewall: {}\n", error.what());

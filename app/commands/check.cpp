@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "app/commands.hpp"
-#include "app/recipe.hpp"
-#include "app/recipe_options.hpp"
+#include "app/commands/commands.hpp"
+#include "app/commands/recipe_options.hpp"
+#include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {
 

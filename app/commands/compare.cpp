@@ -1,11 +1,13 @@
-#include "app/compare.hpp"
+#include "app/study/compare.hpp"
 
 #include <fmt/format.h>
 
 #include <memory>
 
-#include "app/commands.hpp"
-#include "app/recipe_options.hpp"
+#include "app/commands/commands.hpp"
+#include "app/commands/recipe_options.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
 
 namespace sidewall::app {
 namespace {

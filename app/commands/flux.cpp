@@ -8,8 +8,12 @@
 #include <memory>
 #include <optional>
 
-#include "app/commands.hpp"
-#include "app/output.hpp"
+#include "app/commands/commands.hpp"
+#include "app/common/files.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
+#include "app/common/progress.hpp"
+#include "app/common/threads.hpp"
 #include "flux/mend.hpp"
 #include "flux/tracer.hpp"
 #include "surface/error.hpp"
@@ -28,7 +32,7 @@ struct FluxArguments {
 
 constexpr double kDefaultRays = 1e6;
 constexpr double kMostRays = 1e10;          // that --relative-error spends unless --rays says otherwise
-constexpr double kTolerableLeakage = 1e-5;  // share of the rays; more means a torn surface
+constexpr double kTolerableLeakage = 1e-5;  // share of the rays; more means a surface with holes
 
 std::vector<std::string> split(const std::string& text, char separator) {
     std::vector<std::string> parts(1);

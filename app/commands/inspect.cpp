@@ -6,8 +6,8 @@
 #include <limits>
 #include <memory>
 
-#include "app/commands.hpp"
-#include "app/result.hpp"
+#include "app/commands/commands.hpp"
+#include "app/results/result.hpp"
 #include "surface/error.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <memory>
 
-#include "app/commands.hpp"
-#include "app/recipe_sections.hpp"
+#include "app/commands/commands.hpp"
+#include "app/recipe/sections.hpp"
 
 namespace sidewall::app {
 namespace {

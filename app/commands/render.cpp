@@ -1,4 +1,4 @@
-#include "app/render.hpp"
+#include "app/pictures/render.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "app/commands.hpp"
+#include "app/commands/commands.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -6,10 +6,11 @@
 #include <memory>
 #include <string_view>
 
-#include "app/commands.hpp"
-#include "app/output.hpp"
-#include "app/recipe_options.hpp"
-#include "app/simulation.hpp"
+#include "app/commands/commands.hpp"
+#include "app/commands/recipe_options.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
+#include "app/process/simulation.hpp"
 
 namespace sidewall::app {
 namespace {

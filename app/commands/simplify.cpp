@@ -8,8 +8,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/commands.hpp"
-#include "app/output.hpp"
+#include "app/commands/commands.hpp"
+#include "app/common/json.hpp"
+#include "app/common/progress.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"

@@ -2,8 +2,10 @@
 
 #include <memory>
 
-#include "app/commands.hpp"
-#include "app/study.hpp"
+#include "app/commands/commands.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
+#include "app/study/study.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

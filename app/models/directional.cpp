@@ -28,6 +28,7 @@ Model make(const Values& values, const Materials& materials) {
     model.deposit = film(values, materials, grows);
     model.max_speed = bound;
     model.depends_on_normal = true;
+    model.beam = towards;
     if (values.get<bool>("visibility")) model.visibility = towards;
     model.speed = [beam, chemical, towards](const SurfacePoint& point) {
         const auto m = static_cast<std::size_t>(point.material);

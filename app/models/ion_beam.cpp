@@ -24,8 +24,8 @@ Model make(const Values& values, const Materials& materials) {
         if (!(y >= 0.0)) throw KeyError("yield_table", "must not be negative");
     if (table.empty() && !(std::abs(sum) > 1e-9))
         throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
-    const double threshold = number("threshold"), energy = number("ion_energy");
-    if (threshold >= energy) throw KeyError("threshold", "must be below ion_energy, or nothing etches");
+    const double threshold = number("threshold"), energy = number("energy");
+    if (threshold >= energy) throw KeyError("threshold", "must be below energy, or nothing etches");
 
     Model model;
     flux::Species ion = ion_species(values, threshold);

@@ -4,7 +4,7 @@
 // What the plasma models share: the keys of their ions, and the numbers by material.
 namespace sidewall::app {
 
-/// ion_energy, ion_energy_spread, ion_exponent and the angles of reflection.
+/// energy, energy_spread, ion_exponent and the angles of reflection.
 std::vector<Key> ion_keys(double source_exponent = 500.0);
 
 /// The species they describe, without yields, that stops below \p threshold (eV).

@@ -1,19 +1,8 @@
 #include "app/models/model.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 
 namespace sidewall::app {
-namespace {
-
-// 1 nm/s in the recipe's length per time.
-double nm_per_s(const DomainSection& domain) {
-    return 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
-}
-
-}  // namespace
 
 ModelEntry isotropic();
 ModelEntry directional();
@@ -50,37 +39,6 @@ std::vector<std::string> model_names() {
     std::vector<std::string> names;
     for (const ModelEntry& model : models()) names.push_back(model.name);
     return names;
-}
-
-Model make_model(const Step& step, const Materials& materials) {
-    const ModelEntry* model = find_model(step.model);
-    if (model == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
-    // A geometric step takes no time and moves nothing by a speed.
-    return model->make ? model->make(step.values, materials) : Model{};
-}
-
-Model make_model(const Step& step, const Materials& materials, const DomainSection& domain) {
-    Model model = make_model(step, materials);
-    for (const flux::Species& species : model.species)
-        for (int axis = 0; axis < 2; ++axis) {
-            const bool mirrored =
-                domain.boundary[static_cast<std::size_t>(axis)] == levelset::Side::reflective;
-            if (mirrored && !species.rotating && std::abs(species.beam[axis]) > 1e-9)
-                throw KeyError(
-                    "tilt_deg",
-                    fmt::format("tilts the beam across {}, where reflective sides would mirror it: set "
-                                "[domain] boundary to periodic there",
-                                axis == 0 ? "x" : "y"));
-        }
-    if (model.in_nm_per_s) {
-        model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
-            return unit * speed(point);
-        };
-        if (model.max_speed) *model.max_speed *= nm_per_s(domain);
-        for (Vec3& bound : model.dissipation) bound *= nm_per_s(domain);
-        model.in_nm_per_s = false;
-    }
-    return model;
 }
 
 std::vector<std::string> flux_names(const std::vector<flux::Species>& species) {

@@ -6,10 +6,13 @@
 #include <string_view>
 #include <vector>
 
-#include "app/recipe.hpp"
-#include "flux/tracer.hpp"
-#include "levelset/stack.hpp"
+#include "app/schema/keys.hpp"
+#include "flux/species.hpp"
 #include "surface/vec3.hpp"
+
+namespace sidewall::levelset {
+struct MaterialStack;
+}
 
 namespace sidewall::app {
 
@@ -42,12 +45,16 @@ struct Coverages {
 /// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.
 struct Model {
     std::vector<flux::Species> species;
+    /// Where the recipe holds the keys of each species, e.g. "species[1]."; empty: beside the model's own.
+    std::vector<std::string> species_keys;
     Coverages coverages;  ///< none by default
     /// Sticking of species \p k where coverages decide it; empty: as the species says. Its fluxes do not
     /// enter.
     std::function<double(std::size_t k, const SurfacePoint&)> sticking;
     std::optional<Vec3> visibility;  ///< unit, towards the source, where line of sight counts
-    bool depends_on_normal = false;  ///< V is V(n): needs a scheme with dissipation bounds
+    /// Unit, towards the source of a parallel beam that is not traced; the key that gives it is `direction`.
+    std::optional<Vec3> beam;
+    bool depends_on_normal = false;                    ///< V is V(n): needs a scheme with dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
     bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
     std::optional<int> deposit;  ///< material id of the film that grows
@@ -79,17 +86,6 @@ const std::vector<ModelEntry>& models();
 const ModelEntry* find_model(std::string_view name);
 
 std::vector<std::string> model_names();
-
-/// The model of a step, with its materials resolved.
-/// \pre the step is no loop, its model not geometric, and it comes from a parsed recipe.
-Model make_model(const Step& step, const Materials& materials);
-
-/// The same with its speed in the recipe's units.
-/// \throws KeyError if its beams and the domain's sides disagree.
-Model make_model(const Step& step, const Materials& materials, const DomainSection& domain);
-
-/// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).
-std::vector<std::string> flux_names(const std::vector<flux::Species>& species);
 
 /// The key `deposit`, which every model that can grow a film has.
 Key deposit_key();

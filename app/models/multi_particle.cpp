@@ -112,6 +112,7 @@ Model make(const Values& values, const Materials& materials) {
         counts.push_back(tallies + (species.yields.empty() ? 0 : 1));
         tallies += flux::tally_count(species);
         model.species.push_back(std::move(species));
+        model.species_keys.push_back(key(k, ""));
         rates.push_back(by_material_id(list[k].get<ByMaterial>("rate"), materials));
         grows = grows || *std::max_element(rates.back().begin(), rates.back().end()) > 0.0;
     }

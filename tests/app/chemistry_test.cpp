@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "app/models/crystal.hpp"
-#include "app/models/model.hpp"
+#include "app/recipe/step_model.hpp"
 #include "flux/yield.hpp"
 
 using namespace sidewall;

@@ -1,4 +1,4 @@
-#include "app/gds.hpp"
+#include "app/recipe/gds.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

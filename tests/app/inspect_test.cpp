@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
-#include "app/commands.hpp"
-#include "app/result.hpp"
+#include "app/commands/commands.hpp"
+#include "app/results/result.hpp"
 #include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"

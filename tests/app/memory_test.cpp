@@ -1,8 +1,8 @@
-#include "app/memory.hpp"
+#include "app/process/memory.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "app/recipe_layers.hpp"
+#include "app/recipe/layers.hpp"
 
 using namespace sidewall;
 

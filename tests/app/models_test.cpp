@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/models/model.hpp"
+#include "app/recipe/step_model.hpp"
 #include "flux/yield.hpp"
 
 using namespace sidewall;
@@ -31,7 +31,7 @@ struct Case {
 
 Case step(const std::string& keys) {
     Case result{parse_recipe(kWafer + keys, "step.toml"), {}};
-    result.model = make_model(result.recipe.steps.at(0), result.recipe.materials);
+    result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
     return result;
 }
 

@@ -1,7 +1,8 @@
 #include <catch2/catch.hpp>
 
 #include "app/models/model.hpp"
-#include "app/surface_flux.hpp"
+#include "app/process/rates.hpp"
+#include "app/process/traced_surface.hpp"
 #include "levelset/stack.hpp"
 
 // The worked example of app/models/README.md: a model as one would write it in a file of its own.
@@ -62,21 +63,26 @@ TEST_CASE("a model in one file: keys, species, coverages and speed are all there
     // An open wafer: flux 1, so theta = 1 / (1 + 0.25), whatever it sticks with.
     const levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), {{0, levelset::Shape{}}});
     Timing timing;
-    const SurfaceFlux surface = trace_surface(recipe, model, stack, {}, true, 0, timing);
-    REQUIRE(surface.coverage.size() == 1);
-    CHECK(surface.iterations >= 2);
-    CHECK(surface.coverage_change <= model.coverages.tolerance);
+    const TracedSurface surface = trace_surface(recipe, model, stack, {}, {.settle = true}, timing);
+    REQUIRE(surface.arriving);
+    const SurfaceFlux& arriving = *surface.arriving;
+    REQUIRE(arriving.coverage.size() == 1);
+    REQUIRE(arriving.trace);
+    CHECK(arriving.trace->traces >= 2);
+    CHECK(arriving.trace->coverage_change <= model.coverages.tolerance);
     double sum = 0.0, area = 0.0;
-    for (std::size_t w = 0; w < surface.wedges.count(); ++w) {
-        sum += surface.wedges.area[w] * surface.coverage[0][w];
-        area += surface.wedges.area[w];
+    for (std::size_t w = 0; w < arriving.wedges.count(); ++w) {
+        sum += arriving.wedges.area[w] * arriving.coverage[0][w];
+        area += arriving.wedges.area[w];
     }
     CHECK(sum / area == Approx(0.8).epsilon(0.01));
     const levelset::Motion motion = surface_motion(model, stack, surface, timing);
     CHECK(levelset::max_speed(stack, motion) == Approx(1.6).epsilon(0.05));
 
     // Coverages carried from an equal surface have settled at once.
-    const CoverageField field =
-        coverage_field(surface.traced(), surface.wedges, model.coverages.names, surface.coverage);
-    CHECK(trace_surface(recipe, model, stack, field, true, 0, timing).iterations == 1);
+    const SurfaceField field =
+        surface_field(surface.traced(), arriving.wedges, model.coverages.names, arriving.coverage);
+    const TracedSurface again = trace_surface(recipe, model, stack, field, {.settle = true}, timing);
+    REQUIRE(again.arriving);
+    CHECK(again.arriving->trace->traces == 1);
 }

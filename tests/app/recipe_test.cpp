@@ -1,12 +1,12 @@
-#include "app/recipe.hpp"
+#include "app/recipe/recipe.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <limits>
 
-#include "app/recipe_layers.hpp"
-#include "app/recipe_sections.hpp"
+#include "app/recipe/layers.hpp"
+#include "app/recipe/sections.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;

@@ -1,4 +1,4 @@
-#include "app/render.hpp"
+#include "app/pictures/render.hpp"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/commands.hpp"
-#include "app/render_scene.hpp"
+#include "app/commands/commands.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"

@@ -1,11 +1,11 @@
-#include "app/study.hpp"
+#include "app/study/study.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "app/study_flux.hpp"
-#include "app/svg_plot.hpp"
+#include "app/pictures/svg_plot.hpp"
+#include "app/study/study_flux.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;

@@ -13,8 +13,8 @@
 #include <limits>
 #include <optional>
 
-#include "app/flux_gradient.hpp"
-#include "app/study_flux.hpp"
+#include "app/process/flux_gradient.hpp"
+#include "app/study/study_flux.hpp"
 #include "flux/smoothing.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/simulation.hpp"
+#include "app/process/simulation.hpp"
 #include "levelset/grid.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"

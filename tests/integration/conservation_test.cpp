@@ -1,8 +1,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/run_state.hpp"
-#include "app/surface_flux.hpp"
+#include "app/process/rates.hpp"
+#include "app/process/state.hpp"
+#include "app/process/traced_surface.hpp"
+#include "app/recipe/step_model.hpp"
 #include "levelset/extract.hpp"
 
 // Whether the level set lays down what the fluxes bring.
@@ -18,13 +20,14 @@ double volume_above_zero(const TriangleMesh& mesh) {
 }
 
 // Integral over `mesh` of the speed that the fluxes on `surface` give its nearest points; volume per time.
-double growth(const app::Model& model, const app::SurfaceFlux& surface, const TriangleMesh& mesh) {
-    std::vector<double> values(surface.wedge_flux.size());
+double growth(const app::Model& model, const app::TracedSurface& surface, const TriangleMesh& mesh) {
+    const app::SurfaceFlux& arriving = *surface.arriving;
+    std::vector<double> values(arriving.flux.size());
     double sum = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const surface::SurfaceHit hit = surface.scene->closest_point(triangle_centroid(mesh, t), 1e30);
-        app::interpolate(surface, hit.triangle, hit.u, hit.v, values);
-        sum += triangle_area(mesh, t) * model.speed({surface.materials[hit.triangle], values});
+        app::interpolate(arriving, hit.triangle, hit.u, hit.v, values);
+        sum += triangle_area(mesh, t) * model.speed({arriving.materials[hit.triangle], values});
     }
     return sum;
 }
@@ -42,8 +45,8 @@ double film_error(const std::string& name, const std::vector<std::string>& overr
     app::Timing timing;
     double deposited = 0.0, time = 0.0;
     while (time < step.duration * (1.0 - 1e-9)) {
-        const app::SurfaceFlux surface =
-            app::trace_surface(recipe, model, stack, state.coverage, false, state.time_step++, timing);
+        const app::TracedSurface surface =
+            app::trace_surface(recipe, model, stack, state.carried, {.key = state.time_step++}, timing);
         const levelset::Motion motion = app::surface_motion(model, stack, surface, timing);
         const double left = step.duration - time, reach = recipe.advection.cfl * stack.domain.spacing;
         const double dt = left / std::ceil(left * levelset::max_speed(stack, motion) / reach);

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/simulation.hpp"
+#include "app/process/simulation.hpp"
 #include "surface/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 

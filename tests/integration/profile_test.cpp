@@ -5,7 +5,7 @@
 #include <sstream>
 #include <vector>
 
-#include "app/simulation.hpp"
+#include "app/process/simulation.hpp"
 #include "surface/cut.hpp"
 #include "tests/integration/program.hpp"
 

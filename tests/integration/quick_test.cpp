@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "app/simulation.hpp"
+#include "app/process/simulation.hpp"
 #include "tests/integration/program.hpp"
 
 // Every shipped quick recipe in every mode of simplification, against bounds that the process sets.

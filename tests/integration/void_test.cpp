@@ -2,7 +2,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "app/simulation.hpp"
+#include "app/process/simulation.hpp"
 #include "surface/disjoint_sets.hpp"
 #include "surface/mesh_io.hpp"
 #include "tests/integration/program.hpp"

@@ -1,0 +1,23 @@
+#include "app/common/files.hpp"
+
+#include <fmt/format.h>
+
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+
+namespace sidewall::app {
+
+void write_file(const std::filesystem::path& path, std::string_view text) {
+    if (path.has_parent_path()) make_folder(path.parent_path(), "choose another output folder");
+    surface::write_whole_file(path, text);
+}
+
+void make_folder(const std::filesystem::path& folder, std::string_view advice) {
+    std::error_code failure;
+    std::filesystem::create_directories(folder, failure);
+    if (failure)
+        throw IoError(
+            fmt::format("{}: cannot make the folder: {}; {}", folder.string(), failure.message(), advice));
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,16 @@
+#pragma once
+#include <filesystem>
+#include <string_view>
+
+namespace sidewall::app {
+
+/// Writes \p text to \p path through a temporary file that is renamed: a reader never sees half a file.
+/// Missing folders are made.
+/// \throws IoError naming the path and the system's reason.
+void write_file(const std::filesystem::path& path, std::string_view text);
+
+/// Makes a folder and those above it, where they are missing.
+/// \throws IoError naming it and the system's reason; the message ends with \p advice.
+void make_folder(const std::filesystem::path& folder, std::string_view advice);
+
+}  // namespace sidewall::app

@@ -1,0 +1,27 @@
+#include "app/common/interrupt.hpp"
+
+#include <csignal>
+
+namespace sidewall::app {
+namespace {
+
+volatile std::sig_atomic_t interrupt_count = 0;
+
+extern "C" void on_interrupt(int signal) {
+    interrupt_count = interrupt_count + 1;
+    // The second Ctrl-C means it: fall back to the default action.
+    std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+bool interrupted() {
+    return interrupt_count > 0;
+}
+
+void install_interrupt_handler() {
+    std::signal(SIGINT, on_interrupt);
+    std::signal(SIGTERM, on_interrupt);
+}
+
+}  // namespace sidewall::app

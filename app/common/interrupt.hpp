@@ -1,0 +1,11 @@
+#pragma once
+
+namespace sidewall::app {
+
+/// From now on Ctrl-C and SIGTERM are noted, once; before, and the second time, they end the program.
+void install_interrupt_handler();
+
+/// One was noted.
+bool interrupted();
+
+}  // namespace sidewall::app

@@ -1,0 +1,29 @@
+#include "app/common/json.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "app/common/files.hpp"
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+
+namespace sidewall::app {
+
+void write_json(const std::string& path, const Json& json) {
+    const std::string text = json.dump(2) + "\n";
+    if (path == "-") {
+        std::fwrite(text.data(), 1, text.size(), stdout);
+        std::fflush(stdout);
+    } else {
+        write_file(path, text);
+    }
+}
+
+Json read_json(const std::filesystem::path& path, const std::string& advice) {
+    Json json = Json::parse(surface::read_whole_file(path), nullptr, false);
+    if (json.is_discarded()) throw FileError(fmt::format("{}: is no JSON: {}", path.string(), advice));
+    return json;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,46 @@
+#pragma once
+#include <tbb/tick_count.h>
+
+#include "app/common/json_fwd.hpp"
+
+namespace sidewall::app {
+
+/// Wall-clock seconds by phase of the time loop.
+struct Timing {
+    double extract = 0, features = 0, simplify = 0, bvh = 0, trace = 0, rates = 0, extend = 0, advect = 0,
+           redistance = 0, output = 0, total = 0;
+};
+
+/// The phases by name, in the order of the time loop. \p use is called as use(name, member pointer).
+template <class Use>
+void for_each_phase(Use&& use) {
+    use("extract", &Timing::extract);
+    use("features", &Timing::features);
+    use("simplify", &Timing::simplify);
+    use("bvh", &Timing::bvh);
+    use("trace", &Timing::trace);
+    use("rates", &Timing::rates);
+    use("extend", &Timing::extend);
+    use("advect", &Timing::advect);
+    use("redistance", &Timing::redistance);
+    use("output", &Timing::output);
+    use("total", &Timing::total);
+}
+
+Json to_json(const Timing& timing);
+Timing timing_from_json(const Json& json);
+
+/// Adds the time from its construction to its destruction to a phase.
+class PhaseClock {
+  public:
+    explicit PhaseClock(double& phase) : phase_(phase), start_(tbb::tick_count::now()) {}
+    ~PhaseClock() { phase_ += (tbb::tick_count::now() - start_).seconds(); }
+    PhaseClock(const PhaseClock&) = delete;
+    PhaseClock& operator=(const PhaseClock&) = delete;
+
+  private:
+    double& phase_;
+    tbb::tick_count start_;
+};
+
+}  // namespace sidewall::app

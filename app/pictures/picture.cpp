@@ -1,0 +1,179 @@
+#include "app/pictures/picture.hpp"
+
+#include <fmt/format.h>
+#include <png.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csetjmp>
+
+#include "app/common/files.hpp"
+#include "app/pictures/stroke_font.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kAdvance = 6.0;  // grid units from one character to the next
+constexpr double kCapital = 6.0;  // grid units of a capital's height
+
+/// Decodes UTF-8; damaged sequences become U+FFFD.
+std::u32string characters(std::string_view text) {
+    std::u32string result;
+    for (std::size_t i = 0; i < text.size();) {
+        const auto byte = static_cast<unsigned char>(text[i]);
+        const std::size_t length = byte < 0x80       ? 1
+                                   : byte >> 5 == 6  ? 2
+                                   : byte >> 4 == 14 ? 3
+                                   : byte >> 3 == 30 ? 4
+                                                     : 0;
+        if (length == 0 || i + length > text.size()) {
+            result += U'\ufffd';
+            ++i;
+            continue;
+        }
+        char32_t code = length == 1 ? byte : byte & (0xffu >> (length + 1));
+        for (std::size_t k = 1; k < length; ++k)
+            code = code << 6 | (static_cast<unsigned char>(text[i + k]) & 0x3fu);
+        result += code;
+        i += length;
+    }
+    return result;
+}
+
+/// A round-ended line, anti-aliased over one pixel.
+void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
+                 const Colour& colour) {
+    const auto low = [&](double a, double b) {
+        return static_cast<int>(std::floor(std::min(a, b) - radius - 1.0));
+    };
+    const auto high = [&](double a, double b) {
+        return static_cast<int>(std::ceil(std::max(a, b) + radius + 1.0));
+    };
+    const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
+    for (int y = std::max(0, low(y0, y1)); y <= std::min(picture.height - 1, high(y0, y1)); ++y)
+        for (int x = std::max(0, low(x0, x1)); x <= std::min(picture.width - 1, high(x0, x1)); ++x) {
+            const double px = x + 0.5 - x0, py = y + 0.5 - y0;
+            const double t = square > 0.0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
+            const double distance = std::hypot(px - t * dx, py - t * dy);
+            const double cover = std::clamp(radius + 0.5 - distance, 0.0, 1.0);
+            if (cover > 0.0) picture.at(x, y) += cover * (colour - picture.at(x, y));
+        }
+}
+
+std::string number_text(double value, double step) {
+    if (std::abs(value) < 1e-9 * step) return "0";
+    const double size = std::max(std::abs(value), step);
+    if (size >= 1e5 || size < 1e-3) return fmt::format("{:.3g}", value);
+    int digits = 0;
+    for (double rest = step; digits < 6 && std::abs(rest - std::round(rest)) > 1e-6 * rest; rest *= 10.0)
+        ++digits;
+    return fmt::format("{:.{}f}", value, digits);
+}
+
+void append_bytes(png_structp png, png_bytep data, png_size_t size) {
+    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& path, const Picture& picture) {
+    std::vector<std::uint8_t> row(3 * static_cast<std::size_t>(picture.width));
+    std::string bytes;
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png ? png_create_info_struct(png) : nullptr;
+    // libpng reports by longjmp; nothing with a destructor may be made between here and the writes.
+    if (!info || setjmp(png_jmpbuf(png))) {
+        png_destroy_write_struct(&png, &info);
+        throw IoError(fmt::format("{}: cannot encode the picture: choose a smaller --size", path.string()));
+    }
+    png_set_write_fn(png, &bytes, append_bytes, nullptr);
+    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
+                 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
+    png_write_info(png, info);
+    for (int y = 0; y < picture.height; ++y) {
+        for (int x = 0; x < picture.width; ++x) {
+            const auto rgb =
+                to_srgb(picture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+                                       static_cast<std::size_t>(x)]);
+            std::copy(rgb.begin(), rgb.end(), row.begin() + 3 * x);
+        }
+        png_write_row(png, row.data());
+    }
+    png_write_end(png, nullptr);
+    png_destroy_write_struct(&png, &info);
+    write_file(path, bytes);
+}
+
+double text_width(double size, std::string_view text) {
+    const auto count = static_cast<double>(characters(text).size());
+    return std::max(0.0, count * kAdvance - 2.0) * size / kCapital;
+}
+
+void draw_text(Picture& picture, double x, double y, double size, std::string_view text,
+               const Colour& colour) {
+    const double unit = size / kCapital;
+    for (const char32_t character : characters(text)) {
+        const std::string_view strokes = glyph_strokes(character);
+        double last_x = 0.0, last_y = 0.0;
+        bool fresh = true;
+        for (std::size_t i = 0; i + 1 < strokes.size();) {
+            if (strokes[i] == ' ') {
+                fresh = true;
+                ++i;
+                continue;
+            }
+            const double px = x + (strokes[i] - '0') * unit, py = y - (strokes[i + 1] - '2') * unit;
+            const bool alone = fresh && (i + 2 >= strokes.size() || strokes[i + 2] == ' ');
+            if (!fresh || alone)
+                draw_stroke(picture, alone ? px : last_x, alone ? py : last_y, px, py,
+                            (alone ? 0.8 : 0.55) * unit, colour);
+            last_x = px;
+            last_y = py;
+            fresh = false;
+            i += 2;
+        }
+        x += kAdvance * unit;
+    }
+}
+
+void fill_rectangle(Picture& picture, double x, double y, double width, double height, const Colour& colour) {
+    const int x0 = std::max(0, static_cast<int>(std::lround(x))),
+              y0 = std::max(0, static_cast<int>(std::lround(y)));
+    const int x1 = std::min(picture.width, static_cast<int>(std::lround(x + width)));
+    const int y1 = std::min(picture.height, static_cast<int>(std::lround(y + height)));
+    for (int j = y0; j < y1; ++j)
+        for (int i = x0; i < x1; ++i) picture.at(i, j) = colour;
+}
+
+void draw_colour_bar(Picture& picture, double x, double y, double height, double text, double low,
+                     double high, const std::string& title) {
+    const Colour ink = colour_from_hex("#2b303a");
+    const double width = 1.6 * text;
+    fill_rectangle(picture, x - 1.0, y - 1.0, width + 2.0, height + 2.0, ink);
+    const int rows = static_cast<int>(std::lround(height));
+    for (int row = 0; row < rows; ++row)
+        fill_rectangle(picture, x, y + row, width, 1.0, viridis(1.0 - (row + 0.5) / rows));
+    const Ticks ticks = round_ticks(low, high, 5);
+    for (int i = 0; i < ticks.count; ++i) {
+        const double value = ticks.first + i * ticks.step;
+        const double at = high > low ? y + height * (1.0 - (value - low) / (high - low)) : y + 0.5 * height;
+        draw_stroke(picture, x + width, at, x + width + 0.5 * text, at, 0.06 * text, ink);
+        draw_text(picture, x + width + text, at + 0.5 * text, text, number_text(value, ticks.step), ink);
+    }
+    draw_text(picture, x, y - 1.5 * text, 1.1 * text, title, ink);
+}
+
+void draw_legend(Picture& picture, double x, double y, double text, const std::vector<LegendEntry>& entries) {
+    const Colour ink = colour_from_hex("#2b303a");
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        const double top = y + 2.4 * text * static_cast<double>(i), side = 1.6 * text;
+        fill_rectangle(picture, x - 1.0, top - 1.0, side + 2.0, side + 2.0, ink);
+        fill_rectangle(picture, x, top, side, side, entries[i].colour);
+        draw_text(picture, x + side + 0.9 * text, top + 0.5 * (side + text), text, entries[i].name, ink);
+    }
+}
+
+}  // namespace sidewall::app

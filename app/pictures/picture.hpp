@@ -1,0 +1,52 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/pictures/colour.hpp"
+
+namespace sidewall::app {
+
+/// Pixels row by row from the top left, in linear light.
+struct Picture {
+    int width = 0, height = 0;
+    std::vector<Colour> pixels;
+
+    Picture(int w, int h)
+        : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
+    Colour& at(int x, int y) {
+        return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                      static_cast<std::size_t>(x)];
+    }
+};
+
+/// Writes eight-bit sRGB PNG; the same picture gives the same bytes.
+/// \throws IoError.
+void write_png(const std::filesystem::path& path, const Picture& picture);
+
+/// Draws text in strokes, anti-aliased. \p x, \p y: left end of the baseline in pixels; \p size: height of a
+/// capital. ASCII and the micro sign; other characters become boxes.
+void draw_text(Picture& picture, double x, double y, double size, std::string_view text,
+               const Colour& colour);
+
+/// Width in pixels that draw_text() takes.
+double text_width(double size, std::string_view text);
+
+/// Fills the pixels of a rectangle, clipped to the picture.
+void fill_rectangle(Picture& picture, double x, double y, double width, double height, const Colour& colour);
+
+/// Vertical viridis bar from \p low at the bottom to \p high at the top with round ticks, its title above it.
+/// \p x, \p y, \p height: the bar's left top corner and height; sizes follow \p text, the height of a
+/// capital.
+void draw_colour_bar(Picture& picture, double x, double y, double height, double text, double low,
+                     double high, const std::string& title);
+
+/// Swatches with their names, one below the other.
+struct LegendEntry {
+    std::string name;
+    Colour colour;
+};
+void draw_legend(Picture& picture, double x, double y, double text, const std::vector<LegendEntry>& entries);
+
+}  // namespace sidewall::app

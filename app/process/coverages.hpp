@@ -1,0 +1,18 @@
+#pragma once
+#include "app/process/traced_surface.hpp"
+
+namespace sidewall::app {
+
+/// Traces every species and lets the coverages react, in turn, until they have settled: fluxes depend on the
+/// sticking that coverages leave, coverages on the fluxes. The random numbers of all turns are the same, so
+/// that what is left of a change is not noise. A pulsed process instead takes its parts of a pulse one after
+/// the other, from a bare surface.
+/// \param surface  with its meshes, box and scene.
+/// \param parts    materials and wedges of surface.traced().
+/// \param carried  coverages to start from.
+/// \returns \p parts with fluxes, coverages and trace.
+/// \throws LeakError, Interrupted as trace_species.
+SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                           SurfaceFlux parts, const SurfaceField& carried, const TraceRequest& request);
+
+}  // namespace sidewall::app

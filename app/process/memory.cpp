@@ -1,0 +1,81 @@
+#include "app/process/memory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "app/recipe/layers.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Walls that a shape adds to the flat wafer.
+double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
+    const double depth = std::isfinite(shape.depth) ? shape.depth : 0.0;
+    const double length = domain.max[1] - domain.min[1];
+    switch (shape.kind) {
+        case levelset::ShapeKind::trench:
+            return 2.0 * depth * length;
+        case levelset::ShapeKind::hole:
+            return 2.0 * std::numbers::pi * shape.radius * depth;
+        case levelset::ShapeKind::fin:
+            return 2.0 * shape.height * length;
+        case levelset::ShapeKind::box:
+            return 2.0 * shape.height * (shape.size[0] + shape.size[1]);
+        default:
+            return 0.0;
+    }
+}
+
+// Bytes the system can still give, or infinity where it does not say.
+double free_memory() {
+    std::ifstream meminfo("/proc/meminfo");
+    std::string word;
+    while (meminfo >> word)
+        if (word == "MemAvailable:") {
+            double kilobytes = 0.0;
+            meminfo >> kilobytes;
+            return 1024.0 * kilobytes;
+        }
+    return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
+    const double flat = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
+    double area = flat, layers = 1.0;
+    for (const MaterialLayer& layer : expanded_layers(recipe)) {
+        area += wall_area(layer.shape, domain);
+        layers += 1.0;
+    }
+    // A cell of surface: about 14 voxels in leaves (4 bytes a layer, and as much twice over for buffers and
+    // samples), two triangles with their hierarchy, attributes and tallies.
+    constexpr double kPerLayer = 60.0, kPerCell = 1200.0;
+    double cell = kPerCell + kPerLayer * layers;
+    if (recipe.flux.stages != "step") cell *= 2.0;  // the surface within the time step, besides its start
+    if (recipe.flux.averaging > 0.0) {
+        constexpr double kPerSample = 170.0;
+        const double parts = std::ceil(2.0 * std::numbers::sqrt2 * domain.spacing / recipe.flux.averaging);
+        cell += 2.0 * parts * parts * kPerSample;  // of two triangles
+    }
+    return area / (domain.spacing * domain.spacing) * cell;
+}
+
+void require_memory(const Recipe& recipe, const levelset::Domain& domain) {
+    const double needed = estimated_memory(recipe, domain), available = free_memory();
+    if (needed <= available) return;
+    throw RecipeError(
+        fmt::format("{}: domain.grid_spacing = {:.4g}: the run would need about {:.1f} GB and {:.1f} GB are "
+                    "free; use a spacing of {:.3g} or more",
+                    recipe.file, domain.spacing, needed / 1e9, available / 1e9,
+                    domain.spacing * std::sqrt(needed / available)));
+}
+
+}  // namespace sidewall::app

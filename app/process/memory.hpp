@@ -1,0 +1,12 @@
+#pragma once
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// Bytes a run will need at its peak, from the area of its surface: an estimate within a factor of about two.
+double estimated_memory(const Recipe& recipe, const levelset::Domain& domain);
+
+/// \throws RecipeError with both figures if the estimate exceeds the memory that is free.
+void require_memory(const Recipe& recipe, const levelset::Domain& domain);
+
+}  // namespace sidewall::app

@@ -1,0 +1,136 @@
+#include "app/process/rates.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "levelset/extension.hpp"
+#include "levelset/voids.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// What the model sees at every sample of the extension.
+struct SampleValues {
+    std::size_t tallies = 0, stride = 0;  // values a sample: fluxes first, then coverages
+    std::vector<double> values;
+    std::vector<std::uint8_t> visible;  // empty where line of sight does not count
+    std::vector<std::uint8_t> sealed;   // in a closed void, where nothing gets in; empty if there are none
+};
+
+// The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
+// none.
+std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const TracedSurface& surface,
+                                         const levelset::Extension& extension) {
+    const levelset::Domain& domain = stack.domain;
+    const std::vector<std::uint8_t> triangles = levelset::sealed_off(surface.raw, domain);
+    std::vector<std::uint8_t> sealed;
+    if (triangles.empty()) return sealed;
+    sealed.resize(extension.samples.size());
+    const surface::RayScene scene(surface.raw);
+    tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
+        const levelset::SurfaceSample& s = extension.samples[n];
+        const double dx = domain.spacing;
+        const Vec3 foot(domain.min[0] + dx * (s.node.x() + static_cast<double>(s.foot.x())),
+                        domain.min[1] + dx * (s.node.y() + static_cast<double>(s.foot.y())),
+                        dx * (s.node.z() + static_cast<double>(s.foot.z())));
+        if (const auto nearest = scene.closest_point(foot, dx)) sealed[n] = triangles[nearest.triangle];
+    });
+    return sealed;
+}
+
+// Fluxes and coverages at the samples, and what each of them sees of the source.
+SampleValues sample_values(const Model& model, const levelset::MaterialStack& stack,
+                           const TracedSurface& surface, const levelset::Extension& extension) {
+    const std::size_t count = extension.samples.size();
+    SampleValues samples;
+    if (model.species.empty()) samples.sealed = sealed_samples(stack, surface, extension);
+    if (surface.arriving) {
+        samples.tallies = surface.arriving->flux.size();
+        samples.stride = samples.tallies + surface.arriving->coverage.size();
+    }
+    samples.values.resize(count * samples.stride);
+    samples.visible.resize(model.visibility ? count : 0);
+    const TriangleMesh& mesh = surface.traced();
+    const std::vector<Vec3> normals = model.visibility ? triangle_normals(mesh) : std::vector<Vec3>{};
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const levelset::SurfaceSample& s = extension.samples[n];
+            const auto u = static_cast<double>(s.u), v = static_cast<double>(s.v);
+            if (surface.arriving)
+                interpolate(*surface.arriving, s.triangle, u, v,
+                            std::span(samples.values).subspan(n * samples.stride, samples.stride));
+            if (!model.visibility) continue;
+            const auto [a, b, c] = mesh.triangles[s.triangle];
+            const auto& x = mesh.vertices;
+            const Vec3 point = (1.0 - u - v) * x[a] + u * x[b] + v * x[c];
+            samples.visible[n] =
+                visible(surface, point, normals[s.triangle], *model.visibility, stack.domain.spacing);
+        }
+    });
+    return samples;
+}
+
+}  // namespace
+
+levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
+                                const TracedSurface& surface, Timing& timing) {
+    levelset::Extension extension;
+    {
+        const PhaseClock clock(timing.extend);
+        extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene)
+                                  : levelset::extend_without_mesh(stack.top(), stack.domain);
+    }
+    const PhaseClock clock(timing.rates);
+    std::vector<int> materials;
+    std::vector<Vec3> dissipation;
+    for (const levelset::Layer& layer : stack.layers) {
+        materials.push_back(layer.material);
+        if (!model.dissipation.empty())
+            dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
+    }
+    auto speed = [materials = std::move(materials), speed_of = model.speed,
+                  at = sample_values(model, stack, surface, extension)](std::size_t sample, std::size_t layer,
+                                                                        const Vec3& normal) {
+        if (!at.sealed.empty() && at.sealed[sample] != 0) return 0.0;
+        const std::span<const double> here = std::span(at.values).subspan(sample * at.stride, at.stride);
+        return speed_of({materials[layer], here.first(at.tallies), normal,
+                         at.visible.empty() || at.visible[sample] != 0, here.subspan(at.tallies)});
+    };
+    levelset::Motion motion =
+        levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
+    motion.dissipation = std::move(dissipation);
+    return motion;
+}
+
+void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
+                 std::span<double> values) {
+    std::size_t n = 0;
+    for (const auto& flux : arriving.flux)
+        values[n++] = flux::interpolate(arriving.wedges, flux, triangle, u, v);
+    for (const auto& theta : arriving.coverage)
+        values[n++] = flux::interpolate(arriving.wedges, theta, triangle, u, v);
+}
+
+bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,
+             double spacing) {
+    Vec3 position = point + 1e-2 * spacing * (normal + direction), path = direction;
+    if (surface.box.boundary[0] != flux::Boundary::open)
+        for (int axis = 0; axis < 2; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
+        }
+    // A path this flat crosses more sides than any wafer is wide.
+    constexpr int kMostSides = 10000;
+    for (int sides = 0; sides < kMostSides; ++sides) {
+        const flux::SideMeeting side = flux::next_side(surface.box, position, path);
+        if (surface.scene->occluded(position, path, 0.0, side.distance)) return false;
+        if (!std::isfinite(side.distance)) return true;
+        const bool above = position.z() + side.distance * path.z() > surface.scene->top();
+        if (above || !flux::cross_side(surface.box, side, position, path)) return true;
+    }
+    return false;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,29 @@
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "app/common/timing.hpp"
+#include "app/models/model.hpp"
+#include "app/process/traced_surface.hpp"
+#include "levelset/advection.hpp"
+
+namespace sidewall::app {
+
+/// Fluxes to speeds on the grid: the motion of the next time step. Voids that the wafer has closed keep their
+/// shape in steps without particles.
+levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
+                                const TracedSurface& surface, Timing& timing);
+
+/// Fluxes and coverages at a point of a triangle, barycentric weights \p u and \p v: first all tallies, then
+/// all coverages.
+/// \pre \p values has room for both.
+void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
+                 std::span<double> values);
+
+/// Whether a straight line from a surface point towards \p direction (unit, upwards) meets no surface; sides
+/// are honoured.
+/// \pre the surface has its scene.
+bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,
+             double spacing);
+
+}  // namespace sidewall::app

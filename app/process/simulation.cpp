@@ -1,0 +1,197 @@
+#include "app/process/simulation.hpp"
+
+#include <fmt/format.h>
+#include <tbb/tick_count.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "app/common/interrupt.hpp"
+#include "app/common/progress.hpp"
+#include "app/process/flux_reuse.hpp"
+#include "app/process/memory.hpp"
+#include "app/process/rates.hpp"
+#include "app/process/run_folder.hpp"
+#include "app/process/state.hpp"
+#include "app/process/stop.hpp"
+#include "app/process/time_step.hpp"
+#include "app/process/traced_surface.hpp"
+#include "app/recipe/step_model.hpp"
+#include "app/results/result.hpp"
+#include "levelset/extract.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// What stays the same all through a run, and those who watch it.
+struct Run {
+    const Recipe& recipe;
+    std::vector<Step> steps;  // loops unrolled
+    RunFolder& folder;
+    ProgressBar& progress;
+    tbb::tick_count start;      // of this part of the run,
+    double seconds_before = 0;  // and what the parts before it took
+
+    void count_seconds(Timing& timing) const {
+        timing.total = seconds_before + (tbb::tick_count::now() - start).seconds();
+    }
+};
+
+double total_duration(const std::vector<Step>& steps) {
+    double total = 0.0;
+    for (const Step& step : steps) total += step.duration;
+    return total;
+}
+
+// A geometric step happens at once. False if the step takes time.
+bool reshape(const Recipe& recipe, const Step& step, RunState& state) {
+    const ModelEntry* entry = find_model(step.model);
+    if (entry->apply == nullptr) return false;
+    entry->apply(step.values, recipe.materials, state.stack);
+    return true;
+}
+
+Model begin_step(const Recipe& recipe, const Step& step, RunState& state) {
+    Model model = make_model(step, recipe.materials, recipe.domain);
+    if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
+    return model;
+}
+
+TracedSurface trace(const Run& run, const Model& model, const levelset::MaterialStack& stack,
+                    const SurfaceField& carried, std::uint32_t key, bool settle, RunState& state) {
+    const auto progress = [&](double part) {
+        run.progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+    };
+    return trace_surface(run.recipe, model, stack, carried, {key, settle, progress}, state.timing);
+}
+
+// The surface at this time and what arrives on it, traced or, where the recipe allows it, carried over.
+TracedSurface current_surface(const Run& run, const Model& model, RunState& state) {
+    const bool carries_over =
+        state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) && !model.species.empty();
+    if (carries_over) return carried_surface(model, state.stack, state.carried, state.timing);
+    state.reuse.left = 0;  // a run resumed here traces, too
+    return trace(run, model, state.stack, state.carried, state.time_step, state.begins_step(), state);
+}
+
+// The motion of every Runge-Kutta stage. Those after the first are traced only if the recipe asks for it,
+// with random numbers of their own; else the first one serves them all.
+std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, levelset::Motion first,
+                                            const TracedSurface& surface, const SurfaceField& carried,
+                                            double dt, RunState& state) {
+    std::vector<levelset::Motion> motions(1, std::move(first));
+    if (run.recipe.flux.stages != "all" || !surface.arriving || !surface.arriving->trace) return motions;
+    constexpr int kStageBit = 30;  // of the random numbers' key
+    const levelset::AdvectionOptions scheme = scheme_for(model, run.recipe.advection);
+    while (motions.size() < levelset::stage_count(scheme.time_integration)) {
+        levelset::MaterialStack reached = levelset::copy(state.stack);
+        levelset::advect_to_stage(reached, motions, dt, scheme);
+        const std::uint32_t key = state.time_step | static_cast<std::uint32_t>(motions.size()) << kStageBit;
+        motions.push_back(surface_motion(
+            model, reached, trace(run, model, reached, carried, key, false, state), state.timing));
+    }
+    return motions;
+}
+
+// Moves the surface.
+void advance(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
+             const TimeStep& next, RunState& state) {
+    const auto seconds = levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
+    state.timing.advect += seconds.advect;
+    state.timing.redistance += seconds.redistance;
+    state.advance(next.dt, next.until);
+}
+
+// Between two time steps the state is whole: the place to stop if the user asked for it.
+void end_time_step(const Run& run, const Step& step, RunState& state) {
+    run.progress.update(state.time,
+                        fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
+    run.count_seconds(state.timing);
+    const bool last = state.step + 1 == run.steps.size() && state.reached(state.step_start + step.duration);
+    if (interrupted() && !last) throw Interrupted("");
+}
+
+// The time loop.
+void make_steps(const Run& run, RunState& state) {
+    const Recipe& recipe = run.recipe;
+    for (; state.step < run.steps.size(); state.enter(state.step + 1)) {
+        const Step& step = run.steps[state.step];
+        if (reshape(recipe, step, state)) continue;
+        const Model model = begin_step(recipe, step, state);
+        while (!state.reached(state.step_start + step.duration)) {
+            const TracedSurface surface = current_surface(run, model, state);
+            const double to_stop = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
+            if (state.begins_step()) note_stop(step, state.step + 1, to_stop);
+            if (to_stop == 0.0) break;
+            levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
+            if (run.folder.due(state)) run.folder.save(state, model, surface);
+
+            const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
+            const bool carried_over = surface.arriving && !surface.arriving->trace;
+            const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
+                                               state.begins_step() ? SurfaceField{} : state.carried, surface);
+            SurfaceField carried = carried_over ? state.carried : field_to_carry(recipe, model, surface);
+            const std::vector<levelset::Motion> motions =
+                stage_motions(run, model, std::move(motion), surface, carried, next.dt, state);
+
+            run.folder.record(state, step, surface, next);
+            state.reuse = reuse;
+            state.carried = std::move(carried);
+            advance(recipe, model, motions, next, state);
+            end_time_step(run, step, state);
+        }
+    }
+}
+
+// The model whose fluxes a further time step would be made with; one that does nothing if no step takes time.
+Model last_model(const Run& run) {
+    for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step)
+        if (find_model(step->model)->make != nullptr)
+            return make_model(*step, run.recipe.materials, run.recipe.domain);
+    Model still;
+    still.speed = [](const SurfacePoint&) { return 0.0; };
+    return still;
+}
+
+// Saves the final surface, with the fluxes that the last model would go on with, and the summary.
+RunResult finish(const Run& run, RunState& state) {
+    const Model model = last_model(run);
+    const TracedSurface surface =
+        trace(run, model, state.stack, state.carried, state.time_step, false, state);
+    run.folder.save(state, model, surface);
+    run.count_seconds(state.timing);
+    return {surface.raw, state.timing, run.folder.finish(state, run.steps, surface)};
+}
+
+std::string how_to_go_on(const Run& run, const RunOptions& options, const RunState& state) {
+    return fmt::format("stopped at {:.6g} of {:.6g} {}; {}", state.time, total_duration(run.steps),
+                       run.recipe.domain.time_unit,
+                       options.resume_command.empty() ? "what is finished is in " + options.output.string()
+                                                      : "go on with: " + options.resume_command);
+}
+
+}  // namespace
+
+RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
+    require_memory(recipe, domain_of(recipe));
+    RunState state = options.resume ? resume_state(options.output, recipe) : initial_state(recipe);
+    if (options.resume && std::filesystem::exists(options.output / "summary.json"))
+        return {levelset::extract_surface(state.stack.top(), state.stack.domain), state.timing,
+                read_summary(options.output)};
+    const std::vector<Step> steps = expanded_steps(recipe);
+    RunFolder folder(options, recipe, state);
+    ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet);
+    const Run run{recipe, steps, folder, progress, tbb::tick_count::now(), state.timing.total};
+    try {
+        make_steps(run, state);
+        return finish(run, state);
+    } catch (const Interrupted&) {
+        // Thrown while tracing or between time steps: the state is that of the last whole one.
+        run.count_seconds(state.timing);
+        folder.checkpoint(state);
+        throw Interrupted(how_to_go_on(run, options, state));
+    }
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,57 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/common/timing.hpp"
+#include "app/process/flux_reuse.hpp"
+#include "app/process/surface_field.hpp"
+#include "app/recipe/recipe.hpp"
+#include "levelset/stack.hpp"
+
+namespace sidewall::app {
+
+/// A file of the run's folder that shows the surface at one time, or a part of what lies below it.
+struct SavedFile {
+    double time = 0.0;
+    int part = 0;  ///< counts the files of that time
+    std::string name;
+};
+
+/// Everything a run carries from one time step to the next; a checkpoint holds it all.
+struct RunState {
+    levelset::MaterialStack stack;
+    std::size_t step = 0;                 ///< of the recipe, loops unrolled
+    double step_start = 0.0;              ///< process time at which it began
+    double time = 0.0;                    ///< process time
+    std::uint32_t time_step = 0;          ///< over the whole run
+    std::size_t saved = 0;                ///< surfaces written
+    std::size_t rows = 0;                 ///< of the timeline
+    std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
+    SurfaceField carried;                 ///< what the last trace left on the surface
+    FluxReuse reuse;                      ///< of its fluxes
+    std::vector<SavedFile> files;         ///< what surface.pvd lists
+    Timing timing;
+
+    bool reached(double stop) const { return time >= stop; }
+    /// No time step has been made yet of the step at hand.
+    bool begins_step() const { return time == step_start; }
+    /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
+    /// it exactly.
+    void advance(double dt, double stop);
+    /// Begins a step of the recipe.
+    void enter(std::size_t next);
+};
+
+/// The stack of the recipe's layers, at time 0.
+RunState initial_state(const Recipe& recipe);
+
+/// The state in DIR/checkpoint.vdb.
+/// \throws FileError if there is none, or it belongs to another recipe.
+RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
+
+/// Writes DIR/checkpoint.vdb.
+void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state);
+
+}  // namespace sidewall::app

@@ -1,0 +1,74 @@
+#include "app/process/stop.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "levelset/extract.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kNear = 1e-3;  // in grid spacings
+
+double lowest(const TriangleMesh& surface) {
+    double z = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : surface.vertices) z = std::min(z, p.z());
+    return z;
+}
+
+// How much at least lies on a material; 0 where it is bare.
+double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
+    const double touching = levelset::kExposed * stack.domain.spacing;
+    const levelset::LayerDepths depths(stack);
+    std::vector<float> depth(stack.layers.size() - 1);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        depths.at(stack.domain.to_index(triangle_centroid(surface, t)), depth);
+        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+            const double here = k < depth.size() ? static_cast<double>(depth[k]) : 0.0;
+            if (stack.layers[k].material == material)
+                least = std::min(least, here <= touching ? 0.0 : here - 0.5 * touching);
+            if (here <= touching) break;  // this layer is bare, those above end here
+        }
+    }
+    return least;
+}
+
+double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
+    if (stack.layers.size() < 2) return 0.0;
+    const TriangleMesh below =
+        levelset::extract_surface(*stack.layers[stack.layers.size() - 2].phi, stack.domain);
+    if (below.triangles.empty()) return 0.0;
+    const surface::RayScene scene(below);
+    double most = 0.0;
+    for (const Vec3& p : surface.vertices) most = std::max(most, scene.closest_point(p, 1e30).distance);
+    return most;
+}
+
+}  // namespace
+
+double distance_to_stop(const Step& step, const Materials& materials, const levelset::MaterialStack& stack,
+                        const TriangleMesh& surface) {
+    double left = std::numeric_limits<double>::infinity();
+    if (step.stop_depth) left = std::min(left, *step.stop_depth + lowest(surface));
+    if (step.stop_thickness) left = std::min(left, *step.stop_thickness - thickest(stack, surface));
+    if (!step.stop_material.empty())
+        left = std::min(left, cover(stack, surface, *material_id(materials, step.stop_material)));
+    return left <= kNear * stack.domain.spacing ? 0.0 : left;
+}
+
+void note_stop(const Step& step, std::size_t number, double to_stop) {
+    const std::string& name = step.name.empty() ? step.model : step.name;
+    if (to_stop == 0.0)
+        fmt::print(stderr, "step {} ({}): its stop condition holds before it begins: it does nothing\n",
+                   number, name);
+    else if (std::isinf(to_stop) && !step.stop_material.empty())
+        fmt::print(stderr, "step {} ({}): there is no {} on the wafer for stop_material to meet\n", number,
+                   name, step.stop_material);
+}
+
+}  // namespace sidewall::app

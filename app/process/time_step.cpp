@@ -1,0 +1,54 @@
+#include "app/process/time_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sidewall::app {
+namespace {
+
+// Process time at which equal time steps must end: the end of the recipe's step or the next surface to save.
+double next_event(const Recipe& recipe, const Step& step, const RunState& state) {
+    const double end = state.step_start + step.duration;
+    return recipe.output.every ? std::min(end, static_cast<double>(state.saved) * *recipe.output.every) : end;
+}
+
+// Equal parts of what is left, each moving the front at most cfl dx.
+double equal_parts(double left, double speed, double spacing, double cfl) {
+    if (speed <= 0.0) return left;
+    // A hair's breadth over a whole number of time steps must not cost one more.
+    const double parts = std::ceil(left * speed / (cfl * spacing) * (1.0 - 1e-9));
+    return left / std::max(1.0, parts);
+}
+
+// The longest time step towards a stop condition: it may overshoot by a twentieth of a grid spacing, but not
+// creep.
+double approach(double distance, double speed, double spacing, double cfl) {
+    return speed > 0.0 ? std::max(distance, 0.1 * cfl * spacing) / speed
+                       : std::numeric_limits<double>::infinity();
+}
+
+// What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
+double bounding_speed(const Model& model, double speed) {
+    return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
+}
+
+}  // namespace
+
+TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& model, const RunState& state,
+                          const levelset::Motion& motion, double to_stop) {
+    TimeStep next;
+    const double spacing = state.stack.domain.spacing, cfl = recipe.advection.cfl;
+    next.until = next_event(recipe, step, state);
+    next.speed = bounding_speed(model, levelset::max_speed(state.stack, motion));
+    next.dt = std::min(equal_parts(next.until - state.time, next.speed, spacing, cfl),
+                       approach(to_stop, next.speed, spacing, cfl));
+    return next;
+}
+
+levelset::AdvectionOptions scheme_for(const Model& model, levelset::AdvectionOptions options) {
+    if (model.depends_on_normal) options.scheme = levelset::Scheme::lax_friedrichs;
+    return options;
+}
+
+}  // namespace sidewall::app

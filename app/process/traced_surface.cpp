@@ -1,0 +1,108 @@
+#include "app/process/traced_surface.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include "app/process/coarsen.hpp"
+#include "app/process/coverages.hpp"
+#include "app/process/flux_gradient.hpp"
+#include "app/process/flux_reuse.hpp"
+#include "app/process/species_flux.hpp"
+#include "levelset/extract.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+flux::LateralBox lateral_box(const levelset::Domain& domain) {
+    flux::LateralBox box{domain.min, domain.max, {}};
+    for (std::size_t a = 0; a < 2; ++a)
+        box.boundary[a] = domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic
+                                                                     : flux::Boundary::reflective;
+    return box;
+}
+
+// The stack's surface as it is now.
+TracedSurface extracted(const levelset::MaterialStack& stack, Timing& timing) {
+    const PhaseClock clock(timing.extract);
+    TracedSurface surface;
+    surface.box = lateral_box(stack.domain);
+    surface.raw = levelset::extract_surface(stack.top(), stack.domain);
+    if (surface.raw.triangles.empty())
+        throw NumericsError(
+            "the surface has vanished: no material boundary is left in the domain; shorten the step");
+    return surface;
+}
+
+std::shared_ptr<const surface::RayScene> build_scene(const TriangleMesh& mesh, Timing& timing) {
+    const PhaseClock clock(timing.bvh);
+    return std::make_shared<const surface::RayScene>(mesh);
+}
+
+std::vector<std::int32_t> materials_of(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
+    std::vector<std::int32_t> materials(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, materials.size(), [&](std::size_t t) {
+        materials[t] = levelset::exposed_material(stack, triangle_centroid(mesh, t));
+    });
+    return materials;
+}
+
+// The traced mesh split at creases and material edges, no flux yet.
+SurfaceFlux split(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
+    SurfaceFlux parts;
+    parts.materials = materials_of(stack, mesh);
+    parts.wedges = flux::make_wedges(mesh, parts.materials);
+    return parts;
+}
+
+}  // namespace
+
+TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                            const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
+    TracedSurface surface = extracted(stack, timing);
+    if (model.species.empty()) {
+        if (model.visibility) surface.scene = build_scene(surface.raw, timing);
+        return surface;
+    }
+    if (recipe.simplify.method != "none")
+        surface.simplified = coarsen(recipe, stack, surface.raw, carried, timing);
+    for (;;) {
+        surface.scene = build_scene(surface.traced(), timing);
+        const PhaseClock clock(timing.trace);
+        try {
+            surface.arriving =
+                settled_fluxes(recipe, model, surface, split(stack, surface.traced()), carried, request);
+            return surface;
+        } catch (const LeakError& leak) {
+            // A fold that coarsening left among thousands of time steps must not end the run.
+            if (!surface.simplified) throw;
+            fmt::print(stderr, "time step {}: {}: tracing the surface as extracted instead\n", request.key,
+                       leak.what());
+            surface.simplified.reset();
+        }
+    }
+}
+
+TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,
+                              const SurfaceField& carried, Timing& timing) {
+    TracedSurface surface = extracted(stack, timing);
+    surface.scene = build_scene(surface.raw, timing);
+    const PhaseClock clock(timing.rates);
+    surface.arriving = carried_fluxes(model, carried, surface.raw, split(stack, surface.raw));
+    return surface;
+}
+
+SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface) {
+    if (!surface.arriving) return {};
+    const SurfaceFlux& arriving = *surface.arriving;
+    const bool reuse = recipe.flux.reuse > 0.0;
+    std::vector<std::string> names = reuse ? carried_names(model) : model.coverages.names;
+    std::vector<std::vector<double>> values = reuse ? carried_values(arriving) : arriving.coverage;
+    if (surface.simplified && bounds_by_flux(recipe.simplify)) {
+        names.emplace_back(kFluxGradient);
+        values.push_back(flux_gradient(surface.traced(), arriving));
+    }
+    return surface_field(surface.traced(), arriving.wedges, names, values, surface.scene);
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,75 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "app/common/timing.hpp"
+#include "app/models/model.hpp"
+#include "app/process/surface_field.hpp"
+#include "app/recipe/recipe.hpp"
+#include "flux/lateral.hpp"
+#include "flux/tracer.hpp"
+#include "flux/wedges.hpp"
+#include "levelset/stack.hpp"
+#include "surface/ray_scene.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::app {
+
+/// What tracing a surface told beyond the fluxes that models see.
+struct TraceReport {
+    std::vector<flux::FluxResult> species;   ///< as counted, by Model::species
+    std::vector<std::vector<double>> error;  ///< standard errors of SurfaceFlux::flux, by tally and wedge
+    int traces = 0;                          ///< it took until the coverages had settled
+    double coverage_change = 0.0;            ///< mean change of a coverage in the last of them
+};
+
+/// What arrives on a surface and what is adsorbed there. Every list is complete.
+struct SurfaceFlux {
+    std::vector<std::int32_t> materials;        ///< of the mesh's triangles
+    flux::Wedges wedges;                        ///< the mesh's vertices split at creases and material edges
+    std::vector<std::vector<double>> flux;      ///< what models see, by tally (flux_names) and wedge
+    std::vector<std::vector<double>> coverage;  ///< by Model::coverages and wedge
+    std::optional<TraceReport> trace;           ///< absent where all is carried over from an earlier surface
+};
+
+/// The wafer's surface at one time, what is traced in its place, and what arrives on it.
+struct TracedSurface {
+    TriangleMesh raw;                                ///< as extracted
+    std::optional<TriangleMesh> simplified;          ///< what is traced instead, if anything
+    flux::LateralBox box;                            ///< sides of the domain
+    std::shared_ptr<const surface::RayScene> scene;  ///< of traced(); absent if the model looks at no surface
+    std::optional<SurfaceFlux> arriving;             ///< on traced(); absent if the model traces no species
+
+    const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
+};
+
+/// How to trace.
+struct TraceRequest {
+    std::uint32_t key = 0;  ///< of the random numbers: the time step, counted over the whole run
+    bool settle = false;    ///< trace again until the coverages have settled; else one trace does
+    std::function<void(double)> progress = {};  ///< told the finished fraction; may be empty
+};
+
+/// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;
+/// coverages follow from the fluxes, and the next fluxes from them.
+/// \param carried  of the surface before, from field_to_carry; coverages of the model's that it lacks begin
+///                 at 0.
+/// \throws NumericsError if particles leak through the surface as extracted or nothing is left of it,
+///         Interrupted if the user asked to stop.
+TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                            const SurfaceField& carried, const TraceRequest& request, Timing& timing);
+
+/// Extracts the surface and gives it the fluxes and coverages of an earlier one, from flux_field, in place of
+/// a trace: those of the closest points.
+/// \pre the model traces species.
+TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,
+                              const SurfaceField& carried, Timing& timing);
+
+/// What the next time step needs to know of this one's surface: coverages; how steeply fluxes vary if the
+/// recipe lets that bound the simplification; the fluxes themselves if it lets them be used again.
+SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface);
+
+}  // namespace sidewall::app

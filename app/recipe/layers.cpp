@@ -1,0 +1,173 @@
+#include "app/recipe/layers.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "app/recipe/gds.hpp"
+#include "app/recipe/reader.hpp"
+#include "app/recipe/sections.hpp"
+#include "app/schema/units.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kMostCells = 20'000;  // above or below z = 0
+constexpr std::int64_t kMostLayers = 10'000;
+
+// The outlines that a mask names, in the recipe's length unit.
+std::vector<levelset::Polygon> mask_polygons(const Layer& layer, const std::string& length_unit) {
+    std::vector<levelset::Polygon> polygons;
+    if (layer.file.empty() == layer.polygons.empty())
+        throw KeyError("polygons", "give either polygons or a GDSII file, not both or neither");
+    for (std::size_t k = 0; k < layer.polygons.size(); ++k) {
+        const auto& points = layer.polygons[k].get<std::vector<double>>("points");
+        if (points.size() < 6 || points.size() % 2 != 0)
+            throw KeyError(fmt::format("polygons[{}].points", k),
+                           "must be x and y of at least three corners");
+        levelset::Polygon& polygon = polygons.emplace_back();
+        for (std::size_t p = 0; p < points.size(); p += 2) polygon.push_back({points[p], points[p + 1]});
+    }
+    if (layer.file.empty()) return polygons;
+    const GdsLibrary library = read_gds(layer.file);
+    const std::vector<std::string> tops = top_cells(library);
+    const bool known = layer.cell.empty() ? tops.size() == 1 : library.cells.contains(layer.cell);
+    if (!known)
+        throw KeyError("cell", fmt::format("must be one of the file's cells, whose top ones are: {}",
+                                           fmt::join(tops, ", ")));
+    polygons = flatten(library, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
+                       static_cast<int>(layer.gds_datatype));
+    if (polygons.empty())
+        throw KeyError("gds_layer", fmt::format("the cell has no polygon on layer {}, datatype {}",
+                                                layer.gds_layer, layer.gds_datatype));
+    for (levelset::Polygon& polygon : polygons)
+        for (auto& point : polygon)
+            for (double& x : point) x /= metres_in(length_unit);
+    return polygons;
+}
+
+// Fills in what a layer takes from those below it. \p top is the flat surface so far.
+void place_layer(Layer& layer, bool first, double& top, const std::filesystem::path& folder,
+                 const std::string& length_unit) {
+    if (layer.shape == "stack") {
+        if (first) throw KeyError("shape", "a stack stands on a substrate: put a plane layer before it");
+        if (layer.thicknesses.size() != layer.materials.size())
+            throw KeyError("thicknesses",
+                           fmt::format("must be as many as materials, {}", layer.materials.size()));
+        double period = 0.0;
+        for (const double thickness : layer.thicknesses) period += thickness;
+        top += static_cast<double>(layer.repeat) * period;
+        return;
+    }
+    if (layer.shape == "mesh" || (layer.shape == "mask" && !layer.file.empty())) {
+        layer.file = std::filesystem::absolute(folder / layer.file).lexically_normal().string();
+        if (!std::filesystem::is_regular_file(layer.file))
+            throw KeyError("file",
+                           fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
+        if (layer.shape == "mesh") return;
+    }
+    if (layer.shape == "mask") {
+        if (first) throw KeyError("shape", "a mask stands on a substrate: put another layer before it");
+        mask_polygons(layer, length_unit);  // for its checks
+    }
+    if (layer.top && layer.thickness) throw KeyError("thickness", "give top or thickness, not both");
+    if (first && layer.thickness)
+        throw KeyError("thickness", "the first layer has none below it; give top instead");
+    const bool stands = layer.shape == "fin" || layer.shape == "box";
+    if (!first && !stands && !layer.top && !layer.thickness)
+        throw KeyError("thickness", "missing: give the layer's thickness, or its top");
+    if (first && (layer.shape == "trench" || layer.shape == "hole") && !layer.depth)
+        throw KeyError("depth", "missing: a trench or hole in the first layer must end somewhere");
+    layer.top = layer.thickness ? top + *layer.thickness : layer.top.value_or(top);
+    layer.thickness.reset();
+    top = *layer.top;
+}
+
+// Heights beyond these are typing errors, and node indices must not overflow.
+void check_height(const Layer& layer, double top, double spacing) {
+    const auto check = [&](const char* key, double z) {
+        if (std::abs(z) > kMostCells * spacing)
+            throw KeyError(
+                key, fmt::format("reaches {:.3g} cells from z = 0, over {:g}; check the unit or use a larger "
+                                 "grid_spacing",
+                                 std::abs(z) / spacing, kMostCells));
+    };
+    check(layer.shape == "stack" ? "thicknesses" : "top", top);
+    check("depth", layer.depth.value_or(0.0));
+    check("height", layer.height);
+}
+
+levelset::Shape shape_of(const Layer& layer, const std::string& length_unit) {
+    static const std::map<std::string, levelset::ShapeKind, std::less<>> kinds = {
+        {"plane", levelset::ShapeKind::plane}, {"trench", levelset::ShapeKind::trench},
+        {"hole", levelset::ShapeKind::hole},   {"fin", levelset::ShapeKind::fin},
+        {"box", levelset::ShapeKind::box},     {"mesh", levelset::ShapeKind::mesh},
+        {"mask", levelset::ShapeKind::mask}};
+    levelset::Shape shape;
+    shape.kind = kinds.at(layer.shape);
+    shape.top = layer.top.value_or(0.0);
+    shape.position = layer.position;
+    shape.width = layer.width;
+    shape.radius = layer.radius;
+    shape.depth = layer.depth.value_or(std::numeric_limits<double>::infinity());
+    shape.height = layer.height;
+    shape.size = layer.size;
+    shape.taper_deg = layer.taper_deg;
+    shape.file = layer.file;
+    shape.openings = layer.openings;
+    if (layer.shape == "mask") shape.polygons = mask_polygons(layer, length_unit);
+    return shape;
+}
+
+}  // namespace
+
+void read_layers(const toml::table& root, Recipe& recipe) {
+    const auto tables = tables_of(root, "layer", "layer");
+    if (tables.empty()) fail_missing(root, "layer", "missing: a recipe needs a substrate: add a [[layer]]");
+    const std::filesystem::path folder = std::filesystem::path(recipe.file).parent_path();
+    double top = 0.0;
+    std::int64_t count = 0;
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+        const std::string path = fmt::format("layer[{}]", i);
+        Layer& layer = recipe.layers.emplace_back();
+        const Reading reading{recipe.materials, recipe.notes};
+        read_field(*tables[i], path, fields(layer)[0], reading);  // the shape decides which keys there are
+        read_fields(*tables[i], path, "a " + layer.shape, fields(layer), reading);
+        located(*tables[i], path, [&] {
+            place_layer(layer, i == 0, top, folder, recipe.domain.length_unit);
+            check_height(layer, top, recipe.domain.grid_spacing);
+            count +=
+                layer.shape == "stack" ? layer.repeat * static_cast<std::int64_t>(layer.materials.size()) : 1;
+            if (count > kMostLayers)
+                throw KeyError("repeat", fmt::format("makes more than {} layers", kMostLayers));
+        });
+    }
+}
+
+std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
+    std::vector<MaterialLayer> layers;
+    double top = 0.0;
+    for (const Layer& layer : recipe.layers) {
+        if (layer.shape != "stack") {
+            layers.push_back(
+                {*material_id(recipe.materials, layer.material), shape_of(layer, recipe.domain.length_unit)});
+            top = layer.top.value_or(top);
+            continue;
+        }
+        for (std::int64_t period = 0; period < layer.repeat; ++period) {
+            for (std::size_t m = 0; m < layer.materials.size(); ++m) {
+                top += layer.thicknesses[m];
+                levelset::Shape plane;
+                plane.top = top;
+                layers.push_back({*material_id(recipe.materials, layer.materials[m]), plane});
+            }
+        }
+    }
+    return layers;
+}
+
+}  // namespace sidewall::app

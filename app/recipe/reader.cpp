@@ -1,0 +1,257 @@
+#include "app/recipe/reader.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace sidewall::app {
+namespace {
+
+std::string value_text(const toml::node& node) {
+    if (node.is_table()) return "{...}";
+    if (const auto* number = node.as_floating_point()) return toml_text(number->get());
+    if (const auto* string = node.as_string()) return toml_text(string->get());
+    std::ostringstream text;
+    node.visit([&](const auto& value) { text << value; });
+    std::string line = text.str();
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    if (line.size() > 60) line = line.substr(0, 57) + "...";
+    return line;
+}
+
+double read_number(const toml::node& node, const std::string& path, const Rule& rule,
+                   std::string_view or_word = {}) {
+    if (!node.is_number()) fail(node, path, fmt::format("must be a number{}", or_word));
+    const double value =
+        node.is_integer() ? static_cast<double>(node.as_integer()->get()) : node.as_floating_point()->get();
+    if (!std::isfinite(value)) fail(node, path, "must be a finite number");
+    const bool low = value < rule.min || (rule.above_min && value == rule.min);
+    if (!low && value <= rule.max) return value;
+    const std::string range = range_text(rule);
+    if (range.empty() || (value > rule.max && rule.max == kHuge))
+        fail(node, path,
+             fmt::format("must be in [{:g}, {:g}]; check the unit", std::max(rule.min, -kHuge), kHuge));
+    fail(node, path, "must be " + range);
+}
+
+// A file written with 1e6 means the whole number.
+std::int64_t read_integer(const toml::node& node, const std::string& path, const Rule& rule) {
+    const double value = read_number(node, path, rule);
+    if (node.is_integer()) return node.as_integer()->get();
+    if (value != std::round(value)) fail(node, path, "must be a whole number");
+    return static_cast<std::int64_t>(value);
+}
+
+std::string read_word(const toml::node& node, const std::string& path,
+                      const std::vector<std::string>& words) {
+    const auto* text = node.as_string();
+    if (text != nullptr && std::find(words.begin(), words.end(), text->get()) != words.end())
+        return text->get();
+    std::string rule = fmt::format("must be one of {}", fmt::join(words, ", "));
+    if (text != nullptr) rule += fmt::format("; did you mean {}?", nearest(text->get(), words));
+    fail(node, path, rule);
+}
+
+void check_material(const toml::node& node, const std::string& path, const std::string& name,
+                    const Materials& materials) {
+    if (material_id(materials, name)) return;
+    fail(node, path,
+         fmt::format("unknown material: did you mean {}? A new one needs a [[material]] of that name",
+                     nearest(name, material_names(materials))));
+}
+
+std::string read_string(const toml::node& node, const std::string& path, const Rule& rule,
+                        const Materials& materials) {
+    if (!rule.choices.empty()) return read_word(node, path, rule.choices);
+    if (!node.is_string()) fail(node, path, "must be a string, in quotes");
+    const std::string text = node.as_string()->get();
+    if (text.empty()) fail(node, path, "must not be empty");
+    if (rule.material) check_material(node, path, text, materials);
+    return text;
+}
+
+const toml::array& read_array(const toml::node& node, const std::string& path, std::size_t size,
+                              std::string_view of) {
+    const toml::array* array = node.as_array();
+    if (array == nullptr || (size > 0 && array->size() != size))
+        fail(node, path,
+             size > 0 ? fmt::format("must be a list of {} {}", size, of)
+                      : fmt::format("must be a list of {}", of));
+    return *array;
+}
+
+struct Reader {
+    const toml::node& node;
+    const std::string& path;
+    const Rule& rule;
+    const Reading& reading;
+
+    std::string at(std::size_t i) const { return fmt::format("{}[{}]", path, i); }
+
+    void operator()(bool* target) const {
+        if (!node.is_boolean()) fail(node, path, "must be true or false");
+        *target = node.as_boolean()->get();
+    }
+    void operator()(std::int64_t* target) const { *target = read_integer(node, path, rule); }
+    void operator()(double* target) const { *target = read_number(node, path, rule); }
+    void operator()(std::optional<double>* target) const {
+        if (!rule.word.empty() && node.is_string() && node.as_string()->get() == rule.word)
+            target->reset();
+        else
+            *target =
+                read_number(node, path, rule, rule.word.empty() ? "" : fmt::format(" or \"{}\"", rule.word));
+    }
+    void operator()(std::string* target) const { *target = read_string(node, path, rule, reading.materials); }
+    void operator()(std::span<double> target) const {
+        const toml::array& array = read_array(node, path, target.size(), "numbers");
+        for (std::size_t i = 0; i < target.size(); ++i) target[i] = read_number(array[i], at(i), rule);
+    }
+    void operator()(std::vector<double>* target) const {
+        const toml::array& array = read_array(node, path, rule.size, "numbers");
+        target->clear();
+        for (std::size_t i = 0; i < array.size(); ++i) target->push_back(read_number(array[i], at(i), rule));
+        refuse_empty(array);
+    }
+    void operator()(std::vector<std::string>* target) const {
+        const toml::array& array = read_array(node, path, rule.size, "strings");
+        target->clear();
+        for (std::size_t i = 0; i < array.size(); ++i)
+            target->push_back(read_string(array[i], at(i), rule, reading.materials));
+        refuse_empty(array);
+    }
+    void operator()(ByMaterial* target) const {
+        const toml::table* table = node.as_table();
+        // A table says what differs from the key's default; a number or a `default` of its own replace it.
+        if (table == nullptr || table->contains("default")) target->named.clear();
+        if (table == nullptr) {
+            target->fallback =
+                read_number(node, path, rule, " or a table by material, e.g. { Si = 0.2, default = 0.1 }");
+            return;
+        }
+        for (const auto& [key, value] : *table) {
+            const std::string name(key.str());
+            const std::string name_path = path + "." + name;
+            if (name != "default") check_material(value, name_path, name, reading.materials);
+            (name == "default" ? target->fallback : target->named[name]) =
+                read_number(value, name_path, rule);
+        }
+        if (table->empty()) fail(node, path, "must not be empty: name a material or give a number");
+    }
+    void operator()(std::vector<Values>* target) const {
+        const toml::array& array = read_array(node, path, 0, "tables");
+        refuse_empty(array);
+        target->clear();
+        for (std::size_t i = 0; i < array.size(); ++i) {
+            const toml::table* table = array[i].as_table();
+            if (table == nullptr) fail(array[i], at(i), "must be a table, e.g. { name = \"ion\" }");
+            Values& values = target->emplace_back();
+            read_fields(*table, at(i), "this table", bind(rule.keys, values), reading);
+        }
+    }
+    // A single word stands for all of several.
+    void operator()(const Choice& target) const {
+        const auto index = [&](const std::string& word) {
+            return static_cast<std::uint8_t>(std::find(target.words.begin(), target.words.end(), word) -
+                                             target.words.begin());
+        };
+        if (target.count == 1 || node.is_string()) {
+            std::fill_n(target.values, target.count, index(read_word(node, path, target.words)));
+            return;
+        }
+        const toml::array& array = read_array(node, path, target.count, "words");
+        for (std::size_t i = 0; i < target.count; ++i)
+            target.values[i] = index(read_word(array[i], at(i), target.words));
+    }
+
+    void refuse_empty(const toml::array& array) const {
+        if (rule.required && array.empty()) fail(node, path, "must not be empty");
+    }
+};
+
+}  // namespace
+
+toml::table parse_toml(std::string_view text, const std::string& source) {
+    try {
+        return toml::parse(text, std::string_view(source));
+    } catch (const toml::parse_error& error) {
+        throw RecipeError(
+            fmt::format("{}:{}: not valid TOML: {}", source, error.source().begin.line, error.description()));
+    }
+}
+
+std::string place_of(const toml::node& node) {
+    const toml::source_region& source = node.source();
+    if (!source.path) return "recipe";
+    if (source.path->starts_with("--set ")) return *source.path;
+    return fmt::format("{}:{}", *source.path, source.begin.line);
+}
+
+void fail(const toml::node& node, std::string_view path, std::string_view rule) {
+    throw RecipeError(fmt::format("{}: {} = {}: {}", place_of(node), path, value_text(node), rule));
+}
+
+void fail_missing(const toml::node& table, std::string_view path, std::string_view rule) {
+    throw RecipeError(fmt::format("{}: {}: {}", place_of(table), path, rule));
+}
+
+void read_field(const toml::table& table, const std::string& path, const Field& field,
+                const Reading& reading) {
+    std::string name = field.name;
+    if (!field.former.empty() && table.contains(field.former)) {
+        const std::string former_path = path + "." + field.former;
+        if (table.contains(name))
+            fail(*table.get(field.former), former_path,
+                 fmt::format("is now called {}; drop one of the two", name));
+        name = field.former;
+        reading.notes.push_back(fmt::format("{} is now called {}", former_path, field.name));
+    }
+    const std::string key_path = path + "." + name;
+    if (const toml::node* node = table.get(name))
+        std::visit(Reader{*node, key_path, field.rule, reading}, field.target);
+}
+
+void read_fields(const toml::table& table, const std::string& path, std::string_view what,
+                 const std::vector<Field>& fields, const Reading& reading,
+                 const std::vector<std::string>& nested) {
+    const auto path_to = [&](std::string_view key) { return fmt::format("{}.{}", path, key); };
+    std::vector<std::string> known = nested;
+    for (const Field& field : fields) known.push_back(field.name);
+    const auto former = [&](std::string_view key) {
+        return std::any_of(fields.begin(), fields.end(),
+                           [&](const Field& field) { return field.former == key; });
+    };
+    for (const auto& [key, node] : table)
+        if (std::find(known.begin(), known.end(), key.str()) == known.end() && !former(key.str()))
+            fail(node, path_to(key.str()),
+                 fmt::format("unknown key of {}: did you mean {}? `sidewall models` lists all keys", what,
+                             nearest(key.str(), known)));
+    for (const Field& field : fields) {
+        if (field.rule.required && !table.contains(field.name) && !table.contains(field.former))
+            fail_missing(table, path_to(field.name),
+                         fmt::format("missing: {} needs it ({}{}{})", what, field.doc,
+                                     field.unit.empty() ? "" : "; ", field.unit));
+        read_field(table, path, field, reading);
+    }
+}
+
+std::vector<const toml::table*> tables_of(const toml::table& parent, std::string_view key,
+                                          const std::string& path) {
+    std::vector<const toml::table*> tables;
+    const toml::node* node = parent.get(key);
+    if (node == nullptr) return tables;
+    std::string header;  // the path without its indices
+    for (const PathPart& part : split_path(path)) header += (header.empty() ? "" : ".") + part.key;
+    const std::string rule = fmt::format("must be one or more tables: write [[{}]]", header);
+    const toml::array* array = node->as_array();
+    if (array == nullptr || array->empty()) fail(*node, path, rule);
+    for (const toml::node& element : *array) {
+        if (!element.is_table()) fail(element, path, rule);
+        tables.push_back(element.as_table());
+    }
+    return tables;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,208 @@
+#include "app/recipe/recipe.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "app/recipe/reader.hpp"
+#include "app/recipe/sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
+constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
+constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would fill a machine
+constexpr double kMostSurfaces = 100'000;  // saved by [output] every
+constexpr std::uintmax_t kMostBytes = 1 << 24;
+
+void refuse_unknown_sections(const toml::table& root) {
+    static const std::vector<std::string> known = {"domain",   "material",  "layer",  "step",     "flux",
+                                                   "simplify", "advection", "output", "metrology"};
+    for (const auto& [key, node] : root)
+        if (std::find(known.begin(), known.end(), key.str()) == known.end())
+            fail(node, key.str(),
+                 fmt::format("unknown section: did you mean {}?", nearest(key.str(), known)));
+}
+
+Reading reading_for(Recipe& recipe) {
+    return {recipe.materials, recipe.notes};
+}
+
+template <class Section, class Check>
+void read_section(const toml::table& root, const std::string& name, Section& section, const Reading& reading,
+                  Check&& check) {
+    const toml::node* node = root.get(name);
+    if (node == nullptr) return;
+    if (!node->is_table()) fail(*node, name, fmt::format("must be a table: write [{}]", name));
+    const toml::table& table = *node->as_table();
+    read_fields(table, name, "[" + name + "]", fields(section), reading);
+    located(table, name, check);
+}
+
+void read_materials(const toml::table& root, Recipe& recipe) {
+    Materials& materials = recipe.materials;
+    std::vector<std::string> seen;
+    const auto tables = tables_of(root, "material", "material");
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+        const std::string path = fmt::format("material[{}]", i);
+        const auto name = (*tables[i])["name"].value<std::string>().value_or("");
+        const std::optional<int> id = material_id(materials, name);
+        Material material = id ? materials[static_cast<std::size_t>(*id)] : Material();
+        read_fields(*tables[i], path, "[[material]]", fields(material), reading_for(recipe));
+        located(*tables[i], path, [&] {
+            const bool plain =
+                std::all_of(name.begin(), name.end(), [](unsigned char c) { return c > 0x20 && c != '"'; });
+            if (name == "default" || !plain)
+                throw KeyError("name", "must be a word without blanks or quotes, other than default");
+            if (std::find(seen.begin(), seen.end(), name) != seen.end())
+                throw KeyError("name", "is defined twice; drop one [[material]]");
+            const bool hex =
+                material.colour.size() == 7 && material.colour[0] == '#' &&
+                material.colour.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+            if (!hex) throw KeyError("colour", "must look like \"#8fa3b8\"");
+        });
+        seen.push_back(name);
+        if (id)
+            materials[static_cast<std::size_t>(*id)] = material;
+        else
+            materials.push_back(material);
+    }
+}
+
+void read_domain(const toml::table& root, Recipe& recipe) {
+    if (!root.contains("domain"))
+        fail_missing(root, "domain", "missing: add [domain] with extent and grid_spacing");
+    const DomainSection& domain = recipe.domain;
+    read_section(root, "domain", recipe.domain, reading_for(recipe), [&] {
+        for (const double extent : domain.extent)
+            if (extent / domain.grid_spacing > kMostCells)
+                throw KeyError("grid_spacing",
+                               fmt::format("needs {:.3g} cells for an extent of {:g}, over {:g}; use a "
+                                           "larger spacing",
+                                           extent / domain.grid_spacing, extent, kMostCells));
+    });
+    try {
+        domain_of(recipe);
+    } catch (const RecipeError& error) {  // names the key itself
+        throw RecipeError(
+            fmt::format("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what()));
+    }
+}
+
+void check_simplify(const SimplifySection& simplify) {
+    if (simplify.l0 && simplify.l_max && *simplify.l_max < *simplify.l0)
+        throw KeyError("l_max", fmt::format("must be at least l0 = {:g}", *simplify.l0));
+    if (!simplify.weights.empty() && simplify.weights[0] + simplify.weights[1] + simplify.weights[2] <= 0.0)
+        throw KeyError("weights", "must not all be 0");
+    if (simplify.max_error && simplify.method == "cgal-lindstrom-turk")
+        throw KeyError("max_error", "is not kept by method = \"cgal-lindstrom-turk\": use another method");
+}
+
+void check_averaging(double radius, const DomainSection& domain) {
+    const double least = kLeastAveraging * domain.grid_spacing, most = kMostAveraging * domain.grid_spacing;
+    if (radius != 0.0 && (radius < least || radius > most))
+        throw KeyError("averaging", fmt::format("must be 0, or {:g} to {:g} grid spacings, {:g} to {:g}",
+                                                kLeastAveraging, kMostAveraging, least, most));
+    // Beyond a side the surface goes on, but only once.
+    const double width = std::min(domain.extent[0], domain.extent[1]);
+    if (radius > width) throw KeyError("averaging", fmt::format("must not exceed the wafer's {:g}", width));
+}
+
+// A cut that misses the wafer would give an empty file without a word.
+surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, const std::string& key) {
+    surface::Plane plane;
+    try {
+        plane = surface::parse_plane(text);
+    } catch (const RecipeError&) {
+        throw KeyError(key, "must be a plane such as \"y=0\" or \"x=-1.5\"");
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const bool across = plane.normal[static_cast<int>(axis)] != 0.0;
+        const double half = 0.5 * recipe.domain.extent[axis];
+        if (across && std::abs(plane.offset) > half)
+            throw KeyError(key, fmt::format("lies outside the domain, which ends at +-{:g}", half));
+    }
+    return plane;
+}
+
+double total_duration(const Recipe& recipe) {
+    double total = 0.0;
+    for (const Step& step : expanded_steps(recipe)) total += step.duration;
+    return total;
+}
+
+}  // namespace
+
+Recipe parse_recipe(std::string_view text, const std::string& file,
+                    const std::vector<std::string>& overrides) {
+    toml::table root = parse_toml(text, file);
+    for (const std::string& setting : overrides) apply_override(root, setting);
+    refuse_unknown_sections(root);
+
+    Recipe recipe;
+    recipe.file = file;
+    read_materials(root, recipe);
+    read_domain(root, recipe);
+    read_layers(root, recipe);
+    read_steps(root, recipe);
+    const Reading reading = reading_for(recipe);
+    read_section(root, "advection", recipe.advection, reading, [] {});
+    read_section(root, "flux", recipe.flux, reading, [&] {
+        check_averaging(recipe.flux.averaging, recipe.domain);
+        if (recipe.flux.stages == "all" && levelset::stage_count(recipe.advection.time_integration) == 1)
+            throw KeyError(
+                "stages",
+                "needs advection.time_integration = \"rk2\" or \"rk3\": \"euler\" has one stage only");
+    });
+    read_section(root, "simplify", recipe.simplify, reading, [&] { check_simplify(recipe.simplify); });
+    read_section(root, "output", recipe.output, reading, [&] {
+        const std::vector<std::string>& profiles = recipe.output.profiles;
+        for (std::size_t i = 0; i < profiles.size(); ++i)
+            vertical_plane(profiles[i], recipe, fmt::format("profiles[{}]", i));
+        if (recipe.output.every && total_duration(recipe) / *recipe.output.every > kMostSurfaces)
+            throw KeyError("every",
+                           fmt::format("saves more than {:g} surfaces; use a longer time", kMostSurfaces));
+    });
+    read_section(root, "metrology", recipe.metrology, reading, [&] {
+        const MetrologySection& metrology = recipe.metrology;
+        if (vertical_plane(metrology.cut, recipe, "cut").normal.z() != 0.0)
+            throw KeyError("cut", "must be vertical, such as \"y=0\"");
+        const bool cd = std::count(metrology.measures.begin(), metrology.measures.end(), "cd") > 0;
+        if (cd && metrology.cd_depths.empty())
+            throw KeyError("cd_depths", "missing: cd is measured at depths, e.g. cd_depths = [0.5, 1.0]");
+    });
+    return recipe;
+}
+
+Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
+    std::error_code failure;
+    const std::string name = path.string();
+    if (!std::filesystem::exists(path, failure))
+        throw FileError(
+            fmt::format("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name));
+    if (!std::filesystem::is_regular_file(path, failure))
+        throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
+    if (std::filesystem::file_size(path, failure) > kMostBytes)
+        throw FileError(fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostBytes));
+    std::ifstream in(path, std::ios::binary);
+    std::ostringstream text;
+    text << in.rdbuf();
+    if (!in) throw FileError(fmt::format("{}: cannot be read: check its permissions", name));
+    return parse_recipe(text.str(), name, overrides);
+}
+
+levelset::Domain domain_of(const Recipe& recipe) {
+    return levelset::make_domain(recipe.domain.extent, recipe.domain.grid_spacing, recipe.domain.boundary);
+}
+
+std::vector<surface::Plane> profile_planes(const Recipe& recipe) {
+    std::vector<surface::Plane> planes;
+    for (const std::string& text : recipe.output.profiles) planes.push_back(surface::parse_plane(text));
+    return planes;
+}
+
+}  // namespace sidewall::app

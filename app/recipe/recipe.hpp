@@ -1,0 +1,151 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/schema/keys.hpp"
+#include "levelset/advection_options.hpp"
+#include "levelset/domain.hpp"
+#include "surface/cut.hpp"
+
+namespace sidewall::app {
+
+struct DomainSection {
+    std::array<double, 2> extent{};  ///< lateral x, y lengths, centred on 0
+    double grid_spacing = 0.0;       ///< as wanted; domain_of() rounds it
+    std::array<levelset::Side, 2> boundary{levelset::Side::reflective, levelset::Side::reflective};
+    std::string length_unit = "um";
+    std::string time_unit = "s";
+    bool operator==(const DomainSection&) const = default;
+};
+
+/// A layer as the recipe writes it. Which members count depends on the shape; see recipe_sections.cpp and
+/// levelset/shapes.hpp.
+struct Layer {
+    std::string shape = "plane";
+    std::string material;
+    std::optional<double> top;  ///< z of the flat surface; always set in a parsed recipe, except for a stack
+    std::optional<double> thickness;  ///< above the layer below, instead of top; never set in a parsed recipe
+    std::array<double, 2> position{};
+    double width = 0.0;
+    double radius = 0.0;
+    std::optional<double> depth;  ///< absent: through the layer
+    double height = 0.0;
+    std::array<double, 2> size{};
+    double taper_deg = 0.0;
+    std::string file;              ///< mesh, mask; absolute in a parsed recipe
+    std::vector<Values> polygons;  ///< mask: in the recipe
+    std::string cell;              ///< mask: of the file; its only top cell if empty
+    std::int64_t gds_layer = 0, gds_datatype = 0;
+    bool openings = true;                ///< mask
+    std::vector<std::string> materials;  ///< stack: one period, bottom up
+    std::vector<double> thicknesses;     ///< stack: as many
+    std::int64_t repeat = 1;             ///< stack: periods
+    bool operator==(const Layer&) const = default;
+};
+
+/// One process step, or a loop over steps.
+struct Step {
+    std::string model;      ///< empty for a loop
+    std::string name;       ///< what reports call it; empty: the model's name
+    double duration = 0.0;  ///< at most, if it has a stop condition (app/stop.hpp)
+    std::optional<double> stop_depth, stop_thickness;
+    std::string stop_material;
+    std::int64_t repeat = 1;
+    Values values;            ///< the model's keys
+    std::vector<Step> steps;  ///< what a loop repeats
+    bool operator==(const Step&) const = default;
+};
+
+struct FluxSection {
+    std::int64_t rays = 1'000'000;          ///< source rays a species and time step
+    std::optional<double> relative_error;   ///< asked for instead of rays
+    std::int64_t max_rays = 1'000'000'000;  ///< that relative_error may spend
+    std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
+    std::int64_t seed = 1;
+    double reuse = 0.0;  ///< fluxes serve further time steps until they have changed by so much; 0: one
+    double averaging =
+        0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
+    std::string stages = "step";  ///< when they are traced: at the start of a time step, or "all" its stages
+    bool operator==(const FluxSection&) const = default;
+};
+
+/// Lengths in the recipe's unit; absent is "auto", the grid spacing or a multiple of it
+/// (simplify/options.hpp).
+struct SimplifySection {
+    std::string method = "region-bounded";
+    std::optional<double> l0, step, l_max;
+    std::optional<double> feature_parameter = 0.5;  ///< absent: from the curvature's distribution
+    std::vector<double> weights;                    ///< volume, boundary, shape; empty: the method's own
+    std::int64_t target_vertices = 0;               ///< 0: none
+    std::optional<double> max_error;                ///< hard bound; not for CGAL's method
+    double flux_change = 0.1;                       ///< along an edge, of itself; region-bounded only; 0: any
+    bool operator==(const SimplifySection&) const = default;
+};
+
+struct OutputSection {
+    std::optional<double> every;  ///< process time between saved surfaces; absent: the end of every step
+    std::vector<std::string> profiles;
+    bool operator==(const OutputSection&) const = default;
+};
+
+struct MetrologySection {
+    std::vector<std::string> measures{"depth"};
+    std::vector<double> cd_depths;  ///< below z = 0
+    double mask_bottom = 0.0;       ///< z, for the undercut
+    std::string cut = "y=0";
+    bool operator==(const MetrologySection&) const = default;
+};
+
+/// A recipe with every default filled in and every rule checked.
+struct Recipe {
+    std::string file;
+    DomainSection domain;
+    Materials materials = default_materials();
+    std::vector<Layer> layers;
+    std::vector<Step> steps;
+    FluxSection flux;
+    SimplifySection simplify;
+    levelset::AdvectionOptions advection;
+    OutputSection output;
+    MetrologySection metrology;
+    std::vector<std::string> notes;  ///< of the reader, for the recipe's author
+    bool operator==(const Recipe&) const = default;
+};
+
+/// Reads and validates a recipe.
+///
+/// \param text       TOML; design of the format in recipe_sections.cpp, printed by `sidewall models`.
+/// \param file       its name, for messages; mesh files are sought beside it.
+/// \param overrides  `key=value` settings such as `step[0].duration=2`, applied in order before validation.
+///                   The value is TOML; bare words are strings.
+/// \throws RecipeError naming file and line (or the override), key, value, the rule and what to do.
+Recipe parse_recipe(std::string_view text, const std::string& file,
+                    const std::vector<std::string>& overrides = {});
+
+/// The same from a file.
+/// \throws FileError if it cannot be read.
+Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
+
+/// The whole recipe as TOML with every default written out. Parses back to an equal recipe.
+std::string effective_recipe(const Recipe& recipe);
+
+/// The domain, its spacing rounded to divide both extents.
+levelset::Domain domain_of(const Recipe& recipe);
+
+/// What a user should know of a valid recipe: names that keys no longer have, how the grid's spacing was
+/// rounded, beams that sides mirror.
+std::vector<std::string> notes_on(const Recipe& recipe);
+
+/// Loops unrolled: steps in the order they run, each with repeat 1 and a name such as "2.1 etch (cycle 3 of
+/// 10)".
+std::vector<Step> expanded_steps(const Recipe& recipe);
+
+/// The cuts of [output] profiles.
+std::vector<surface::Plane> profile_planes(const Recipe& recipe);
+
+}  // namespace sidewall::app

@@ -1,0 +1,269 @@
+#include "app/recipe/sections.hpp"
+
+#include "app/models/model.hpp"
+#include "app/schema/units.hpp"
+
+namespace sidewall::app {
+namespace {
+
+const std::string kLength = "length", kTime = "time", kDegree = "degree";
+
+const Rule kLengthOrAuto{.min = 0.0, .word = "auto"};
+const Rule kAboveZeroOrAuto{.min = 0.0, .above_min = true, .word = "auto"};
+
+template <class Section>
+SectionDoc section(std::string name, std::string header, std::string doc, Section defaults = {}) {
+    return {std::move(name), std::move(header), std::move(doc), document(fields(defaults))};
+}
+
+}  // namespace
+
+std::vector<Field> fields(DomainSection& domain) {
+    return {
+        {"extent", std::span<double>(domain.extent), kLength, "lateral x and y size, centred on 0",
+         required(kPositive)},
+        {"grid_spacing", &domain.grid_spacing, kLength,
+         "rounded so that both extents are whole numbers of cells", required(kPositive)},
+        {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "", "sides across x and across y"},
+        {"length_unit", &domain.length_unit, "", "unit of every length", {.choices = length_units()}},
+        {"time_unit", &domain.time_unit, "", "unit of every time", {.choices = time_units()}},
+    };
+}
+
+std::vector<Field> fields(Material& material) {
+    return {
+        {"name", &material.name, "", "a new material, or a built-in one to change", required()},
+        {"colour", &material.colour, "", "in pictures, #rrggbb"},
+        {"density", &material.density, "1e22 /cm^3", "atoms, or formula units of a compound", kPositive},
+    };
+}
+
+const std::vector<std::string>& shape_names() {
+    static const std::vector<std::string> names = {"plane", "trench", "hole", "fin",
+                                                   "box",   "stack",  "mesh", "mask"};
+    return names;
+}
+
+const std::vector<std::string>& measure_names() {
+    static const std::vector<std::string> names = {"depth",    "cd",           "sidewall_angle", "bow",
+                                                   "undercut", "aspect_ratio", "scallops",       "film"};
+    return names;
+}
+
+std::vector<Field> fields(Layer& layer) {
+    std::vector<Field> list = {{"shape", &layer.shape, "", "", {.choices = shape_names()}}};
+    const auto add = [&](Field field) { list.push_back(std::move(field)); };
+    if (layer.shape == "stack") {
+        add({"materials",
+             &layer.materials,
+             "",
+             "one period, bottom up",
+             {.required = true, .material = true}});
+        add({"thicknesses", &layer.thicknesses, kLength, "of each of the materials", required(kPositive)});
+        add({"repeat", &layer.repeat, "", "periods", {.min = 1, .max = 10'000}});
+        return list;
+    }
+    add({"material", &layer.material, "", "what the layer is made of", {.required = true, .material = true}});
+    if (layer.shape == "mesh") {
+        add({"file", &layer.file, "",
+             "closed or open surface, VTP, PLY, STL or OBJ, in the recipe's length unit", required()});
+        return list;
+    }
+    add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
+    add({"thickness", &layer.thickness, kLength, "instead of top: above the layer below", kNotNegative});
+    if (layer.shape == "plane") return list;
+    if (layer.shape == "mask") {
+        static const std::vector<Key> polygon = {
+            {"points", std::vector<double>(), "length", "x and y of the corners in turn", required()}};
+        add({"polygons", &layer.polygons, "", "outlines, or give a file", {.keys = polygon}});
+        add({"file", &layer.file, "", "GDSII, beside the recipe, instead of polygons"});
+        add({"cell", &layer.cell, "", "of the file; default its only top cell"});
+        add({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
+        add({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
+        add({"openings", &layer.openings, "", "the polygons are open; else they are what stays"});
+        add({"position", std::span<double>(layer.position), kLength, "of the polygons' origin, x and y", {}});
+        return list;
+    }
+    if (layer.shape == "trench" || layer.shape == "fin")
+        add({"width", &layer.width, kLength, "along x, at the flat surface", required(kPositive)});
+    if (layer.shape == "hole")
+        add({"radius", &layer.radius, kLength, "at the flat surface", required(kPositive)});
+    if (layer.shape == "box")
+        add({"size", std::span<double>(layer.size), kLength, "x and y lengths at the foot",
+             required(kPositive)});
+    if (layer.shape == "trench" || layer.shape == "hole") {
+        Rule rule = kPositive;
+        rule.word = "through";
+        add({"depth", &layer.depth, kLength, "below the flat surface; required in the first layer", rule});
+    } else {
+        add({"height", &layer.height, kLength, "above the flat surface", required(kPositive)});
+    }
+    add({"position", std::span<double>(layer.position), kLength, "centre, x and y", {}});
+    add({"taper_deg",
+         &layer.taper_deg,
+         kDegree,
+         "walls from the vertical; positive narrows a trench or hole downwards, a fin or box upwards",
+         {.min = -80.0, .max = 80.0}});
+    return list;
+}
+
+std::vector<Field> fields(Step& step) {
+    std::vector<Field> list = {{"name", &step.name, "", "what reports call it"},
+                               {"repeat", &step.repeat, "", "times to run it", {.min = 1, .max = 100'000}}};
+    const ModelEntry* model = find_model(step.model);
+    if (model == nullptr) return list;
+    list.insert(
+        list.begin(),
+        {"model", &step.model, "", "see the models below", {.required = true, .choices = model_names()}});
+    if (model->make != nullptr) {  // a geometric step takes no time
+        list.push_back({"duration", &step.duration, kTime, "process time, at most", required(kPositive)});
+        list.push_back({"stop_depth", &step.stop_depth, kLength,
+                        "ends the step when the lowest point is that far below z = 0"});
+        list.push_back({"stop_material",
+                        &step.stop_material,
+                        "",
+                        "ends the step when this material is bare",
+                        {.material = true}});
+        list.push_back({"stop_thickness", &step.stop_thickness, kLength,
+                        "ends the step when the uppermost layer is that thick somewhere", kPositive});
+    }
+    for (Field& field : bind(model->keys, step.values)) list.push_back(std::move(field));
+    return list;
+}
+
+std::vector<Field> fields(FluxSection& flux) {
+    return {
+        {"rays", &flux.rays, "", "source rays a species and time step", {.min = 1.0, .max = 1e12}},
+        {"relative_error",
+         &flux.relative_error,
+         "",
+         "instead of rays: trace until sum(area * standard error) / sum(area * flux) is this small",
+         {.min = 0.0, .max = 0.5, .above_min = true, .word = "none"}},
+        {"max_rays",
+         &flux.max_rays,
+         "",
+         "the most that relative_error may spend a species and time step",
+         {.min = 1.0, .max = 1e12}},
+        {"batches",
+         &flux.batches,
+         "",
+         "independent parts of the rays, whose scatter gives the standard errors",
+         {.min = 16.0, .max = 65536.0}},
+        {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
+        {"reuse",
+         &flux.reuse,
+         "",
+         "fluxes serve further time steps for as long as they change by less than this share of their mean; "
+         "0 = trace every time step",
+         {.min = 0.0, .max = 0.5}},
+        {"averaging", &flux.averaging, kLength,
+         "models see fluxes averaged over the surface within this distance, 0.25 to 8 grid spacings; 0 = as "
+         "traced, less noise",
+         kNotNegative},
+        {"stages",
+         &flux.stages,
+         "",
+         "step: fluxes as of the start of a time step; all: traced again at every stage of "
+         "advection.time_integration, the order of rk2 or rk3 where fluxes change smoothly",
+         {.choices = {"step", "all"}}},
+    };
+}
+
+std::vector<Field> fields(SimplifySection& simplify) {
+    return {
+        {"method",
+         &simplify.method,
+         "",
+         "what coarsens the surface before its flux is traced",
+         {.choices = {"none", "lindstrom-turk", "region", "region-bounded", "cgal-lindstrom-turk"}}},
+        {"l0", &simplify.l0, kLength, "edges shorter than this collapse everywhere; 0 leaves features alone",
+         kLengthOrAuto},
+        {"step", &simplify.step, kLength, "growth of that length a ring away from features", kLengthOrAuto},
+        {"l_max", &simplify.l_max, kLength, "no longer edge collapses", kLengthOrAuto},
+        {"feature_parameter", &simplify.feature_parameter, "",
+         "C: a feature has |H| > C/dx or |K| > (C/dx)^2; auto: from the distribution of curvature",
+         kAboveZeroOrAuto},
+        {"weights",
+         &simplify.weights,
+         "",
+         "volume, boundary and shape in the Lindstrom-Turk cost; default the method's",
+         {.min = 0.0, .max = 1e6, .size = 3}},
+        {"target_vertices",
+         &simplify.target_vertices,
+         "",
+         "stop at this many, whatever that does to the surface; 0 = as the lengths say",
+         {.min = 0.0, .max = 1e12}},
+        {"max_error", &simplify.max_error, kLength,
+         "hard bound on the distance to the extracted surface; auto: region-bounded without target_vertices 0.05 "
+         "dx, else none",
+         kAboveZeroOrAuto},
+        {"flux_change",
+         &simplify.flux_change,
+         "",
+         "region-bounded: along no longer edge did a flux change by more than this share of itself in the time "
+         "step before; 0 = any",
+         {.min = 0.0, .max = 2.0}},
+    };
+}
+
+std::vector<Field> fields(levelset::AdvectionOptions& advection) {
+    return {
+        {"scheme", choice(advection.scheme, {"engquist_osher", "weno3", "weno5", "lax_friedrichs"}), "",
+         "how space is discretised; a speed that depends on the normal always takes lax_friedrichs"},
+        {"time_integration", choice(advection.time_integration, {"euler", "rk2", "rk3"}), "", "how time is"},
+        {"cfl",
+         &advection.cfl,
+         "",
+         "grid spacings the front may move a time step",
+         {.min = 0.0, .max = 0.5, .above_min = true}},
+    };
+}
+
+std::vector<Field> fields(OutputSection& output) {
+    return {
+        {"every",
+         &output.every,
+         kTime,
+         "between saved surfaces; \"end\" saves one a step",
+         {.min = 0.0, .above_min = true, .word = "end"}},
+        {"profiles", &output.profiles, "", "planes to cut the surface by, such as \"y=0\" or \"x=-1.5\""},
+    };
+}
+
+std::vector<Field> fields(MetrologySection& metrology) {
+    return {
+        {"measures", &metrology.measures, "", "what to measure", {.choices = measure_names()}},
+        {"cd_depths", &metrology.cd_depths, kLength, "below z = 0, where cd is taken", kNotNegative},
+        {"mask_bottom", &metrology.mask_bottom, kLength, "z below which undercut is measured"},
+        {"cut", &metrology.cut, "", "vertical plane to measure in"},
+    };
+}
+
+std::vector<SectionDoc> recipe_documentation() {
+    std::vector<SectionDoc> docs;
+    docs.push_back(section<DomainSection>("domain", "[domain]", "the simulated box and the units"));
+    docs.push_back(section<Material>("material", "[[material]]",
+                                     "more materials, or other properties of built-in ones"));
+    for (const std::string& shape : shape_names()) {
+        Layer layer;
+        layer.shape = shape;
+        docs.push_back(section("layer " + shape, "[[layer]] shape = \"" + shape + "\"",
+                               "bottom up; each is united with those below it", layer));
+    }
+    docs.push_back(
+        section<Step>("loop", "[[step]] with [[step.steps]]", "steps of its own, run again and again"));
+    for (const ModelEntry& model : models()) {
+        Step step;
+        step.model = model.name;
+        docs.push_back(section(model.name, "[[step]] model = \"" + model.name + "\"", model.doc, step));
+    }
+    docs.push_back(section<FluxSection>("flux", "[flux]", "Monte Carlo particle tracing"));
+    docs.push_back(section<SimplifySection>("simplify", "[simplify]", "coarsening of the traced surface"));
+    docs.push_back(section<levelset::AdvectionOptions>("advection", "[advection]", "how the front is moved"));
+    docs.push_back(section<OutputSection>("output", "[output]", "what is saved"));
+    docs.push_back(
+        section<MetrologySection>("metrology", "[metrology]", "what is measured, for summary and timeline"));
+    return docs;
+}
+
+}  // namespace sidewall::app

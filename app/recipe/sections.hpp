@@ -1,0 +1,34 @@
+#pragma once
+#include "app/recipe/recipe.hpp"
+
+// The keys of every section: the one place that names, bounds and documents them.
+namespace sidewall::app {
+
+std::vector<Field> fields(DomainSection& domain);
+std::vector<Field> fields(Material& material);
+std::vector<Field> fields(Layer& layer);  ///< those of its shape
+std::vector<Field> fields(Step& step);    ///< those of a loop, or common to all models and then its model's
+std::vector<Field> fields(FluxSection& flux);
+std::vector<Field> fields(SimplifySection& simplify);
+std::vector<Field> fields(levelset::AdvectionOptions& advection);
+std::vector<Field> fields(OutputSection& output);
+std::vector<Field> fields(MetrologySection& metrology);
+
+/// Words that `shape` accepts.
+const std::vector<std::string>& shape_names();
+
+/// Words that [metrology] measures accepts (results/metrology.hpp).
+const std::vector<std::string>& measure_names();
+
+/// A section as `sidewall models` lists it.
+struct SectionDoc {
+    std::string name;    ///< what to ask for, e.g. "flux" or "layer trench"
+    std::string header;  ///< as in a recipe, e.g. "[flux]"
+    std::string doc;
+    std::vector<KeyDoc> keys;
+};
+
+/// Every section, shape and model.
+std::vector<SectionDoc> recipe_documentation();
+
+}  // namespace sidewall::app

@@ -1,0 +1,49 @@
+#include "app/recipe/step_model.hpp"
+
+#include <fmt/format.h>
+
+#include "app/schema/units.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// 1 nm/s in the recipe's length per time.
+double nm_per_s(const DomainSection& domain) {
+    return 1e-9 * seconds_in(domain.time_unit) / metres_in(domain.length_unit);
+}
+
+void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
+    for (std::size_t k = 0; k < model.species.size(); ++k)
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const flux::Species& species = model.species[k];
+            const bool mirrors = domain.boundary[axis] == levelset::Side::reflective;
+            if (!mirrors || species.rotating || species.beam[static_cast<Eigen::Index>(axis)] == 0.0)
+                continue;
+            throw KeyError((k < model.species_keys.size() ? model.species_keys[k] : "") + "tilt_deg",
+                           fmt::format("tilts the beam along {0}, and the reflective sides across {0} would "
+                                       "mirror it: set domain.boundary to periodic there, or rotating = true",
+                                       "xy"[axis]));
+        }
+}
+
+}  // namespace
+
+Model make_model(const Step& step, const Materials& materials, const DomainSection& domain) {
+    const ModelEntry* entry = find_model(step.model);
+    if (entry == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
+    Model model;
+    if (entry->make == nullptr) return model;
+    model = entry->make(step.values, materials);
+    refuse_mirrored_beams(model, domain);
+    if (model.in_nm_per_s) {
+        model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
+            return unit * speed(point);
+        };
+        if (model.max_speed) *model.max_speed *= nm_per_s(domain);
+        for (Vec3& bound : model.dissipation) bound *= nm_per_s(domain);
+        model.in_nm_per_s = false;
+    }
+    return model;
+}
+
+}  // namespace sidewall::app

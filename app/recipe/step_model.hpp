@@ -1,0 +1,14 @@
+#pragma once
+#include "app/models/model.hpp"
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// The model of a step, its materials resolved and its speed in the recipe's units.
+/// \pre the step is no loop, and it comes from a parsed recipe.
+/// \returns a model that traces nothing and has no speed for a geometric step.
+/// \throws KeyError where keys that are each right do not fit together, or a traced beam is tilted towards
+///         reflective sides, which would mirror it.
+Model make_model(const Step& step, const Materials& materials, const DomainSection& domain);
+
+}  // namespace sidewall::app

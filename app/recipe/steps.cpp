@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+
+#include "app/recipe/reader.hpp"
+#include "app/recipe/sections.hpp"
+#include "app/recipe/step_model.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kMostSteps = 100'000;  // after loops are unrolled
+constexpr double kLongestRun = kHuge;   // process time
+
+double unrolled(const std::vector<Step>& steps) {
+    double count = 0.0;
+    for (const Step& step : steps)
+        count += static_cast<double>(step.repeat) * (step.steps.empty() ? 1.0 : unrolled(step.steps));
+    return count;
+}
+
+double duration(const std::vector<Step>& steps) {
+    double time = 0.0;
+    for (const Step& step : steps)
+        time +=
+            static_cast<double>(step.repeat) * (step.steps.empty() ? step.duration : duration(step.steps));
+    return time;
+}
+
+Step read_step(const toml::table& table, const std::string& path, Recipe& recipe);
+
+std::vector<Step> read_list(const toml::table& parent, std::string_view key, const std::string& path,
+                            Recipe& recipe) {
+    std::vector<Step> steps;
+    const auto tables = tables_of(parent, key, path);
+    for (std::size_t i = 0; i < tables.size(); ++i)
+        steps.push_back(read_step(*tables[i], fmt::format("{}[{}]", path, i), recipe));
+    return steps;
+}
+
+Step read_step(const toml::table& table, const std::string& path, Recipe& recipe) {
+    const Reading reading{recipe.materials, recipe.notes};
+    Step step;
+    if (const toml::node* steps = table.get("steps")) {
+        if (table.contains("model"))
+            fail(*steps, path + ".steps", "a step has a model or steps of its own, not both; drop one");
+        read_fields(table, path, "a loop", fields(step), reading, {"steps"});
+        step.steps = read_list(table, "steps", path + ".steps", recipe);
+        return step;
+    }
+    const Rule rule{.choices = model_names()};
+    read_field(table, path, {"model", &step.model, "", "", rule}, reading);  // decides which keys there are
+    if (step.model.empty())
+        fail_missing(table, path + ".model",
+                     "missing: name a model that `sidewall models` lists, or give the step steps");
+    read_fields(table, path, "a step of model " + step.model, fields(step), reading);
+    if (find_model(step.model)->make != nullptr)
+        located(table, path, [&] { make_model(step, recipe.materials, recipe.domain); });
+    return step;
+}
+
+void unroll(const std::vector<Step>& steps, const std::string& number, const std::string& cycles,
+            std::vector<Step>& list) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const Step& step = steps[i];
+        const std::string label =
+            number.empty() ? fmt::format("{}", i + 1) : fmt::format("{}.{}", number, i + 1);
+        for (std::int64_t cycle = 1; cycle <= step.repeat; ++cycle) {
+            std::string here = cycles;
+            if (step.repeat > 1)
+                here += fmt::format("{}cycle {} of {}", cycles.empty() ? "" : ", ", cycle, step.repeat);
+            if (!step.steps.empty()) {
+                unroll(step.steps, label, here, list);
+                continue;
+            }
+            Step flat = step;
+            flat.repeat = 1;
+            flat.name = fmt::format("{} {}", label, step.name.empty() ? step.model : step.name);
+            if (!here.empty()) flat.name += " (" + here + ")";
+            list.push_back(std::move(flat));
+        }
+    }
+}
+
+}  // namespace
+
+void read_steps(const toml::table& root, Recipe& recipe) {
+    recipe.steps = read_list(root, "step", "step", recipe);
+    if (recipe.steps.empty())
+        fail_missing(root, "step", "missing: a recipe needs something to do: add a [[step]]");
+    if (const double count = unrolled(recipe.steps); count > kMostSteps)
+        fail_missing(
+            *root.get("step"), "step",
+            fmt::format("loops make {:.3g} steps, over {:g}; repeat fewer times", count, kMostSteps));
+    if (duration(recipe.steps) > kLongestRun)
+        fail_missing(*root.get("step"), "step",
+                     fmt::format("durations add up to over {:g}; check the unit", kLongestRun));
+}
+
+std::vector<Step> expanded_steps(const Recipe& recipe) {
+    std::vector<Step> list;
+    unroll(recipe.steps, "", "", list);
+    return list;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/recipe/recipe.hpp"
+#include "app/recipe/sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+std::string unit_text(const std::string& unit, const DomainSection& units) {
+    std::string text = unit;
+    for (const auto& [word, name] :
+         {std::pair("length", units.length_unit), std::pair("time", units.time_unit)})
+        if (const std::size_t at = text.find(word); at != std::string::npos)
+            text.replace(at, std::string_view(word).size(), name);
+    return text;
+}
+
+// Sections are copied: fields bind to members that could be written, though only read here.
+template <class Section>
+std::string keys_text(Section section, const DomainSection& units) {
+    std::string text;
+    for (const Field& field : fields(section)) {
+        const auto value = toml_text(field);
+        if (!value) continue;
+        text += fmt::format("{} = {}", field.name, *value);
+        if (!field.unit.empty()) text += fmt::format("  # {}", unit_text(field.unit, units));
+        text += "\n";
+    }
+    return text;
+}
+
+template <class Section>
+std::string section_text(const std::string& header, const Section& section, const DomainSection& units) {
+    return fmt::format("\n{}\n{}", header, keys_text(section, units));
+}
+
+void collect(const Values& values, std::set<std::string>& names) {
+    for (const auto& [key, value] : values.entries) {
+        if (const auto* by_material = std::get_if<ByMaterial>(&value))
+            for (const auto& [name, number] : by_material->named) names.insert(name);
+        if (const auto* text = std::get_if<std::string>(&value)) names.insert(*text);
+        if (const auto* tables = std::get_if<std::vector<Values>>(&value))
+            for (const Values& table : *tables) collect(table, names);
+    }
+}
+
+void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
+    for (const Step& step : steps) {
+        collect(step.values, names);
+        names.insert(step.stop_material);
+        collect(step.steps, names);
+    }
+}
+
+// Materials that the recipe names, and those that are not as built in; in the order of their ids.
+std::string materials_text(const Recipe& recipe) {
+    std::set<std::string> named;
+    for (const Layer& layer : recipe.layers) {
+        named.insert(layer.material);
+        named.insert(layer.materials.begin(), layer.materials.end());
+    }
+    collect(recipe.steps, named);
+    const Materials& built_in = default_materials();
+    std::string text;
+    for (std::size_t id = 0; id < recipe.materials.size(); ++id) {
+        const Material& material = recipe.materials[id];
+        if (named.contains(material.name) || id >= built_in.size() || !(material == built_in[id]))
+            text += section_text("[[material]]", material, recipe.domain);
+    }
+    return text;
+}
+
+std::string steps_text(const std::vector<Step>& steps, const std::string& header,
+                       const DomainSection& units) {
+    std::string text;
+    for (const Step& step : steps) {
+        text += section_text("[[" + header + "]]", step, units);
+        text += steps_text(step.steps, header + ".steps", units);
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string effective_recipe(const Recipe& recipe) {
+    std::string text = fmt::format("# Every key in force. Lengths in {}, times in {}.\n",
+                                   recipe.domain.length_unit, recipe.domain.time_unit);
+    const DomainSection& units = recipe.domain;
+    text += section_text("[domain]", recipe.domain, units);
+    text += materials_text(recipe);
+    for (const Layer& layer : recipe.layers) text += section_text("[[layer]]", layer, units);
+    text += steps_text(recipe.steps, "step", units);
+    text += section_text("[flux]", recipe.flux, units);
+    text += section_text("[simplify]", recipe.simplify, units);
+    text += section_text("[advection]", recipe.advection, units);
+    text += section_text("[output]", recipe.output, units);
+    text += section_text("[metrology]", recipe.metrology, units);
+    return text;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,257 @@
+#include "app/results/metrology.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "levelset/extract.hpp"
+#include "surface/cut.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct Profile {
+    std::vector<surface::Polyline> lines;
+    Vec3 along;                   // horizontal axis in the plane
+    std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
+
+    template <class Use>
+    void each_segment(Use&& use) const {
+        for (const auto& line : lines) {
+            const std::size_t n = line.points.size();
+            for (std::size_t k = 0; k + 1 < n + (line.closed ? 1 : 0); ++k)
+                use(line.points[k], line.points[(k + 1) % n]);
+        }
+    }
+};
+
+// The widest opening in the cut at a height: gas and material take turns along the line.
+double opening(const Profile& profile, double z) {
+    std::vector<double> crossings;
+    double left = std::numeric_limits<double>::infinity(), left_z = 0.0;
+    const auto visit = [&](double from, double from_z, double to, double to_z) {
+        for (const auto& [x, height] : {std::pair(from, from_z), {to, to_z}})
+            if (x < left) {
+                left = x;
+                left_z = height;
+            }
+        if ((from_z > z) != (to_z > z))
+            crossings.push_back(from + (z - from_z) / (to_z - from_z) * (to - from));
+    };
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        const double from = p.dot(profile.along), to = q.dot(profile.along);
+        visit(from, p.z(), to, q.z());
+        for (const double side : profile.mirrors) visit(2.0 * side - from, p.z(), 2.0 * side - to, q.z());
+    });
+    std::sort(crossings.begin(), crossings.end());
+    double widest = std::numeric_limits<double>::quiet_NaN();
+    // Left of the first crossing lies material if the surface begins above z, else gas.
+    for (std::size_t k = left_z > z ? 0 : 1; k + 1 < crossings.size(); k += 2)
+        widest = std::fmax(widest, crossings[k + 1] - crossings[k]);
+    return widest;
+}
+
+// The narrowest opening within two grid spacings above the mask's bottom: the mask's own, where its lower
+// edge is worn, too.
+double mask_opening(const Profile& profile, double bottom, double spacing) {
+    constexpr int kSamples = 16;
+    double narrowest = std::numeric_limits<double>::quiet_NaN();
+    for (int k = 1; k <= kSamples; ++k)
+        narrowest = std::fmin(narrowest, opening(profile, bottom + 2.0 * spacing * k / kSamples));
+    return narrowest;
+}
+
+double lowest(const Profile& profile) {
+    double z = std::numeric_limits<double>::infinity();
+    profile.each_segment([&](const Vec3& p, const Vec3& q) { z = std::min({z, p.z(), q.z()}); });
+    return z;
+}
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+// Openings at equal steps from z = 0 down to the floor, none of them at the ends.
+struct Wall {
+    double step = 0.0;
+    std::vector<double> opening;  // number k lies (k + 1/2) step below z = 0
+};
+
+Wall wall(const Profile& profile, double depth, double spacing) {
+    Wall result;
+    if (!(depth > 2.0 * spacing)) return result;
+    const int count = static_cast<int>(std::ceil(4.0 * depth / spacing));
+    result.step = depth / count;
+    for (int k = 0; k < count; ++k) result.opening.push_back(opening(profile, -(k + 0.5) * result.step));
+    return result;
+}
+
+// Least squares of the half opening over z; NaNs do not count.
+double sidewall_angle(const Wall& wall) {
+    double n = 0.0, sz = 0.0, sw = 0.0, szz = 0.0, szw = 0.0;
+    for (std::size_t k = wall.opening.size() / 4; k < 3 * wall.opening.size() / 4; ++k) {
+        const double z = -(static_cast<double>(k) + 0.5) * wall.step, w = 0.5 * wall.opening[k];
+        if (!std::isfinite(w)) continue;
+        n += 1.0;
+        sz += z;
+        sw += w;
+        szz += z * z;
+        szw += z * w;
+    }
+    const double spread = n * szz - sz * sz;
+    if (!(n >= 3.0 && spread > 0.0)) return kNone;
+    return std::atan2(1.0, (n * szw - sz * sw) / spread) * 180.0 / std::numbers::pi;
+}
+
+// Turning points of the opening that stand out by a twentieth of a grid spacing: maxima and minima in turn.
+std::array<double, 2> scallops(const Wall& wall, double spacing) {
+    const double least = 0.05 * spacing;
+    std::vector<std::array<double, 2>> turns;  // depth, opening
+    int direction = 0;
+    std::array<double, 2> extreme{0.0, 0.0};
+    bool started = false;
+    for (std::size_t k = 0; k < wall.opening.size(); ++k) {
+        const double w = wall.opening[k], depth = (static_cast<double>(k) + 0.5) * wall.step;
+        if (!std::isfinite(w)) continue;
+        if (!started) extreme = {depth, w};
+        started = true;
+        const double change = w - extreme[1];
+        if (direction * change >= 0.0 && direction != 0) {
+            extreme = {depth, w};
+        } else if (std::abs(change) > least) {
+            if (direction != 0) turns.push_back(extreme);
+            direction = change > 0.0 ? 1 : -1;
+            extreme = {depth, w};
+        }
+    }
+    if (turns.size() < 3) return {kNone, kNone};
+    // Every second turn is of the same kind.
+    double pitch = 0.0, swing = 0.0;
+    for (std::size_t k = 0; k + 2 < turns.size(); ++k) pitch += turns[k + 2][0] - turns[k][0];
+    for (std::size_t k = 0; k + 1 < turns.size(); ++k) swing += std::abs(turns[k + 1][1] - turns[k][1]);
+    return {pitch / static_cast<double>(turns.size() - 2),
+            0.5 * swing / static_cast<double>(turns.size() - 1)};
+}
+
+// z of the profile's highest crossing of the vertical at `along`, below `limit`.
+double height(const Profile& profile, double along, double limit) {
+    double z = kNone;
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        const double a = p.dot(profile.along), b = q.dot(profile.along);
+        if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
+        const double here = p.z() + (along - a) / (b - a) * (q.z() - p.z());
+        if (here <= limit) z = std::fmax(z, here);
+    });
+    return z;
+}
+
+// Thickness of the film between two profiles: beside, on the wall halfway down, on the floor.
+std::array<double, 3> film(const Profile& surface, const Profile& below) {
+    const double inf = std::numeric_limits<double>::infinity();
+    double left = inf, floor = inf, floor_at = 0.0, sum = 0.0, length = 0.0;
+    below.each_segment([&](const Vec3& p, const Vec3& q) {
+        for (const Vec3* end : {&p, &q}) {
+            left = std::min(left, end->dot(below.along));
+            floor = std::min(floor, end->z());
+        }
+    });
+    if (!std::isfinite(floor)) return {kNone, kNone, kNone};
+    // The middle of what lies at the floor's height, within a hundredth of the depth.
+    const double top = height(below, left, inf), near = floor + 0.01 * (top - floor);
+    below.each_segment([&](const Vec3& p, const Vec3& q) {
+        if (std::max(p.z(), q.z()) > near) return;
+        const double d = (q - p).norm();
+        sum += 0.5 * d * (p + q).dot(below.along);
+        length += d;
+    });
+    floor_at = length > 0.0 ? sum / length : left;
+    // Over the floor the film's own surface is the lowest crossing above it.
+    double above = inf;
+    surface.each_segment([&](const Vec3& p, const Vec3& q) {
+        const double a = p.dot(surface.along), b = q.dot(surface.along);
+        if (a == b || std::min(a, b) > floor_at || std::max(a, b) < floor_at) return;
+        above = std::min(above, p.z() + (floor_at - a) / (b - a) * (q.z() - p.z()));
+    });
+    const double middle = 0.5 * (top + floor);
+    return {height(surface, left, inf) - top, 0.5 * (opening(below, middle) - opening(surface, middle)),
+            std::isfinite(above) ? above - floor : kNone};
+}
+
+Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
+    Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}};
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        if (std::abs(profile.along[axis]) < 1.0 - 1e-9 || domain.side[a] != levelset::Side::reflective)
+            continue;
+        for (const double side : {domain.min[a], domain.max[a]})
+            profile.mirrors.push_back(side * profile.along[axis]);
+    }
+    return profile;
+}
+
+}  // namespace
+
+std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
+                             const TriangleMesh& mesh) {
+    const std::string& length = recipe.domain.length_unit;
+    const double dx = stack.domain.spacing;
+    const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
+    const Profile profile = profile_of(mesh, plane, stack.domain);
+    const double floor = lowest(profile), depth = std::isfinite(floor) ? -floor : kNone;
+    const Wall openings = wall(profile, depth, dx);
+    std::vector<Measure> measures;
+    for (const std::string& what : recipe.metrology.measures) {
+        if (what == "depth") {
+            measures.push_back({"depth", depth, length});
+        } else if (what == "cd") {
+            for (const double at : recipe.metrology.cd_depths)
+                measures.push_back({fmt::format("cd_at_{:g}", at), opening(profile, -at), length});
+        } else if (what == "sidewall_angle") {
+            measures.push_back({"sidewall_angle", sidewall_angle(openings), "degree"});
+        } else if (what == "bow") {
+            double widest = kNone;
+            for (const double w : openings.opening) widest = std::fmax(widest, w);
+            measures.push_back({"bow", widest - opening(profile, -dx), length});
+        } else if (what == "undercut") {
+            const double z = recipe.metrology.mask_bottom;
+            measures.push_back(
+                {"undercut", 0.5 * (opening(profile, z - dx) - mask_opening(profile, z, dx)), length});
+        } else if (what == "aspect_ratio") {
+            measures.push_back({"aspect_ratio", depth / opening(profile, -0.5 * depth), "1"});
+        } else if (what == "scallops") {
+            const auto [pitch, amplitude] = scallops(openings, dx);
+            measures.push_back({"scallop_pitch", pitch, length});
+            measures.push_back({"scallop_depth", amplitude, length});
+        } else if (what == "film") {
+            std::array<double, 3> t{kNone, kNone, kNone};
+            if (stack.layers.size() > 1)
+                t = film(profile, profile_of(levelset::extract_surface(
+                                                 *stack.layers[stack.layers.size() - 2].phi, stack.domain),
+                                             plane, stack.domain));
+            measures.push_back({"film_top", t[0], length});
+            measures.push_back({"film_side", t[1], length});
+            measures.push_back({"film_bottom", t[2], length});
+            measures.push_back({"step_coverage_side", t[1] / t[0], "1"});
+            measures.push_back({"step_coverage_bottom", t[2] / t[0], "1"});
+        }
+    }
+    return measures;
+}
+
+std::vector<double> material_volumes(const levelset::MaterialStack& stack, std::size_t materials) {
+    std::vector<double> volumes(materials, 0.0);
+    double below = 0.0;
+    for (const levelset::Layer& layer : stack.layers) {
+        const TriangleMesh mesh = levelset::extract_surface(*layer.phi, stack.domain);
+        double volume = 0.0;
+        for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+            volume += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
+        volumes[static_cast<std::size_t>(layer.material)] += volume - below;
+        below = volume;
+    }
+    return volumes;
+}
+
+}  // namespace sidewall::app

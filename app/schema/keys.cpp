@@ -1,0 +1,229 @@
+#include "app/schema/keys.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace sidewall::app {
+namespace {
+
+template <class... Ts>
+struct Overloaded : Ts... {
+    using Ts::operator()...;
+};
+template <class... Ts>
+Overloaded(Ts...) -> Overloaded<Ts...>;
+
+template <class Range, class Text>
+std::string list_text(const Range& range, Text&& text) {
+    std::vector<std::string> items;
+    for (const auto& item : range) items.push_back(text(item));
+    return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
+std::string number_list(std::span<const double> numbers) {
+    return list_text(numbers, [](double x) { return toml_text(x); });
+}
+
+// Material names may hold characters that a bare TOML key may not.
+std::string key_text(const std::string& key) {
+    const bool bare = std::all_of(key.begin(), key.end(), [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+               c == '-';
+    });
+    return bare && !key.empty() ? key : toml_text(key);
+}
+
+std::string table_text(const ByMaterial& value) {
+    if (value.named.empty()) return toml_text(value.fallback);
+    std::string text = "{ ";
+    for (const auto& [name, number] : value.named)
+        text += fmt::format("{} = {}, ", key_text(name), toml_text(number));
+    return text + fmt::format("default = {} }}", toml_text(value.fallback));
+}
+
+std::string choice_text(const Choice& choice) {
+    const std::span<const std::uint8_t> values(choice.values, choice.count);
+    const auto word = [&](std::uint8_t value) { return toml_text(choice.words[value]); };
+    return choice.count == 1 ? word(values[0]) : list_text(values, word);
+}
+
+std::string tables_text(const std::vector<Values>& tables, const std::vector<Key>& keys) {
+    std::string text = "[\n";
+    for (Values table : tables) {
+        std::vector<std::string> entries;
+        for (const Field& field : bind(keys, table))
+            if (const auto value = toml_text(field))
+                entries.push_back(fmt::format("{} = {}", field.name, *value));
+        text += fmt::format("    {{ {} }},\n", fmt::join(entries, ", "));
+    }
+    return text + "]";
+}
+
+std::string words_text(const std::vector<std::string>& words) {
+    return fmt::format("{}", fmt::join(words, " | "));
+}
+
+std::string type_text(const Field& field) {
+    const std::string string_type = field.rule.material          ? "material"
+                                    : field.rule.choices.empty() ? "string"
+                                                                 : words_text(field.rule.choices);
+    return std::visit(
+        Overloaded{
+            [](const bool*) -> std::string { return "boolean"; },
+            [](const std::int64_t*) -> std::string { return "whole number"; },
+            [](const double*) -> std::string { return "number"; },
+            [&](const std::optional<double>*) {
+                return field.rule.word.empty() ? "number" : fmt::format("number | \"{}\"", field.rule.word);
+            },
+            [&](const std::string*) { return string_type; },
+            [](std::span<double> numbers) { return fmt::format("{} numbers", numbers.size()); },
+            [&](const std::vector<double>*) {
+                return field.rule.size > 0 ? fmt::format("{} numbers", field.rule.size) : "list of numbers";
+            },
+            [&](const std::vector<std::string>*) { return "list of " + string_type; },
+            [](const ByMaterial*) -> std::string { return "number, or table by material"; },
+            [](const std::vector<Values>*) -> std::string { return "list of tables"; },
+            [](const Choice& choice) {
+                return choice.count == 1 ? words_text(choice.words)
+                                         : fmt::format("{} of {}", choice.count, words_text(choice.words));
+            }},
+        field.target);
+}
+
+}  // namespace
+
+bool Values::operator==(const Values& other) const {
+    return entries == other.entries;
+}
+
+void Values::refuse(std::string_view key) const {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : entries) names.push_back(name);
+    throw std::logic_error(
+        fmt::format("a model asks for the key \"{}\", which it does not define with that type; its keys: {}",
+                    key, fmt::join(names, ", ")));
+}
+
+std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials) {
+    std::vector<double> result;
+    for (const Material& material : materials) {
+        const auto found = value.named.find(material.name);
+        result.push_back(found == value.named.end() ? value.fallback : found->second);
+    }
+    return result;
+}
+
+Rule required(Rule rule) {
+    rule.required = true;
+    return rule;
+}
+
+std::vector<Field> bind(const std::vector<Key>& keys, Values& values) {
+    std::vector<Field> fields;
+    for (const Key& key : keys) {
+        Value& value = values.entries.try_emplace(key.name, key.fallback).first->second;
+        const Target target = std::visit([](auto& v) { return Target(&v); }, value);
+        fields.push_back({key.name, target, key.unit, key.doc, key.rule, key.former});
+    }
+    return fields;
+}
+
+std::vector<KeyDoc> document(const std::vector<Field>& fields) {
+    std::vector<KeyDoc> rows;
+    for (const Field& field : fields) {
+        const bool tables = std::holds_alternative<std::vector<Values>*>(field.target);
+        const std::string fallback = field.rule.required || tables ? "" : toml_text(field).value_or("");
+        std::string doc = field.doc;
+        if (const std::string range = range_text(field.rule); !range.empty()) doc += "; " + range;
+        rows.push_back(
+            {field.name, type_text(field), field.unit, field.rule.required ? "required" : fallback, doc});
+        Values values;
+        for (KeyDoc row : document(bind(field.rule.keys, values))) {
+            row.name = field.name + "[]." + row.name;
+            rows.push_back(std::move(row));
+        }
+    }
+    return rows;
+}
+
+std::string range_text(const Rule& rule) {
+    const bool low = rule.min > -kHuge, high = rule.max != kHuge;
+    if (low && high) return fmt::format("in {}{:g}, {:g}]", rule.above_min ? "(" : "[", rule.min, rule.max);
+    if (low) return fmt::format("{} {:g}", rule.above_min ? "greater than" : "at least", rule.min);
+    if (high) return fmt::format("at most {:g}", rule.max);
+    return "";
+}
+
+std::string toml_text(double number) {
+    std::string text = fmt::format("{}", number);
+    if (text.find_first_of(".en") == std::string::npos) text += ".0";  // e: exponent; n: inf and nan
+    return text;
+}
+
+std::string toml_text(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            quoted += fmt::format("\\{}", c);
+        else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
+            quoted += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+        else
+            quoted += c;
+    }
+    return quoted + "\"";
+}
+
+std::optional<std::string> toml_text(const Field& field) {
+    using Text = std::optional<std::string>;
+    return std::visit(
+        Overloaded{
+            [](const bool* value) -> Text { return *value ? "true" : "false"; },
+            [](const std::int64_t* value) -> Text { return fmt::format("{}", *value); },
+            [](const double* value) -> Text { return toml_text(*value); },
+            [&](const std::optional<double>* value) -> Text {
+                if (*value) return toml_text(**value);
+                return field.rule.word.empty() ? Text() : toml_text(field.rule.word);
+            },
+            [](const std::string* value) -> Text { return value->empty() ? Text() : toml_text(*value); },
+            [](std::span<double> value) -> Text { return number_list(value); },
+            [&](const std::vector<double>* value) -> Text {
+                return value->empty() && field.rule.size > 0 ? Text() : number_list(*value);
+            },
+            [](const std::vector<std::string>* value) -> Text {
+                return list_text(*value, [](const std::string& text) { return toml_text(text); });
+            },
+            [](const ByMaterial* value) -> Text { return table_text(*value); },
+            [&](const std::vector<Values>* value) -> Text { return tables_text(*value, field.rule.keys); },
+            [](const Choice& value) -> Text { return choice_text(value); }},
+        field.target);
+}
+
+std::string nearest(std::string_view name, std::span<const std::string> candidates) {
+    std::string best;
+    std::size_t best_distance = std::numeric_limits<std::size_t>::max();
+    for (const std::string& candidate : candidates) {
+        // Levenshtein distance, one row at a time.
+        std::vector<std::size_t> row(candidate.size() + 1);
+        std::iota(row.begin(), row.end(), std::size_t{0});
+        for (std::size_t i = 0; i < name.size(); ++i) {
+            std::size_t diagonal = row[0];
+            row[0] = i + 1;
+            for (std::size_t j = 0; j < candidate.size(); ++j) {
+                const std::size_t replaced = diagonal + (name[i] == candidate[j] ? 0 : 1);
+                diagonal = row[j + 1];
+                row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+            }
+        }
+        if (row.back() < best_distance) {
+            best_distance = row.back();
+            best = candidate;
+        }
+    }
+    return best;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+#include <vector>
+
+// The units that recipes accept.
+namespace sidewall::app {
+
+const std::vector<std::string>& length_units();
+const std::vector<std::string>& time_units();
+
+/// Metres in a length unit, seconds in a time unit.
+/// \pre the unit is one that recipes accept.
+double metres_in(const std::string& length_unit);
+double seconds_in(const std::string& time_unit);
+
+}  // namespace sidewall::app

@@ -1,0 +1,158 @@
+#include "app/study/study_flux.hpp"
+
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/tick_count.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "flux/tracer.hpp"
+#include "flux/wedges.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// The point of a mesh that a vertex of the surface reads its flux from.
+struct Foot {
+    std::uint32_t triangle;
+    double u, v;
+};
+
+std::vector<Foot> feet_of(const TriangleMesh& surface, const surface::RayScene& scene) {
+    std::vector<Foot> feet(surface.vertices.size());
+    tbb::parallel_for(std::size_t{0}, feet.size(), [&](std::size_t n) {
+        const auto hit = scene.closest_point(surface.vertices[n], std::numeric_limits<double>::infinity());
+        feet[n] = {hit.triangle, hit.u, hit.v};
+    });
+    return feet;
+}
+
+// Sums over some vertices, weighted by area.
+struct Sums {
+    double truth = 0.0;   // product of both reference runs: the squared flux, without their noise
+    double bias = 0.0;    // product of both runs' errors, each against another reference run
+    double spread = 0.0;  // half the squared difference: the variance of one run
+    double flux = 0.0, area = 0.0;
+    void add(double a, double first, double second, double true_first, double true_second) {
+        truth += a * true_first * true_second;
+        bias += a * (first - true_first) * (second - true_second);
+        spread += a * 0.5 * (first - second) * (first - second);
+        flux += a * 0.5 * (true_first + true_second);
+        area += a;
+    }
+    double relative(double square) const {
+        return truth > 0.0 ? std::sqrt(std::max(0.0, square) / truth) : 0.0;
+    }
+};
+
+}  // namespace
+
+FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
+                    double rays, double sticking, std::uint64_t seed) {
+    FluxPair pair;
+    const tbb::tick_count start = tbb::tick_count::now();
+    const surface::RayScene scene(mesh);
+    pair.bvh_seconds = (tbb::tick_count::now() - start).seconds();
+    const flux::Wedges wedges = flux::make_wedges(mesh);
+    const std::vector<Foot> feet = feet_of(surface, scene);
+    flux::Species species;
+    species.sticking = {sticking};
+    for (auto* values : {&pair.first, &pair.second}) {
+        flux::TraceOptions options;
+        options.rays = static_cast<std::uint64_t>(std::max(1.0, 0.5 * rays));
+        options.seed = seed++;
+        options.stop = interrupted;
+        const flux::FluxResult result = flux::trace_flux(mesh, scene, box, species, {}, wedges, options);
+        pair.trace_seconds += result.seconds;
+        pair.rays += static_cast<double>(result.emitted);
+        pair.segments += static_cast<double>(result.segments);
+        values->resize(feet.size());
+        for (std::size_t n = 0; n < feet.size(); ++n)
+            (*values)[n] =
+                flux::interpolate(wedges, result.wedge.flux, feet[n].triangle, feet[n].u, feet[n].v);
+    }
+    return pair;
+}
+
+FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, double rays, double sticking) {
+    FluxTruth truth{&surface, box, std::vector<double>(surface.vertices.size(), 0.0), {}};
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        for (const std::uint32_t v : surface.triangles[t])
+            truth.vertex_area[v] += triangle_area(surface, t) / 3.0;
+    constexpr std::uint64_t kSeed = 1'000'003;  // away from the seeds of what is compared with it
+    truth.flux = trace_pair(surface, surface, box, rays, sticking, kSeed);
+    return truth;
+}
+
+FluxPair smoothed(const FluxPair& pair, const TriangleMesh& surface, int rounds) {
+    const std::vector<Vec3> normals = triangle_normals(surface);
+    FluxPair result = pair;
+    // A triangle passes values on only where it is in line with the vertex: creases stay sharp.
+    std::vector<Vec3> vertex_normal(surface.vertices.size(), Vec3::Zero());
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        for (const std::uint32_t v : surface.triangles[t]) vertex_normal[v] += area_vector(surface, t);
+    for (Vec3& n : vertex_normal) n.normalize();
+    constexpr double kInLine = 0.766;  // cos 40 degrees
+    for (auto* values : {&result.first, &result.second})
+        for (int round = 0; round < rounds; ++round) {
+            std::vector<double> sum(values->size(), 0.0), weight(values->size(), 0.0);
+            for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+                const auto [a, b, c] = surface.triangles[t];
+                const double area = triangle_area(surface, t);
+                const double mean = ((*values)[a] + (*values)[b] + (*values)[c]) / 3.0;
+                for (const std::uint32_t v : {a, b, c}) {
+                    if (vertex_normal[v].dot(normals[t]) < kInLine) continue;
+                    sum[v] += area * mean;
+                    weight[v] += area;
+                }
+            }
+            for (std::size_t v = 0; v < values->size(); ++v)
+                if (weight[v] > 0.0) (*values)[v] = sum[v] / weight[v];
+        }
+    return result;
+}
+
+Json flux_error(const FluxPair& pair, const FluxTruth& truth, double target) {
+    constexpr std::size_t kSlices = 5;
+    const Box3 box = bounding_box(*truth.surface);
+    const double height = std::max(box.size().z(), 1e-300);
+    Sums all;
+    std::vector<Sums> slice(kSlices);
+    for (std::size_t v = 0; v < truth.vertex_area.size(); ++v) {
+        const double z = (truth.surface->vertices[v].z() - box.min.z()) / height;
+        const auto s = std::min(kSlices - 1, static_cast<std::size_t>(z * kSlices));
+        for (Sums* sums : {&all, &slice[s]})
+            sums->add(truth.vertex_area[v], pair.first[v], pair.second[v], truth.flux.first[v],
+                      truth.flux.second[v]);
+    }
+    // One run has half of the rays; both together have half of its variance.
+    const double bias = all.relative(all.bias), noise = all.relative(0.5 * all.spread);
+    Json json{{"bias", bias}, {"noise", noise}, {"error", std::hypot(bias, noise)}};
+    const double left = target * target - bias * bias;
+    if (left > 0.0) {
+        const double rays = pair.rays * noise * noise / left;
+        json["rays_to_error"] = rays;
+        json["seconds_to_error"] = rays * pair.trace_seconds / pair.rays;
+    } else {
+        json["rays_to_error"] = nullptr;
+        json["seconds_to_error"] = nullptr;
+    }
+    json["by_depth"] = Json::array();
+    for (std::size_t s = 0; s < kSlices; ++s) {
+        const Sums& sums = slice[s];
+        const double step = height / kSlices;
+        json["by_depth"].push_back(Json{{"z_low", box.min.z() + static_cast<double>(s) * step},
+                                        {"z_high", box.min.z() + static_cast<double>(s + 1) * step},
+                                        {"flux", sums.area > 0.0 ? sums.flux / sums.area : 0.0},
+                                        {"bias", sums.relative(sums.bias)},
+                                        {"noise", sums.relative(0.5 * sums.spread)}});
+    }
+    return json;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "app/common/json_fwd.hpp"
+#include "flux/lateral.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::app {
+
+/// One flux calculation repeated with another seed, as values at the vertices of the surface under study.
+struct FluxPair {
+    std::vector<double> first, second;
+    double bvh_seconds = 0.0;
+    double trace_seconds = 0.0;  ///< of both
+    double rays = 0.0;           ///< of both
+    double segments = 0.0;       ///< of both
+};
+
+/// The surface that fluxes are compared on, and the flux that counts as true there.
+struct FluxTruth {
+    const TriangleMesh* surface = nullptr;
+    flux::LateralBox box;
+    std::vector<double> vertex_area;
+    FluxPair flux;
+};
+
+/// Traces a neutral of \p sticking on \p mesh twice with half of \p rays each and reads both fluxes off at
+/// the vertices of \p surface, linear over the nearest triangle.
+FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
+                    double rays, double sticking, std::uint64_t seed);
+
+/// Traces \p surface itself, for the truth. Keeps a reference to \p surface.
+FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, double rays, double sticking);
+
+/// Averages each vertex's values with its neighbours', area-weighted, \p rounds times; creases are not
+/// crossed.
+FluxPair smoothed(const FluxPair& pair, const TriangleMesh& surface, int rounds);
+
+/// Error of a flux against the truth, relative L2 over the surface, split without bias: the mean of the
+/// product of two independent errors is the squared bias, half the mean squared difference of two runs the
+/// variance.
+///
+/// \returns {"bias", "noise" (standard deviation, at the pair's rays together), "error", "rays_to_error"
+/// (null
+///          if the bias alone exceeds \p target), "seconds_to_error" (tracing only), "by_depth": [{"z_low",
+///          "z_high", "flux", "bias", "noise"}] in five equal slices from the bottom}.
+Json flux_error(const FluxPair& pair, const FluxTruth& truth, double target);
+
+}  // namespace sidewall::app

@@ -1,0 +1,127 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+// The house as design and README draw it, read from the sources' own includes.
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = SIDEWALL_SOURCE_DIR;
+
+// What each library may include besides itself.
+const std::map<std::string, std::vector<std::string>> kLibraries = {
+    {"surface", {}},
+    {"levelset", {"surface"}},
+    {"simplify", {"surface"}},
+    {"flux", {"surface"}},
+    {"app", {"surface", "levelset", "simplify", "flux"}},
+};
+
+// The rooms of app/: each may include those to its left.
+const std::vector<std::string> kRooms = {"common",  "schema",   "models", "recipe", "results",
+                                         "process", "pictures", "study",  "report", "commands"};
+
+struct Include {
+    std::string from, to;  // paths from the root
+};
+
+std::vector<fs::path> sources(const std::string& folder) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder))
+        if (entry.path().extension() == ".hpp" || entry.path().extension() == ".cpp")
+            files.push_back(entry.path());
+    return files;
+}
+
+std::vector<Include> includes(const std::string& folder) {
+    std::vector<Include> list;
+    for (const fs::path& file : sources(folder)) {
+        std::ifstream in(file);
+        const std::string directive = "#include \"";
+        for (std::string line; std::getline(in, line);)
+            if (line.starts_with(directive))
+                list.push_back({fs::relative(file, kRoot).string(),
+                                line.substr(directive.size(), line.rfind('"') - directive.size())});
+    }
+    return list;
+}
+
+std::string part(const std::string& path, int index) {
+    auto name = fs::path(path).begin();
+    std::advance(name, index);
+    return name->string();
+}
+
+// Number of a room, none for what lies in app/ itself.
+std::optional<std::ptrdiff_t> room(const std::string& path) {
+    const auto found = std::find(kRooms.begin(), kRooms.end(), part(path, 1));
+    return found == kRooms.end() ? std::nullopt : std::optional(found - kRooms.begin());
+}
+
+}  // namespace
+
+TEST_CASE("no include runs upward between the libraries") {
+    for (const auto& [folder, allowed] : kLibraries) {
+        const std::vector<Include> list = includes(folder);
+        CHECK(list.size() > 10);
+        for (const Include& include : list) {
+            CAPTURE(include.from, include.to);
+            CHECK(fs::exists(kRoot / include.to));
+            const std::string to = part(include.to, 0);
+            CHECK((to == folder || std::find(allowed.begin(), allowed.end(), to) != allowed.end()));
+        }
+    }
+}
+
+TEST_CASE("no include runs upward between the rooms of app/") {
+    for (const Include& include : includes("app")) {
+        CAPTURE(include.from, include.to);
+        const auto from = room(include.from);
+        if (!from) {
+            CHECK(include.from == "app/main.cpp");  // the only source outside of a room
+        } else if (part(include.to, 0) == "app") {
+            const auto to = room(include.to);
+            REQUIRE(to);
+            CHECK(*to <= *from);
+        }
+    }
+}
+
+TEST_CASE("OpenVDB is named in levelset/ and in marching cubes alone, CGAL in simplify/") {
+    const auto named = [](const std::string& folder, const std::string& text) {
+        std::vector<std::string> files;
+        for (const fs::path& file : sources(folder)) {
+            std::ifstream in(file);
+            for (std::string line; std::getline(in, line);)
+                if (line.starts_with(text)) {
+                    files.push_back(fs::relative(file, kRoot).string());
+                    break;
+                }
+        }
+        return files;
+    };
+    CHECK(named("levelset", "#include <openvdb/").size() > 3);
+    for (const char* folder : {"simplify", "flux", "app"}) CHECK(named(folder, "#include <openvdb/").empty());
+    for (const std::string& file : named("surface", "#include <openvdb/"))
+        CHECK(file.find("marching_cubes") != std::string::npos);
+    CHECK_FALSE(named("simplify", "#include <CGAL/").empty());
+    for (const char* folder : {"surface", "levelset", "flux", "app"})
+        CHECK(named(folder, "#include <CGAL/").empty());
+}
+
+TEST_CASE("a source of the product has one subject: no more than 400 lines") {
+    for (const auto& [folder, allowed] : kLibraries)
+        for (const fs::path& file : sources(folder)) {
+            std::ifstream in(file);
+            std::size_t lines = 0;
+            for (std::string line; std::getline(in, line);) ++lines;
+            CAPTURE(file.string());
+            CHECK(lines <= 400);
+        }
+}
