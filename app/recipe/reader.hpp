@@ -1,14 +1,11 @@
 #pragma once
-// toml++ 3.3 asserts on headers such as "[.x]", which it goes on to refuse properly: user input must not
-// abort a debug build.
-#define TOML_ASSERT(expression) static_assert(true)
-#include <toml++/toml.h>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/toml.hpp"
 
 // From TOML nodes to fields; every message says where. Included by the recipe's own sources only.
 namespace sidewall::app {
