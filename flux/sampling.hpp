@@ -5,18 +5,10 @@
 #include <numbers>
 #include <utility>
 
+#include "surface/basis.hpp"
 #include "surface/vec3.hpp"
 
 namespace sidewall::flux {
-
-/// Two unit vectors that complete the unit vector \p n to a right-handed basis. Duff et al., JCGT 6 (2017).
-inline std::pair<Vec3, Vec3> basis_around(const Vec3& n) {
-    const double sign = std::copysign(1.0, n.z());
-    const double a = -1.0 / (sign + n.z());
-    const double b = n.x() * n.y() * a;
-    return {Vec3(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()),
-            Vec3(b, sign + n.y() * n.y() * a, -n.y())};
-}
 
 /// The direction at polar angle (cosine, sine) from \p axis and azimuth 2 pi \p u.
 inline Vec3 direction_around(const Vec3& axis, double cosine, double sine, double u) {

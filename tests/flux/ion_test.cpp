@@ -5,6 +5,7 @@
 
 #include "flux/reflection.hpp"
 #include "flux/yield.hpp"
+#include "surface/basis.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/meshes.hpp"
 #include "tests/flux/truth.hpp"

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "flux/random.hpp"
+#include "surface/basis.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;
