@@ -41,7 +41,7 @@ std::vector<flux::FluxResult> trace(const Recipe& recipe, const Model& model,
         static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
     options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-    options.step = time_step;
+    options.time_step = time_step;
     options.sticking_by_wedge = sticking;
     options.progress = progress;
     options.stop = interrupted;

@@ -12,22 +12,22 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Stage in single precision, as the inner loops read it.
+// Geometry in single precision, as the inner loops read it.
 struct Bounds {
     float min_x, min_y, max_x, max_y, top, bottom, overlap;
     bool reflect_x, reflect_y, open_x, open_y;
-    explicit Bounds(const Stage& stage)
-        : min_x(static_cast<float>(stage.box.min[0])),
-          min_y(static_cast<float>(stage.box.min[1])),
-          max_x(static_cast<float>(stage.box.max[0])),
-          max_y(static_cast<float>(stage.box.max[1])),
-          top(static_cast<float>(stage.top)),
-          bottom(static_cast<float>(stage.bottom)),
-          overlap(static_cast<float>(kOverlap * stage.skin)),
-          reflect_x(stage.box.boundary[0] == Boundary::reflective),
-          reflect_y(stage.box.boundary[1] == Boundary::reflective),
-          open_x(stage.box.boundary[0] == Boundary::open),
-          open_y(stage.box.boundary[1] == Boundary::open) {}
+    explicit Bounds(const Geometry& geometry)
+        : min_x(static_cast<float>(geometry.box.min[0])),
+          min_y(static_cast<float>(geometry.box.min[1])),
+          max_x(static_cast<float>(geometry.box.max[0])),
+          max_y(static_cast<float>(geometry.box.max[1])),
+          top(static_cast<float>(geometry.top)),
+          bottom(static_cast<float>(geometry.bottom)),
+          overlap(static_cast<float>(kOverlap * geometry.skin)),
+          reflect_x(geometry.box.boundary[0] == Boundary::reflective),
+          reflect_y(geometry.box.boundary[1] == Boundary::reflective),
+          open_x(geometry.box.boundary[0] == Boundary::open),
+          open_y(geometry.box.boundary[1] == Boundary::open) {}
 };
 
 // Distances along eight rays.
@@ -59,33 +59,33 @@ struct alignas(64) Crossing {
 };
 
 // One by one, from the start of the flight, which the row still holds.
-void fly_alone(const Stage& stage, Rays& rays, std::size_t row, FlightCounts& counts) {
+void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, FlightCounts& counts) {
     const auto wide = [](float a, float b, float c) {
         return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
     };
     Vec3 start = wide(rays.x[row], rays.y[row], rays.z[row]);
     for (int axis = 0; axis < 2; ++axis)
-        start[axis] = std::clamp(start[axis], stage.box.min[axis], stage.box.max[axis]);
-    const Landing landing =
-        fly(stage, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]});
-    counts.segments += landing.segments;
-    if (landing.end != End::hit) {
-        rays.triangle[row] = landing.end == End::escaped ? surface::kNoTriangle : kLeaked;
+        start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
+    const Flight flight =
+        fly(geometry, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]});
+    counts.segments += flight.segments;
+    if (flight.end != FlightEnd::hit) {
+        rays.triangle[row] = flight.end == FlightEnd::escaped ? surface::kNoTriangle : kLeaked;
         return;
     }
-    counts.rescued += landing.rescued;
-    const Vec3 point = landing_point(stage, landing);
+    counts.rescued += flight.rescued;
+    const Vec3 point = hit_point(geometry, flight);
     rays.x[row] = static_cast<float>(point.x());
     rays.y[row] = static_cast<float>(point.y());
     rays.z[row] = static_cast<float>(point.z());
-    rays.dx[row] = static_cast<float>(landing.direction.x());
-    rays.dy[row] = static_cast<float>(landing.direction.y());
-    rays.dz[row] = static_cast<float>(landing.direction.z());
-    rays.triangle[row] = landing.triangle;
-    rays.u[row] = static_cast<float>(landing.u);
-    rays.v[row] = static_cast<float>(landing.v);
+    rays.dx[row] = static_cast<float>(flight.direction.x());
+    rays.dy[row] = static_cast<float>(flight.direction.y());
+    rays.dz[row] = static_cast<float>(flight.direction.z());
+    rays.triangle[row] = flight.triangle;
+    rays.u[row] = static_cast<float>(flight.u);
+    rays.v[row] = static_cast<float>(flight.v);
     rays.distance[row] = 0.0f;
-    const Vec3 normal = outward_normal(stage, landing.triangle);
+    const Vec3 normal = outward_normal(geometry, flight.triangle);
     rays.nx[row] = static_cast<float>(normal.x());
     rays.ny[row] = static_cast<float>(normal.y());
     rays.nz[row] = static_cast<float>(normal.z());
@@ -112,8 +112,8 @@ inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, 
 
 class Flyer {
   public:
-    Flyer(const Stage& stage, Rays& rays, FlightCounts& counts)
-        : stage_(stage), rays_(rays), counts_(counts), b_(stage) {
+    Flyer(const Geometry& geometry, Rays& rays, FlightCounts& counts)
+        : geometry_(geometry), rays_(rays), counts_(counts), b_(geometry) {
         rtcInitIntersectContext(&context_);
     }
 
@@ -125,7 +125,7 @@ class Flyer {
         for (int round = 0; crossing.count > 0; ++round) {
             if (round == 1000) {
                 for (std::size_t i = 0; i < crossing.count; ++i)
-                    fly_alone(stage_, rays_, crossing.row[i], counts_);
+                    fly_alone(geometry_, rays_, crossing.row[i], counts_);
                 return;
             }
             const std::size_t count = crossing.count;
@@ -156,7 +156,7 @@ class Flyer {
             packet_.hit.geomID[i] = packet_.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
         }
         counts_.segments += lanes;
-        rtcIntersect8(valid_, stage_.scene.handle(), &context_, &packet_);
+        rtcIntersect8(valid_, geometry_.scene.handle(), &context_, &packet_);
         // Embree's normal has the length of twice the area.
         constexpr auto kGrazingSquared = static_cast<float>(kGrazing * kGrazing);
         for (std::size_t i = 0; i < kLanes; ++i) {
@@ -200,7 +200,7 @@ class Flyer {
             const std::size_t row = first + i;
             const Way way = way_of(i, r.dz[row]);
             if (r.triangle[row] != surface::kNoTriangle || way == Way::unclear) {
-                fly_alone(stage_, r, row, counts_);
+                fly_alone(geometry_, r, row, counts_);
                 continue;
             }
             float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];
@@ -221,7 +221,7 @@ class Flyer {
             const float dz = c.dz[at];
             if (triangle != surface::kNoTriangle) {
                 if (behind_[i]) {
-                    fly_alone(stage_, r, row, counts_);
+                    fly_alone(geometry_, r, row, counts_);
                     continue;
                 }
                 r.x[row] = packet_.ray.org_x[i];
@@ -234,7 +234,7 @@ class Flyer {
             }
             const Way way = way_of(i, dz);
             if (way == Way::unclear)
-                fly_alone(stage_, r, row, counts_);
+                fly_alone(geometry_, r, row, counts_);
             else if (way == Way::out || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
                 r.triangle[row] = surface::kNoTriangle;
             else
@@ -277,7 +277,7 @@ class Flyer {
         c.row[at] = static_cast<std::uint32_t>(row);
     }
 
-    const Stage& stage_;
+    const Geometry& geometry_;
     Rays& rays_;
     FlightCounts& counts_;
     const Bounds b_;
@@ -290,8 +290,8 @@ class Flyer {
 
 }  // namespace
 
-void fly_block(const Stage& stage, Rays& rays, FlightCounts& counts) {
-    Flyer(stage, rays, counts).fly();
+void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
+    Flyer(geometry, rays, counts).fly();
 }
 
 }  // namespace sidewall::flux

@@ -16,6 +16,6 @@ struct FlightCounts {
 /// last segment. The few that meet anything but the front of another triangle or a clear way out fly again
 /// one by one, with fly()'s care. The result depends on the order of the rays by rounding only, and not on
 /// the thread.
-void fly_block(const Stage& stage, Rays& rays, FlightCounts& counts);
+void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts);
 
 }  // namespace sidewall::flux

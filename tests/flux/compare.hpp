@@ -34,7 +34,7 @@ inline std::vector<std::vector<Mean>> over_seeds(const TriangleMesh& mesh, std::
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         const std::vector<FluxResult> results = trace_fluxes(
             mesh, scene, box, species, materials, wedges,
-            {.rays = rays / kSeeds, .seed = seed, .step = stream, .batches = 16, .roulette = roulette});
+            {.rays = rays / kSeeds, .seed = seed, .time_step = stream, .batches = 16, .roulette = roulette});
         for (std::size_t k = 0; k < species.size(); ++k) {
             CHECK(results[k].leaked == 0);
             CHECK(results[k].ledger.balanced());

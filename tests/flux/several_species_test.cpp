@@ -96,7 +96,7 @@ TEST_CASE("species traced together have the fluxes and the errors of species tra
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         const auto shared = place.together(species, {.rays = 32768, .seed = seed});
         for (std::size_t k = 0; k < species.size(); ++k) {
-            const FluxResult own = place.alone(species[k], {.rays = 32768, .seed = seed, .step = 1});
+            const FluxResult own = place.alone(species[k], {.rays = 32768, .seed = seed, .time_step = 1});
             mean[k].add(place.mean(shared[k]) - place.mean(own));
             double squares = 0.0, used = 0.0;
             for (std::size_t i = 0; i < elements; ++i) {
@@ -270,10 +270,11 @@ TEST_CASE("species traced together stick by wedge, each by its own values") {
         for (std::size_t k = 0; k < 2; ++k) {
             check_ends(shared[k]);
             const auto own =
-                k == 0 ? place.alone({"alone", 1.0, {0.4}}, {.rays = 16384, .seed = seed, .step = 1})
-                       : place.alone(
-                             species[k],
-                             {.rays = 16384, .seed = seed, .step = 1, .sticking_by_wedge = all.subspan(n)});
+                k == 0
+                    ? place.alone({"alone", 1.0, {0.4}}, {.rays = 16384, .seed = seed, .time_step = 1})
+                    : place.alone(
+                          species[k],
+                          {.rays = 16384, .seed = seed, .time_step = 1, .sticking_by_wedge = all.subspan(n)});
             const auto on_floor = [&](const FluxResult& result) {
                 return mean_flux(
                            place.mesh, result,

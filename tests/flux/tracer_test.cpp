@@ -189,7 +189,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
         const auto plain = with({});
         CHECK(with({}) == plain);
         CHECK(with({.seed = 2}) != plain);
-        CHECK(with({.step = 1}) != plain);
+        CHECK(with({.time_step = 1}) != plain);
         CHECK(with({.species_index = 1}) != plain);
     }
 }
