@@ -6,15 +6,27 @@
 
 namespace sidewall {
 
-/// Two unit vectors s, t that complete the unit vector \p n to a right-handed orthonormal basis (s, t, n).
-/// Duff et al., Building an orthonormal basis, revisited, JCGT 6 (2017): no branch, and no loss of digits near
-/// n.z = -1.
+/// Two vectors s, t, by their components.
+template <class Real>
+struct Tangents {
+    Real sx, sy, sz, tx, ty, tz;
+};
+
+/// Unit vectors s, t that complete the unit vector n to a right-handed orthonormal basis (s, t, n). Duff et al.,
+/// Building an orthonormal basis, revisited, JCGT 6 (2017): no branch, and no loss of digits near n.z = -1. On
+/// plain numbers, so that loops in single precision are vectorised.
+/// \param nx, ny, nz  components of n.
+/// \param sign        1 or -1 as nz is positive or negative; either if it is 0 or nearly so.
+template <class Real>
+constexpr Tangents<Real> tangents_of(Real nx, Real ny, Real nz, Real sign) {
+    const Real a = Real(-1) / (sign + nz), b = nx * ny * a;
+    return {Real(1) + sign * nx * nx * a, sign * b, -sign * nx, b, sign + ny * ny * a, -ny};
+}
+
+/// tangents_of \p n, as vectors.
 inline std::pair<Vec3, Vec3> basis_around(const Vec3& n) {
-    const double sign = std::copysign(1.0, n.z());
-    const double a = -1.0 / (sign + n.z());
-    const double b = n.x() * n.y() * a;
-    return {Vec3(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()),
-            Vec3(b, sign + n.y() * n.y() * a, -n.y())};
+    const auto [sx, sy, sz, tx, ty, tz] = tangents_of(n.x(), n.y(), n.z(), std::copysign(1.0, n.z()));
+    return {Vec3(sx, sy, sz), Vec3(tx, ty, tz)};
 }
 
 }  // namespace sidewall
