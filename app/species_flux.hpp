@@ -8,8 +8,8 @@
 
 namespace sidewall::app {
 
-/// Particles leak through the surface.
-struct Torn : NumericsError {
+/// More particles leak through the surface than rounding explains.
+struct LeakError : NumericsError {
     using NumericsError::NumericsError;
 };
 
@@ -17,7 +17,7 @@ struct Torn : NumericsError {
 /// fluxes as counted, and those that models see, less their noise and averaged as the recipe says.
 /// \param sticking   as flux::TraceOptions::sticking_by_wedge; empty: the species' own.
 /// \param time_step  keys the random numbers.
-/// \throws Torn if more particles leak than rounding explains, Interrupted if the user asked to stop.
+/// \throws LeakError if more particles leak than rounding explains, Interrupted if the user asked to stop.
 void trace_species(const Recipe& recipe, const Model& model, std::span<const double> sticking,
                    std::uint32_t time_step, const std::function<void(double)>& progress,
                    SurfaceFlux& surface);

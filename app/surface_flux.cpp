@@ -212,11 +212,11 @@ SurfaceFlux trace_surface(const Recipe& recipe, const Model& model, const levels
         try {
             settle_coverages(recipe, model, carried, settle, time_step, progress, surface);
             return surface;
-        } catch (const Torn& torn) {
+        } catch (const LeakError& error) {
             // A fold that coarsening left among thousands of time steps must not end the run.
             if (!surface.simplified) throw;
             fmt::print(stderr, "time step {}: {}: tracing the surface as extracted instead\n", time_step,
-                       torn.what());
+                       error.what());
             surface.simplified.reset();
             surface.scene.reset();
             surface.iterations = 0;
