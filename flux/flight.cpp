@@ -41,7 +41,7 @@ struct Trail {
     void add(const Vec3& position) { start[count++ % start.size()] = position; }
 };
 
-// Whether the ray met the triangle from behind. Embree's own normal settles it nearly always; a sliver may
+// Whether the ray hit the triangle from behind. Embree's own normal settles it nearly always; a sliver may
 // have turned over when its vertices were rounded to float, so the mesh has the last word.
 bool is_behind(const Geometry& geometry, const Vec3& direction, const RTCHit& hit) {
     const Vec3 normal(static_cast<double>(hit.Ng_x), static_cast<double>(hit.Ng_y),
@@ -49,11 +49,12 @@ bool is_behind(const Geometry& geometry, const Vec3& direction, const RTCHit& hi
     return direction.dot(normal) > 0.0 && direction.dot(outward_normal(geometry, hit.primID)) > kGrazing;
 }
 
-enum class Met { nothing, front, back };
+enum class SegmentHit { nothing, front, back };
 
-// The nearest front or back along one straight segment. Backs within a skin of the start are not met: they
+// The nearest front or back along one straight segment. Backs within a skin of the start do not count: they
 // belong to the far side of a fold that the start was lifted through.
-Met meet(const Geometry& geometry, const Particle& particle, double back_up, double reach, Flight& flight) {
+SegmentHit trace_segment(const Geometry& geometry, const Particle& particle, double back_up, double reach,
+                         Flight& flight) {
     const Vec3 origin = particle.position - back_up * particle.direction;
     double t_near = 0.0;
     const double t_far = reach + back_up + kOverlap * geometry.skin;
@@ -63,7 +64,7 @@ Met meet(const Geometry& geometry, const Particle& particle, double back_up, dou
         RTCRayHit query = make_query(origin, particle.direction, t_near, t_far);
         ++flight.segments;
         rtcIntersect1(geometry.scene.handle(), &context, &query);
-        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return Met::nothing;
+        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return SegmentHit::nothing;
         const std::uint32_t triangle = query.hit.primID;
         const bool back = is_behind(geometry, particle.direction, query.hit);
         const double distance = static_cast<double>(query.ray.tfar) - back_up;
@@ -71,17 +72,17 @@ Met meet(const Geometry& geometry, const Particle& particle, double back_up, dou
             flight.triangle = triangle;
             flight.u = static_cast<double>(query.hit.u);
             flight.v = static_cast<double>(query.hit.v);
-            return back ? Met::back : Met::front;
+            return back ? SegmentHit::back : SegmentHit::front;
         }
-        // Past the hit by more than its rounding: one step of float may find it again, for ever.
+        // Past the hit by more than its rounding: the next float may find it again, for ever.
         t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * geometry.skin;
-        if (!(t_near < t_far)) return Met::nothing;
+        if (!(t_near < t_far)) return SegmentHit::nothing;
     }
 }
 
-// At a convex rim, rounding may let the far face come first: a ray that meets a back this near to an edge hit
+// At a convex rim, rounding may let the far face come first: a ray that hits a back this near to an edge hit
 // the rim.
-bool met_rim(const Geometry& geometry, const Flight& flight) {
+bool hit_rim(const Geometry& geometry, const Flight& flight) {
     const auto [a, b, c] = geometry.mesh.triangles[flight.triangle];
     const std::array<Vec3, 3> p{geometry.mesh.vertices[a], geometry.mesh.vertices[b],
                                 geometry.mesh.vertices[c]};
@@ -151,13 +152,14 @@ Flight fly(const Geometry& geometry, Particle particle) {
             rise == 0.0 ? kInfinity
                         : ((rise > 0.0 ? geometry.top : geometry.bottom) - particle.position.z()) / rise;
         flight.direction = particle.direction;
-        const Met met = meet(geometry, particle, back_up, std::min(side.distance, exit), flight);
-        if (met == Met::front) {
+        const SegmentHit hit =
+            trace_segment(geometry, particle, back_up, std::min(side.distance, exit), flight);
+        if (hit == SegmentHit::front) {
             flight.end = FlightEnd::hit;
             return flight;
         }
-        if (met == Met::back) {
-            flight.rescued = met_rim(geometry, flight);
+        if (hit == SegmentHit::back) {
+            flight.rescued = hit_rim(geometry, flight);
             if (flight.rescued)
                 flight.end = FlightEnd::hit;
             else

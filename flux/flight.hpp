@@ -37,7 +37,7 @@ struct Flight {
     double u = 0.0, v = 0.0;     ///< barycentric weights of the second and third vertex
     Vec3 direction;              ///< it arrives in, after all sides
     std::uint32_t segments = 0;  ///< ray-scene intersections it took
-    bool rescued = false;        ///< it met the surface from behind by rounding, and arrived where it did
+    bool rescued = false;        ///< it hit the surface from behind by rounding, which counts as a hit
 };
 
 /// Follows a particle through side planes until it hits the surface or leaves. O(log n) a segment.
@@ -45,7 +45,7 @@ struct Flight {
 ///
 /// Side planes bound the ray, which then goes on mirrored or wrapped. All rounding happens within a skin:
 /// flights start a skin above the surface, and rays reach a little over the sides, where there is no surface.
-/// A particle that nevertheless meets the back of a triangle, or the bottom, arrives there if that is at the
+/// A particle that nevertheless hits the back of a triangle, or the bottom, arrives there if that is at the
 /// triangle's rim, else at the surface nearest to where it started or last crossed a side, if one is within
 /// the rounding. If neither, it came past the rim and has escaped if the box has one inside, else it has leaked,
 /// which means that the mesh has a hole.
@@ -59,7 +59,7 @@ Vec3 hit_point(const Geometry& geometry, const Flight& flight);
 
 /// Rays reach this far over side planes, and a slip through the surface is at most this long; in skins.
 constexpr double kOverlap = 8.0;
-/// A triangle is met from behind only beyond this cosine: at grazing incidence rounding decides the sign.
+/// A triangle is hit from behind only beyond this cosine: at grazing incidence rounding decides the sign.
 constexpr double kGrazing = 1e-4;
 
 }  // namespace sidewall::flux

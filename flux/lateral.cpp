@@ -23,7 +23,8 @@ std::string text(const Vec3& p) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
 }
 
-// Edges that are not used once in each direction: the surface's boundary, and wherever it is torn.
+// Edges that are not used once in each direction: the surface's boundary, holes, and where neighbours differ
+// in orientation.
 Edges unpaired_edges(const TriangleMesh& mesh) {
     const surface::EdgeTable table = surface::edge_table(mesh);
     Edges unpaired;

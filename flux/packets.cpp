@@ -51,7 +51,7 @@ inline void reach_of(const Bounds& b, const float* x, const float* y, const floa
     }
 }
 
-// Particles that went through a side and fly on; `row` is theirs in the block.
+// Particles that crossed a side of the box and fly on; `row` is theirs in the block.
 struct alignas(64) Crossing {
     std::size_t count = 0;
     Column<float> x, y, z, dx, dy, dz;
@@ -110,9 +110,9 @@ inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, 
     return true;
 }
 
-class Flyer {
+class PacketFlight {
   public:
-    Flyer(const Geometry& geometry, Rays& rays, FlightCounts& counts)
+    PacketFlight(const Geometry& geometry, Rays& rays, FlightCounts& counts)
         : geometry_(geometry), rays_(rays), counts_(counts), b_(geometry) {
         rtcInitIntersectContext(&context_);
     }
@@ -130,12 +130,13 @@ class Flyer {
             }
             const std::size_t count = crossing.count;
             crossing.count = 0;
-            for (std::size_t first = 0; first < count; first += kLanes) go_on(first, count, crossing);
+            for (std::size_t first = 0; first < count; first += kLanes)
+                continue_packet(first, count, crossing);
         }
     }
 
   private:
-    // rtcIntersect8 from `back_up` before the given positions. \returns the number of lanes in use.
+    // rtcIntersect8 of the first `lanes` rays, from `back_up` before the given positions.
     void intersect(const float* x, const float* y, const float* z, const float* dx, const float* dy,
                    const float* dz, std::size_t lanes, float back_up) {
         reach_of(b_, x, y, z, dx, dy, dz, reach_);
@@ -178,7 +179,7 @@ class Flyer {
         const std::size_t lanes = std::min(kLanes, r.count - first);
         intersect(&r.x[first], &r.y[first], &r.z[first], &r.dx[first], &r.dy[first], &r.dz[first], lanes,
                   0.0f);
-        // Nearly all lanes are clear: a fair hit, or nothing met on the way out through the top. Loops over
+        // Nearly all lanes are clear: a hit on a front, or none on the way out through the top. Loops over
         // lanes without branches, which compilers vectorise.
         alignas(32) int unclear[kLanes];
         int any = 0;
@@ -193,7 +194,7 @@ class Flyer {
             unclear[i] = valid_[i] & ((missed & ~out) | (~missed & (behind_[i] | own)));
         }
         for (std::size_t i = 0; i < kLanes; ++i) any |= unclear[i];
-        land_packet(first);
+        store_hits(first);
         if (any == 0) return;
         for (std::size_t i = 0; i < lanes; ++i) {
             if (unclear[i] == 0) continue;
@@ -209,7 +210,7 @@ class Flyer {
         }
     }
 
-    void go_on(std::size_t first, std::size_t count, Crossing& c) {
+    void continue_packet(std::size_t first, std::size_t count, Crossing& c) {
         Rays& r = rays_;
         const std::size_t lanes = std::min(kLanes, count - first);
         intersect(&c.x[first], &c.y[first], &c.z[first], &c.dx[first], &c.dy[first], &c.dz[first], lanes,
@@ -229,7 +230,7 @@ class Flyer {
                 r.z[row] = packet_.ray.org_z[i];
                 r.dx[row] = dx;
                 r.dy[row] = dy;
-                land(row, i);
+                store_hit(row, i);
                 continue;
             }
             const Way way = way_of(i, dz);
@@ -242,8 +243,8 @@ class Flyer {
         }
     }
 
-    // land() of lane i in row first + i, column by column.
-    void land_packet(std::size_t first) {
+    // store_hit() of lane i in row first + i, column by column.
+    void store_hits(std::size_t first) {
         const auto copy = [first](auto& column, const auto& lanes) {
             std::memcpy(&column[first], &lanes[0], sizeof lanes);
         };
@@ -256,7 +257,7 @@ class Flyer {
         copy(rays_.distance, packet_.ray.tfar);
     }
 
-    void land(std::size_t row, std::size_t lane) {
+    void store_hit(std::size_t row, std::size_t lane) {
         rays_.triangle[row] = packet_.hit.primID[lane];
         rays_.u[row] = packet_.hit.u[lane];
         rays_.v[row] = packet_.hit.v[lane];
@@ -283,7 +284,7 @@ class Flyer {
     const Bounds b_;
     RTCIntersectContext context_;
     alignas(32) int valid_[kLanes];
-    alignas(32) int behind_[kLanes];  // lanes that met the back of a triangle
+    alignas(32) int behind_[kLanes];  // lanes that hit the back of a triangle
     RTCRayHit8 packet_;
     Reach reach_;
 };
@@ -291,7 +292,7 @@ class Flyer {
 }  // namespace
 
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
-    Flyer(geometry, rays, counts).fly();
+    PacketFlight(geometry, rays, counts).fly();
 }
 
 }  // namespace sidewall::flux

@@ -91,7 +91,8 @@ inline std::uint32_t reversed_bits(std::uint32_t word) {
 /// Pascal matrix modulo 2. With it, any aligned run of 2^k indices puts one point into each of 2^k equal
 /// boxes.
 inline std::uint32_t sobol_second(std::uint32_t index) {
-    // v = the product of the index with an upper-triangular Pascal matrix, in log steps, then bit-reversed.
+    // v = the product of the index with an upper-triangular Pascal matrix, in log2(32) operations on whole
+    // words, then bit-reversed.
     std::uint32_t v = index;
     v ^= (v >> 16) & 0x0000ffffu;
     v ^= (v >> 8) & 0x00ff00ffu;

@@ -244,7 +244,7 @@ TEST_CASE("tracing several species to a target error goes on until the last is t
         CHECK(result.relative_error > 0.005);  // without tracing many times what it takes
         check_ends(result);
     }
-    CHECK(results[0].emitted != results[1].emitted);  // the one that is there first rides no further
+    CHECK(results[0].emitted != results[1].emitted);  // the one that reaches it first is traced no further
     for (const FluxResult& capped : to(1e-4, species, 20'000)) {
         CHECK(capped.relative_error > 1e-4);
         CHECK(capped.emitted >= 20'000);

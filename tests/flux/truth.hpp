@@ -18,24 +18,24 @@ inline double clausing_transmission(double length, int cells, double sticking) {
         const double h = 0.5 * d;
         return (h * h + 0.5) / std::sqrt(h * h + 1.0) - h;
     };
-    const double step = length / cells;
+    const double ring = length / cells;  // its width
     Eigen::MatrixXd system = Eigen::MatrixXd::Identity(cells, cells);
     Eigen::VectorXd exit(cells);
     for (int i = 0; i < cells; ++i) {
-        const double x = (i + 0.5) * step;
+        const double x = (i + 0.5) * ring;
         exit[i] = to_disk(length - x);
         for (int j = 0; j < cells; ++j) {
             const double near = std::abs(i - j) - 0.5, far = std::abs(i - j) + 0.5;
             // The ring's own cell reaches half a cell either way.
-            system(i, j) -= (1.0 - sticking) * (i == j ? 2.0 * (0.5 - to_disk(0.5 * step))
-                                                       : to_disk(near * step) - to_disk(far * step));
+            system(i, j) -= (1.0 - sticking) * (i == j ? 2.0 * (0.5 - to_disk(0.5 * ring))
+                                                       : to_disk(near * ring) - to_disk(far * ring));
         }
     }
     const Eigen::VectorXd escape = system.partialPivLu().solve(exit);
     const double x = 2.0 + length * length;
     double transmitted = 0.5 * (x - std::sqrt(x * x - 4.0));  // disk to disk
     for (int i = 0; i < cells; ++i)
-        transmitted += 2.0 * step * to_disk((i + 0.5) * step) * (1.0 - sticking) * escape[i];
+        transmitted += 2.0 * ring * to_disk((i + 0.5) * ring) * (1.0 - sticking) * escape[i];
     return transmitted;
 }
 
@@ -121,10 +121,10 @@ inline TrenchFlux trench_flux(double depth, double sticking, int wall_strips, in
 }
 
 /// Composite Simpson rule.
-inline double integral(double from, double to, const std::function<double(double)>& f, int steps = 4000) {
-    const double h = (to - from) / steps;
+inline double integral(double from, double to, const std::function<double(double)>& f, int intervals = 4000) {
+    const double h = (to - from) / intervals;
     double sum = f(from) + f(to);
-    for (int i = 1; i < steps; ++i) sum += (i % 2 == 1 ? 4.0 : 2.0) * f(from + i * h);
+    for (int i = 1; i < intervals; ++i) sum += (i % 2 == 1 ? 4.0 : 2.0) * f(from + i * h);
     return sum * h / 3.0;
 }
 
