@@ -8,6 +8,7 @@
 #include "surface/basis.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;

@@ -3,7 +3,9 @@
 #include <string>
 
 #include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
 #include "tests/flux/radiosity.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;

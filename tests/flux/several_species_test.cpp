@@ -6,7 +6,9 @@
 
 #include "surface/error.hpp"
 #include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
 #include "tests/flux/radiosity.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;
