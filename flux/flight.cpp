@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
 constexpr double kSkin = 0x1p-20;
-// A flight of more segments than this is a particle caught in rounding.
+// A flight of more segments than this does not end because of rounding: the particle counts as leaked.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
 RTCRayHit make_query(const Vec3& origin, const Vec3& direction, double t_near, double t_far) {
@@ -42,7 +42,7 @@ struct Trail {
 };
 
 // Whether the ray hit the triangle from behind. Embree's own normal settles it nearly always; a sliver may
-// have turned over when its vertices were rounded to float, so the mesh has the last word.
+// have turned over when its vertices were rounded to float, so the normal in double precision decides.
 bool is_behind(const Geometry& geometry, const Vec3& direction, const RTCHit& hit) {
     const Vec3 normal(static_cast<double>(hit.Ng_x), static_cast<double>(hit.Ng_y),
                       static_cast<double>(hit.Ng_z));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "surface/disjoint_sets.hpp"
@@ -71,7 +72,7 @@ void require_boundary_on_sides(const TriangleMesh& mesh, const Edges& boundary, 
                     box.min[1], box.max[1]));
 }
 
-// Whether the edges hang together.
+// Whether the edges are connected.
 bool is_one_piece(const Edges& edges, std::size_t vertices) {
     surface::DisjointSets sets(vertices);
     for (const auto& [a, b] : edges) sets.join(a, b);

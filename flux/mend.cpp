@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -135,7 +137,7 @@ std::vector<std::vector<Neighbour>> neighbours(const TriangleMesh& mesh) {
     return across;
 }
 
-// Triangles that hang together, and what it takes to make them agree.
+// Triangles that are connected, and whether their orientations agree.
 struct Piece {
     std::vector<std::uint32_t> triangles;
     bool agrees = true, open = false;

@@ -121,7 +121,7 @@ class PacketFlight {
         static thread_local Crossing crossing;  // too large for a stack frame
         crossing.count = 0;
         for (std::size_t first = 0; first < rays_.count; first += kLanes) start_packet(first, crossing);
-        // A particle that crosses more sides than this is caught in rounding; fly() finds out.
+        // A flight that crosses more sides than this may not end because of rounding, which fly() finds out.
         for (int round = 0; crossing.count > 0; ++round) {
             if (round == 1000) {
                 for (std::size_t i = 0; i < crossing.count; ++i)

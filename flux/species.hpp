@@ -3,6 +3,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "surface/vec3.hpp"

@@ -14,6 +14,7 @@
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
+// The Monte Carlo tracer. history.cpp tells a particle's life, phase by phase.
 namespace sidewall::flux {
 
 struct TraceOptions {
