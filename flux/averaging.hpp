@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "flux/flux_field.hpp"
 #include "flux/lateral.hpp"
-#include "flux/tally.hpp"
 #include "flux/wedges.hpp"
 #include "surface/triangle_mesh.hpp"
 

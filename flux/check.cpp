@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "flux/yield.hpp"
 #include "surface/error.hpp"

@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
 constexpr double kSkin = 0x1p-20;
-// A flight of more segments than this is a particle caught in rounding.
+// A flight of more segments than this does not end because of rounding: the particle counts as leaked.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
 RTCRayHit make_query(const Vec3& origin, const Vec3& direction, double t_near, double t_far) {
@@ -41,76 +41,79 @@ struct Trail {
     void add(const Vec3& position) { start[count++ % start.size()] = position; }
 };
 
-// Whether the ray met the triangle from behind. Embree's own normal settles it nearly always; a sliver may
-// have turned over when its vertices were rounded to float, so the mesh has the last word.
-bool is_behind(const Stage& stage, const Vec3& direction, const RTCHit& hit) {
+// Whether the ray hit the triangle from behind. Embree's own normal settles it nearly always; a sliver may
+// have turned over when its vertices were rounded to float, so the normal in double precision decides.
+bool is_behind(const Geometry& geometry, const Vec3& direction, const RTCHit& hit) {
     const Vec3 normal(static_cast<double>(hit.Ng_x), static_cast<double>(hit.Ng_y),
                       static_cast<double>(hit.Ng_z));
-    return direction.dot(normal) > 0.0 && direction.dot(outward_normal(stage, hit.primID)) > kGrazing;
+    return direction.dot(normal) > 0.0 && direction.dot(outward_normal(geometry, hit.primID)) > kGrazing;
 }
 
-enum class Met { nothing, front, back };
+enum class SegmentHit { nothing, front, back };
 
-// The nearest front or back along one straight segment. Backs within a skin of the start are not met: they
+// The nearest front or back along one straight segment. Backs within a skin of the start do not count: they
 // belong to the far side of a fold that the start was lifted through.
-Met meet(const Stage& stage, const Particle& particle, double back_up, double reach, Landing& landing) {
+SegmentHit trace_segment(const Geometry& geometry, const Particle& particle, double back_up, double reach,
+                         Flight& flight) {
     const Vec3 origin = particle.position - back_up * particle.direction;
     double t_near = 0.0;
-    const double t_far = reach + back_up + kOverlap * stage.skin;
+    const double t_far = reach + back_up + kOverlap * geometry.skin;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     while (true) {
         RTCRayHit query = make_query(origin, particle.direction, t_near, t_far);
-        ++landing.segments;
-        rtcIntersect1(stage.scene.handle(), &context, &query);
-        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return Met::nothing;
+        ++flight.segments;
+        rtcIntersect1(geometry.scene.handle(), &context, &query);
+        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return SegmentHit::nothing;
         const std::uint32_t triangle = query.hit.primID;
-        const bool back = is_behind(stage, particle.direction, query.hit);
+        const bool back = is_behind(geometry, particle.direction, query.hit);
         const double distance = static_cast<double>(query.ray.tfar) - back_up;
-        if (triangle != particle.from && !(back && distance < kOverlap * stage.skin)) {
-            landing.triangle = triangle;
-            landing.u = static_cast<double>(query.hit.u);
-            landing.v = static_cast<double>(query.hit.v);
-            return back ? Met::back : Met::front;
+        if (triangle != particle.from && !(back && distance < kOverlap * geometry.skin)) {
+            flight.triangle = triangle;
+            flight.u = static_cast<double>(query.hit.u);
+            flight.v = static_cast<double>(query.hit.v);
+            return back ? SegmentHit::back : SegmentHit::front;
         }
-        // Past the hit by more than its rounding: one step of float may find it again, for ever.
-        t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * stage.skin;
-        if (!(t_near < t_far)) return Met::nothing;
+        // Past the hit by more than its rounding: the next float may find it again, for ever.
+        t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * geometry.skin;
+        if (!(t_near < t_far)) return SegmentHit::nothing;
     }
 }
 
-// At a convex rim, rounding may let the far face come first: a ray that meets a back this near to an edge hit
+// At a convex rim, rounding may let the far face come first: a ray that hits a back this near to an edge hit
 // the rim.
-bool met_rim(const Stage& stage, const Landing& landing) {
-    const auto [a, b, c] = stage.mesh.triangles[landing.triangle];
-    const std::array<Vec3, 3> p{stage.mesh.vertices[a], stage.mesh.vertices[b], stage.mesh.vertices[c]};
+bool hit_rim(const Geometry& geometry, const Flight& flight) {
+    const auto [a, b, c] = geometry.mesh.triangles[flight.triangle];
+    const std::array<Vec3, 3> p{geometry.mesh.vertices[a], geometry.mesh.vertices[b],
+                                geometry.mesh.vertices[c]};
     const double twice_area = (p[1] - p[0]).cross(p[2] - p[0]).norm();
-    const std::array<double, 3> weight{1.0 - landing.u - landing.v, landing.u, landing.v};
+    const std::array<double, 3> weight{1.0 - flight.u - flight.v, flight.u, flight.v};
     for (std::size_t k = 0; k < 3; ++k)
-        if (weight[k] * twice_area <= kOverlap * stage.skin * (p[(k + 2) % 3] - p[(k + 1) % 3]).norm())
+        if (weight[k] * twice_area <= kOverlap * geometry.skin * (p[(k + 2) % 3] - p[(k + 1) % 3]).norm())
             return true;
     return false;
 }
 
 // The particle is behind the surface: it arrives where it slipped through, if that was within the rounding.
-void rescue(const Stage& stage, const Trail& trail, Landing& landing) {
+void rescue(const Geometry& geometry, const Trail& trail, Flight& flight) {
     const auto size = static_cast<std::uint32_t>(trail.start.size());
     for (std::uint32_t i = trail.count; i > 0 && trail.count - i < size; --i) {
-        const auto nearest = stage.scene.closest_point(trail.start[(i - 1) % size], kOverlap * stage.skin);
+        const auto nearest =
+            geometry.scene.closest_point(trail.start[(i - 1) % size], kOverlap * geometry.skin);
         if (!nearest) continue;
-        landing.end = End::hit;
-        landing.triangle = nearest.triangle;
-        landing.u = nearest.u;
-        landing.v = nearest.v;
-        landing.rescued = true;
+        flight.end = FlightEnd::hit;
+        flight.triangle = nearest.triangle;
+        flight.u = nearest.u;
+        flight.v = nearest.v;
+        flight.rescued = true;
         return;
     }
-    landing.end = stage.box.rim_inside ? End::escaped : End::leaked;
+    flight.end = geometry.box.rim_inside ? FlightEnd::escaped : FlightEnd::leaked;
 }
 
 }  // namespace
 
-Stage make_stage(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box) {
+Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box) {
     require_traceable(mesh);
     const Box3 bounds = bounding_box(mesh);
     const double skin = kSkin * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
@@ -120,60 +123,64 @@ Stage make_stage(const TriangleMesh& mesh, const surface::RayScene& scene, const
     return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin};
 }
 
-Vec3 outward_normal(const Stage& stage, std::uint32_t triangle) {
-    return area_vector(stage.mesh, triangle).normalized();
+Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {
+    return area_vector(geometry.mesh, triangle).normalized();
 }
 
-Vec3 landing_point(const Stage& stage, const Landing& landing) {
+Vec3 hit_point(const Geometry& geometry, const Flight& flight) {
     // The surface that Embree sees has its vertices rounded to float.
     const auto vertex = [&](std::size_t k) -> Vec3 {
-        return stage.mesh.vertices[stage.mesh.triangles[landing.triangle][k]].cast<float>().cast<double>();
+        return geometry.mesh.vertices[geometry.mesh.triangles[flight.triangle][k]]
+            .cast<float>()
+            .cast<double>();
     };
-    const double u = landing.u, v = landing.v;
+    const double u = flight.u, v = flight.v;
     return (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2);
 }
 
-Landing fly(const Stage& stage, Particle particle) {
-    const bool bounded = stage.box.boundary[0] != Boundary::open && stage.box.boundary[1] != Boundary::open;
-    Landing landing;
+Flight fly(const Geometry& geometry, Particle particle) {
+    const bool bounded =
+        geometry.box.boundary[0] != Boundary::open && geometry.box.boundary[1] != Boundary::open;
+    Flight flight;
     Trail trail;
     double back_up = 0.0;
-    while (landing.segments < kMaxSegments) {
+    while (flight.segments < kMaxSegments) {
         trail.add(particle.position);
-        const SideMeeting side = next_side(stage.box, particle.position, particle.direction);
+        const SideMeeting side = next_side(geometry.box, particle.position, particle.direction);
         const double rise = particle.direction.z();
-        const double exit = rise == 0.0
-                                ? kInfinity
-                                : ((rise > 0.0 ? stage.top : stage.bottom) - particle.position.z()) / rise;
-        landing.direction = particle.direction;
-        const Met met = meet(stage, particle, back_up, std::min(side.distance, exit), landing);
-        if (met == Met::front) {
-            landing.end = End::hit;
-            return landing;
+        const double exit =
+            rise == 0.0 ? kInfinity
+                        : ((rise > 0.0 ? geometry.top : geometry.bottom) - particle.position.z()) / rise;
+        flight.direction = particle.direction;
+        const SegmentHit hit =
+            trace_segment(geometry, particle, back_up, std::min(side.distance, exit), flight);
+        if (hit == SegmentHit::front) {
+            flight.end = FlightEnd::hit;
+            return flight;
         }
-        if (met == Met::back) {
-            landing.rescued = met_rim(stage, landing);
-            if (landing.rescued)
-                landing.end = End::hit;
+        if (hit == SegmentHit::back) {
+            flight.rescued = hit_rim(geometry, flight);
+            if (flight.rescued)
+                flight.end = FlightEnd::hit;
             else
-                rescue(stage, trail, landing);
-            return landing;
+                rescue(geometry, trail, flight);
+            return flight;
         }
         if (exit <= side.distance) {
             if (rise > 0.0 || !bounded)
-                landing.end = End::escaped;  // past the rim of a surface that does not fill its box
+                flight.end = FlightEnd::escaped;  // past the rim of a surface that does not fill its box
             else
-                rescue(stage, trail, landing);
-            return landing;
+                rescue(geometry, trail, flight);
+            return flight;
         }
-        if (!cross_side(stage.box, side, particle.position, particle.direction)) {
-            landing.end = End::escaped;
-            return landing;
+        if (!cross_side(geometry.box, side, particle.position, particle.direction)) {
+            flight.end = FlightEnd::escaped;
+            return flight;
         }
         particle.from = surface::kNoTriangle;
-        back_up = kOverlap * stage.skin;
+        back_up = kOverlap * geometry.skin;
     }
-    return landing;
+    return flight;
 }
 
 }  // namespace sidewall::flux

@@ -9,7 +9,7 @@ namespace sidewall::flux {
 
 /// What all particles of a trace share: the surface, the box they fly in, and its rounding. Lengths in world
 /// units.
-struct Stage {
+struct Geometry {
     const TriangleMesh& mesh;
     const surface::RayScene& scene;
     LateralBox box;
@@ -19,7 +19,7 @@ struct Stage {
 };
 
 /// \throws GeometryError as require_traceable.
-Stage make_stage(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box);
+Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box);
 
 /// A particle at the start of a flight. Direction of unit length, pointing off \p from.
 struct Particle {
@@ -28,16 +28,16 @@ struct Particle {
         surface::kNoTriangle;  ///< the triangle it leaves, which is flat and cannot be hit at once
 };
 
-enum class End { hit, escaped, leaked };
+enum class FlightEnd { hit, escaped, leaked };
 
 /// How a flight ended; where, if it hit.
-struct Landing {
-    End end = End::leaked;
+struct Flight {
+    FlightEnd end = FlightEnd::leaked;
     std::uint32_t triangle = surface::kNoTriangle;
     double u = 0.0, v = 0.0;     ///< barycentric weights of the second and third vertex
     Vec3 direction;              ///< it arrives in, after all sides
     std::uint32_t segments = 0;  ///< ray-scene intersections it took
-    bool rescued = false;        ///< it met the surface from behind by rounding, and arrived where it did
+    bool rescued = false;        ///< it hit the surface from behind by rounding, which counts as a hit
 };
 
 /// Follows a particle through side planes until it hits the surface or leaves. O(log n) a segment.
@@ -45,21 +45,21 @@ struct Landing {
 ///
 /// Side planes bound the ray, which then goes on mirrored or wrapped. All rounding happens within a skin:
 /// flights start a skin above the surface, and rays reach a little over the sides, where there is no surface.
-/// A particle that nevertheless meets the back of a triangle, or the bottom, arrives there if that is at the
+/// A particle that nevertheless hits the back of a triangle, or the bottom, arrives there if that is at the
 /// triangle's rim, else at the surface nearest to where it started or last crossed a side, if one is within
 /// the rounding. If neither, it came past the rim and has escaped if the box has one inside, else it has leaked,
 /// which means that the mesh has a hole.
-Landing fly(const Stage& stage, Particle particle);
+Flight fly(const Geometry& geometry, Particle particle);
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
-Vec3 outward_normal(const Stage& stage, std::uint32_t triangle);
+Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle);
 
-/// The point of a landing, on the triangle that the scene sees.
-Vec3 landing_point(const Stage& stage, const Landing& landing);
+/// The point of a flight, on the triangle that the scene sees.
+Vec3 hit_point(const Geometry& geometry, const Flight& flight);
 
 /// Rays reach this far over side planes, and a slip through the surface is at most this long; in skins.
 constexpr double kOverlap = 8.0;
-/// A triangle is met from behind only beyond this cosine: at grazing incidence rounding decides the sign.
+/// A triangle is hit from behind only beyond this cosine: at grazing incidence rounding decides the sign.
 constexpr double kGrazing = 1e-4;
 
 }  // namespace sidewall::flux

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -6,31 +7,35 @@
 
 #include "flux/flight.hpp"
 #include "flux/packets.hpp"
+#include "flux/random.hpp"
 #include "flux/rays.hpp"
 #include "flux/source.hpp"
 #include "flux/species.hpp"
 #include "flux/tally.hpp"
 #include "flux/tracer.hpp"
+#include "flux/wedges.hpp"
+#include "flux/weight.hpp"
 
+// What particle histories read and write. Internal to the tracer; history.cpp tells a particle's life.
 namespace sidewall::flux {
 
-/// Sticking probabilities in units of 1 / kOne.
+/// Sticking probabilities.
 struct Sticking {
-    std::vector<std::uint32_t> by_triangle;  ///< or a single one
+    std::vector<std::uint32_t> by_triangle;  ///< in units of 1 / kOne, or a single one for all
     std::vector<float> by_wedge;             ///< as probabilities; replaces the others unless empty
 };
 
 /// Everything a history reads. Shared by all threads.
 struct Trace {
-    Stage stage;
+    Geometry geometry;
     const Species& species;  ///< the first of the pass: where paths begin and how they go on
     const Wedges& wedges;
     RandomKey key;
     std::vector<Sticking> sticking;   ///< by species of the pass
-    std::vector<std::size_t> riding;  ///< which of them still need paths, ascending; never empty
+    std::vector<std::size_t> active;  ///< species of the pass that still need paths, ascending; never empty
     Sticking redeposition;
-    std::span<const std::int32_t> materials;
-    std::uint64_t roulette = kOne;  ///< threshold
+    std::span<const std::int32_t> materials;  ///< by triangle, or empty
+    std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
@@ -44,14 +49,14 @@ struct Counts {
 
 /// A thread's own: buffers, its bins of every tally, and the counts of the batch in progress.
 struct Worker {
-    Rays rays, spawned;
-    Column<std::uint32_t> landed;        // rows
-    Column<std::uint32_t> word1, word2;  // random, for the directions of survivors
+    Rays rays, secondaries;              ///< in flight; what the hits of a bounce sputter
+    Column<std::uint32_t> hits;          ///< rows of the rays that hit the surface
+    Column<std::uint32_t> word1, word2;  ///< random, for the directions of survivors
     std::vector<Column<std::uint64_t>>
-        weights;                     // by species, where several share paths: Rays::weight of each
-    std::vector<Tally::Bins*> bins;  // one a tally
-    std::vector<Counts> counts;      // by species of the pass
-    FlightCounts flights;            // of the pass
+        weights;                     ///< by species, where several share paths: Rays::weight of each
+    std::vector<Tally::Bins*> bins;  ///< one a tally
+    std::vector<Counts> counts;      ///< by species of the pass
+    FlightCounts flights;            ///< of the pass
 };
 
 /// Traces particles [first, first + count) of a batch to their ends. Deterministic, whatever the worker did

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "surface/basis.hpp"
+
 // sample_lambertian in single precision, in the form of loops that compilers vectorise.
 namespace sidewall::flux {
 
@@ -34,12 +36,10 @@ inline void lambert(float nx, float ny, float nz, float u1, float u2, float& dx,
     sine_cosine(u2, sine, cosine);
     const float up = std::sqrt(u1), out = std::sqrt(1.0f - u1);
     const float s = out * cosine, t = out * sine;
-    // basis_around (Duff et al. 2017).
-    const float sign = nz < 0.0f ? -1.0f : 1.0f;
-    const float a = -1.0f / (sign + nz), b = nx * ny * a;
-    dx = s * (1.0f + sign * nx * nx * a) + t * b + up * nx;
-    dy = s * sign * b + t * (sign + ny * ny * a) + up * ny;
-    dz = up * nz - s * sign * nx - t * ny;
+    const auto [sx, sy, sz, tx, ty, tz] = tangents_of(nx, ny, nz, nz < 0.0f ? -1.0f : 1.0f);
+    dx = s * sx + t * tx + up * nx;
+    dy = s * sy + t * ty + up * ny;
+    dz = up * nz + s * sz + t * tz;
 }
 
 }  // namespace sidewall::flux

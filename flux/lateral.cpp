@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "surface/disjoint_sets.hpp"
@@ -23,7 +24,8 @@ std::string text(const Vec3& p) {
     return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z());
 }
 
-// Edges that are not used once in each direction: the surface's boundary, and wherever it is torn.
+// Edges that are not used once in each direction: the surface's boundary, holes, and where neighbours differ
+// in orientation.
 Edges unpaired_edges(const TriangleMesh& mesh) {
     const surface::EdgeTable table = surface::edge_table(mesh);
     Edges unpaired;
@@ -70,7 +72,7 @@ void require_boundary_on_sides(const TriangleMesh& mesh, const Edges& boundary, 
                     box.min[1], box.max[1]));
 }
 
-// Whether the edges hang together.
+// Whether the edges are connected.
 bool is_one_piece(const Edges& edges, std::size_t vertices) {
     surface::DisjointSets sets(vertices);
     for (const auto& [a, b] : edges) sets.join(a, b);

@@ -15,7 +15,7 @@ enum class Boundary { open, reflective, periodic };
 struct LateralBox {
     std::array<double, 2> min{}, max{};
     std::array<Boundary, 2> boundary{};
-    bool rim_inside = false;  ///< the surface ends inside the box: what flies past its rim and meets its back
+    bool rim_inside = false;  ///< the surface ends inside the box: what flies past its rim and hits its back
                               ///< has escaped
     double area() const { return (max[0] - min[0]) * (max[1] - min[1]); }
 };

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -135,7 +137,7 @@ std::vector<std::vector<Neighbour>> neighbours(const TriangleMesh& mesh) {
     return across;
 }
 
-// Triangles that hang together, and what it takes to make them agree.
+// Triangles that are connected, and whether their orientations agree.
 struct Piece {
     std::vector<std::uint32_t> triangles;
     bool agrees = true, open = false;
@@ -181,17 +183,17 @@ std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& tur
     return pieces;
 }
 
-// Areas, projected along z, of a piece's triangles whose middle is the first thing met from straight above.
+// Areas, projected along z, of a piece's triangles whose middle is the first hit from straight above.
 struct Seen {
     double front = 0.0, back = 0.0;
 };
 
 Seen seen_from_above(const TriangleMesh& mesh, const surface::RayScene& scene, const Piece& piece) {
     constexpr std::size_t kSamples = 1024;
-    const std::size_t step = (piece.triangles.size() + kSamples - 1) / kSamples;
+    const std::size_t stride = (piece.triangles.size() + kSamples - 1) / kSamples;
     const double above = scene.top() + 1.0;
     Seen seen;
-    for (std::size_t i = 0; i < piece.triangles.size(); i += step) {
+    for (std::size_t i = 0; i < piece.triangles.size(); i += stride) {
         const std::uint32_t t = piece.triangles[i];
         const double area = area_vector(mesh, t).z();
         const Vec3 c = triangle_centroid(mesh, t);

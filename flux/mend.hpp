@@ -13,7 +13,7 @@ struct Mending {
     std::size_t turned = 0;    ///< triangles whose vertex order was reversed
 };
 
-/// Makes what other programs write traceable, where that is not a matter of opinion.
+/// Repairs meshes of other programs so that they can be traced, where only one repair is right.
 ///
 /// Vertices of the very same position become one, if edges pair up by it: some formats list every triangle's
 /// own. Vertices without triangle go, and so does a triangle that is listed again, either way round: the first

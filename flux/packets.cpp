@@ -12,22 +12,22 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Stage in single precision, as the inner loops read it.
+// Geometry in single precision, as the inner loops read it.
 struct Bounds {
     float min_x, min_y, max_x, max_y, top, bottom, overlap;
     bool reflect_x, reflect_y, open_x, open_y;
-    explicit Bounds(const Stage& stage)
-        : min_x(static_cast<float>(stage.box.min[0])),
-          min_y(static_cast<float>(stage.box.min[1])),
-          max_x(static_cast<float>(stage.box.max[0])),
-          max_y(static_cast<float>(stage.box.max[1])),
-          top(static_cast<float>(stage.top)),
-          bottom(static_cast<float>(stage.bottom)),
-          overlap(static_cast<float>(kOverlap * stage.skin)),
-          reflect_x(stage.box.boundary[0] == Boundary::reflective),
-          reflect_y(stage.box.boundary[1] == Boundary::reflective),
-          open_x(stage.box.boundary[0] == Boundary::open),
-          open_y(stage.box.boundary[1] == Boundary::open) {}
+    explicit Bounds(const Geometry& geometry)
+        : min_x(static_cast<float>(geometry.box.min[0])),
+          min_y(static_cast<float>(geometry.box.min[1])),
+          max_x(static_cast<float>(geometry.box.max[0])),
+          max_y(static_cast<float>(geometry.box.max[1])),
+          top(static_cast<float>(geometry.top)),
+          bottom(static_cast<float>(geometry.bottom)),
+          overlap(static_cast<float>(kOverlap * geometry.skin)),
+          reflect_x(geometry.box.boundary[0] == Boundary::reflective),
+          reflect_y(geometry.box.boundary[1] == Boundary::reflective),
+          open_x(geometry.box.boundary[0] == Boundary::open),
+          open_y(geometry.box.boundary[1] == Boundary::open) {}
 };
 
 // Distances along eight rays.
@@ -51,7 +51,7 @@ inline void reach_of(const Bounds& b, const float* x, const float* y, const floa
     }
 }
 
-// Particles that went through a side and fly on; `row` is theirs in the block.
+// Particles that crossed a side of the box and fly on; `row` is theirs in the block.
 struct alignas(64) Crossing {
     std::size_t count = 0;
     Column<float> x, y, z, dx, dy, dz;
@@ -59,33 +59,33 @@ struct alignas(64) Crossing {
 };
 
 // One by one, from the start of the flight, which the row still holds.
-void fly_alone(const Stage& stage, Rays& rays, std::size_t row, FlightCounts& counts) {
+void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, FlightCounts& counts) {
     const auto wide = [](float a, float b, float c) {
         return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
     };
     Vec3 start = wide(rays.x[row], rays.y[row], rays.z[row]);
     for (int axis = 0; axis < 2; ++axis)
-        start[axis] = std::clamp(start[axis], stage.box.min[axis], stage.box.max[axis]);
-    const Landing landing =
-        fly(stage, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]});
-    counts.segments += landing.segments;
-    if (landing.end != End::hit) {
-        rays.triangle[row] = landing.end == End::escaped ? surface::kNoTriangle : kLeaked;
+        start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
+    const Flight flight =
+        fly(geometry, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]});
+    counts.segments += flight.segments;
+    if (flight.end != FlightEnd::hit) {
+        rays.triangle[row] = flight.end == FlightEnd::escaped ? surface::kNoTriangle : kLeaked;
         return;
     }
-    counts.rescued += landing.rescued;
-    const Vec3 point = landing_point(stage, landing);
+    counts.rescued += flight.rescued;
+    const Vec3 point = hit_point(geometry, flight);
     rays.x[row] = static_cast<float>(point.x());
     rays.y[row] = static_cast<float>(point.y());
     rays.z[row] = static_cast<float>(point.z());
-    rays.dx[row] = static_cast<float>(landing.direction.x());
-    rays.dy[row] = static_cast<float>(landing.direction.y());
-    rays.dz[row] = static_cast<float>(landing.direction.z());
-    rays.triangle[row] = landing.triangle;
-    rays.u[row] = static_cast<float>(landing.u);
-    rays.v[row] = static_cast<float>(landing.v);
+    rays.dx[row] = static_cast<float>(flight.direction.x());
+    rays.dy[row] = static_cast<float>(flight.direction.y());
+    rays.dz[row] = static_cast<float>(flight.direction.z());
+    rays.triangle[row] = flight.triangle;
+    rays.u[row] = static_cast<float>(flight.u);
+    rays.v[row] = static_cast<float>(flight.v);
     rays.distance[row] = 0.0f;
-    const Vec3 normal = outward_normal(stage, landing.triangle);
+    const Vec3 normal = outward_normal(geometry, flight.triangle);
     rays.nx[row] = static_cast<float>(normal.x());
     rays.ny[row] = static_cast<float>(normal.y());
     rays.nz[row] = static_cast<float>(normal.z());
@@ -110,10 +110,10 @@ inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, 
     return true;
 }
 
-class Flyer {
+class PacketFlight {
   public:
-    Flyer(const Stage& stage, Rays& rays, FlightCounts& counts)
-        : stage_(stage), rays_(rays), counts_(counts), b_(stage) {
+    PacketFlight(const Geometry& geometry, Rays& rays, FlightCounts& counts)
+        : geometry_(geometry), rays_(rays), counts_(counts), b_(geometry) {
         rtcInitIntersectContext(&context_);
     }
 
@@ -121,21 +121,22 @@ class Flyer {
         static thread_local Crossing crossing;  // too large for a stack frame
         crossing.count = 0;
         for (std::size_t first = 0; first < rays_.count; first += kLanes) start_packet(first, crossing);
-        // A particle that crosses more sides than this is caught in rounding; fly() finds out.
+        // A flight that crosses more sides than this may not end because of rounding, which fly() finds out.
         for (int round = 0; crossing.count > 0; ++round) {
             if (round == 1000) {
                 for (std::size_t i = 0; i < crossing.count; ++i)
-                    fly_alone(stage_, rays_, crossing.row[i], counts_);
+                    fly_alone(geometry_, rays_, crossing.row[i], counts_);
                 return;
             }
             const std::size_t count = crossing.count;
             crossing.count = 0;
-            for (std::size_t first = 0; first < count; first += kLanes) go_on(first, count, crossing);
+            for (std::size_t first = 0; first < count; first += kLanes)
+                continue_packet(first, count, crossing);
         }
     }
 
   private:
-    // rtcIntersect8 from `back_up` before the given positions. \returns the number of lanes in use.
+    // rtcIntersect8 of the first `lanes` rays, from `back_up` before the given positions.
     void intersect(const float* x, const float* y, const float* z, const float* dx, const float* dy,
                    const float* dz, std::size_t lanes, float back_up) {
         reach_of(b_, x, y, z, dx, dy, dz, reach_);
@@ -156,7 +157,7 @@ class Flyer {
             packet_.hit.geomID[i] = packet_.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
         }
         counts_.segments += lanes;
-        rtcIntersect8(valid_, stage_.scene.handle(), &context_, &packet_);
+        rtcIntersect8(valid_, geometry_.scene.handle(), &context_, &packet_);
         // Embree's normal has the length of twice the area.
         constexpr auto kGrazingSquared = static_cast<float>(kGrazing * kGrazing);
         for (std::size_t i = 0; i < kLanes; ++i) {
@@ -178,7 +179,7 @@ class Flyer {
         const std::size_t lanes = std::min(kLanes, r.count - first);
         intersect(&r.x[first], &r.y[first], &r.z[first], &r.dx[first], &r.dy[first], &r.dz[first], lanes,
                   0.0f);
-        // Nearly all lanes are clear: a fair hit, or nothing met on the way out through the top. Loops over
+        // Nearly all lanes are clear: a hit on a front, or none on the way out through the top. Loops over
         // lanes without branches, which compilers vectorise.
         alignas(32) int unclear[kLanes];
         int any = 0;
@@ -193,14 +194,14 @@ class Flyer {
             unclear[i] = valid_[i] & ((missed & ~out) | (~missed & (behind_[i] | own)));
         }
         for (std::size_t i = 0; i < kLanes; ++i) any |= unclear[i];
-        land_packet(first);
+        store_hits(first);
         if (any == 0) return;
         for (std::size_t i = 0; i < lanes; ++i) {
             if (unclear[i] == 0) continue;
             const std::size_t row = first + i;
             const Way way = way_of(i, r.dz[row]);
             if (r.triangle[row] != surface::kNoTriangle || way == Way::unclear) {
-                fly_alone(stage_, r, row, counts_);
+                fly_alone(geometry_, r, row, counts_);
                 continue;
             }
             float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];
@@ -209,7 +210,7 @@ class Flyer {
         }
     }
 
-    void go_on(std::size_t first, std::size_t count, Crossing& c) {
+    void continue_packet(std::size_t first, std::size_t count, Crossing& c) {
         Rays& r = rays_;
         const std::size_t lanes = std::min(kLanes, count - first);
         intersect(&c.x[first], &c.y[first], &c.z[first], &c.dx[first], &c.dy[first], &c.dz[first], lanes,
@@ -221,7 +222,7 @@ class Flyer {
             const float dz = c.dz[at];
             if (triangle != surface::kNoTriangle) {
                 if (behind_[i]) {
-                    fly_alone(stage_, r, row, counts_);
+                    fly_alone(geometry_, r, row, counts_);
                     continue;
                 }
                 r.x[row] = packet_.ray.org_x[i];
@@ -229,12 +230,12 @@ class Flyer {
                 r.z[row] = packet_.ray.org_z[i];
                 r.dx[row] = dx;
                 r.dy[row] = dy;
-                land(row, i);
+                store_hit(row, i);
                 continue;
             }
             const Way way = way_of(i, dz);
             if (way == Way::unclear)
-                fly_alone(stage_, r, row, counts_);
+                fly_alone(geometry_, r, row, counts_);
             else if (way == Way::out || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
                 r.triangle[row] = surface::kNoTriangle;
             else
@@ -242,8 +243,8 @@ class Flyer {
         }
     }
 
-    // land() of lane i in row first + i, column by column.
-    void land_packet(std::size_t first) {
+    // store_hit() of lane i in row first + i, column by column.
+    void store_hits(std::size_t first) {
         const auto copy = [first](auto& column, const auto& lanes) {
             std::memcpy(&column[first], &lanes[0], sizeof lanes);
         };
@@ -256,7 +257,7 @@ class Flyer {
         copy(rays_.distance, packet_.ray.tfar);
     }
 
-    void land(std::size_t row, std::size_t lane) {
+    void store_hit(std::size_t row, std::size_t lane) {
         rays_.triangle[row] = packet_.hit.primID[lane];
         rays_.u[row] = packet_.hit.u[lane];
         rays_.v[row] = packet_.hit.v[lane];
@@ -277,21 +278,21 @@ class Flyer {
         c.row[at] = static_cast<std::uint32_t>(row);
     }
 
-    const Stage& stage_;
+    const Geometry& geometry_;
     Rays& rays_;
     FlightCounts& counts_;
     const Bounds b_;
     RTCIntersectContext context_;
     alignas(32) int valid_[kLanes];
-    alignas(32) int behind_[kLanes];  // lanes that met the back of a triangle
+    alignas(32) int behind_[kLanes];  // lanes that hit the back of a triangle
     RTCRayHit8 packet_;
     Reach reach_;
 };
 
 }  // namespace
 
-void fly_block(const Stage& stage, Rays& rays, FlightCounts& counts) {
-    Flyer(stage, rays, counts).fly();
+void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
+    PacketFlight(geometry, rays, counts).fly();
 }
 
 }  // namespace sidewall::flux

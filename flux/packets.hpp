@@ -12,10 +12,10 @@ struct FlightCounts {
     std::uint64_t rescued = 0;   ///< see fly
 };
 
-/// fly() for all \p rays, in packets of eight: sets where they land, and the start and direction of their
-/// last segment. The few that meet anything but the front of another triangle or a clear way out fly again
-/// one by one, with fly()'s care. The result depends on the order of the rays by rounding only, and not on
+/// fly() for all \p rays, in packets of eight: sets what they hit, and the start and direction of their
+/// last segment. The few that hit anything but the front of another triangle, and do not clearly leave,
+/// fly again one by one, with fly()'s care. The result depends on the order of the rays by rounding only, and not on
 /// the thread.
-void fly_block(const Stage& stage, Rays& rays, FlightCounts& counts);
+void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts);
 
 }  // namespace sidewall::flux

@@ -2,6 +2,7 @@
 #include <Random123/philox.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace sidewall::flux {
@@ -9,10 +10,10 @@ namespace sidewall::flux {
 /// Names one stream of random numbers: a species in a time step of a run.
 using RandomKey = r123::Philox4x32::key_type;
 
-/// The key of (seed, step, species). Philox itself spreads the 128 bits over the 64 of the key.
-inline RandomKey random_key(std::uint64_t seed, std::uint32_t step, std::uint32_t species) {
+/// The key of (seed, time step, species). Philox itself spreads the 128 bits over the 64 of the key.
+inline RandomKey random_key(std::uint64_t seed, std::uint32_t time_step, std::uint32_t species) {
     const auto low = static_cast<std::uint32_t>(seed), high = static_cast<std::uint32_t>(seed >> 32);
-    const auto mixed = r123::Philox4x32{}({{low, high, step, species}}, {{0x51de3a11u, 0xf10cu}});
+    const auto mixed = r123::Philox4x32{}({{low, high, time_step, species}}, {{0x51de3a11u, 0xf10cu}});
     return {{mixed[0], mixed[1]}};
 }
 

@@ -13,7 +13,7 @@ constexpr std::size_t kLanes = 8;  ///< of a packet
 template <class T>
 using Column = std::array<T, kBlock + kLanes>;  // a packet may run over the end
 
-/// Particles at the start of a flight, one a row; and, after fly_block, where they landed. World units,
+/// Particles at the start of a flight, one a row; and, after fly_block, what they hit. World units,
 /// single precision throughout: what the tracer sees is what is computed with.
 struct alignas(64) Rays {
     std::size_t count = 0;
@@ -24,7 +24,7 @@ struct alignas(64) Rays {
     Column<std::uint64_t> weight;  ///< 2^-28 particles
     Column<float> energy;          ///< eV
     // Set by fly_block:
-    Column<std::uint32_t> triangle;  ///< it landed on, kNoTriangle if it escaped or kLeaked
+    Column<std::uint32_t> triangle;  ///< it hit, kNoTriangle if it escaped, kLeaked if it leaked
     Column<float> u, v;              ///< barycentric weights of its second and third vertex
     Column<float> nx, ny, nz;        ///< its outward normal, any length; zero if it has no area
     Column<float> distance;          ///< along the last segment

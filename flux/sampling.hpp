@@ -5,18 +5,10 @@
 #include <numbers>
 #include <utility>
 
+#include "surface/basis.hpp"
 #include "surface/vec3.hpp"
 
 namespace sidewall::flux {
-
-/// Two unit vectors that complete the unit vector \p n to a right-handed basis. Duff et al., JCGT 6 (2017).
-inline std::pair<Vec3, Vec3> basis_around(const Vec3& n) {
-    const double sign = std::copysign(1.0, n.z());
-    const double a = -1.0 / (sign + n.z());
-    const double b = n.x() * n.y() * a;
-    return {Vec3(1.0 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()),
-            Vec3(b, sign + n.y() * n.y() * a, -n.y())};
-}
 
 /// The direction at polar angle (cosine, sine) from \p axis and azimuth 2 pi \p u.
 inline Vec3 direction_around(const Vec3& axis, double cosine, double sine, double u) {
@@ -99,7 +91,8 @@ inline std::uint32_t reversed_bits(std::uint32_t word) {
 /// Pascal matrix modulo 2. With it, any aligned run of 2^k indices puts one point into each of 2^k equal
 /// boxes.
 inline std::uint32_t sobol_second(std::uint32_t index) {
-    // v = the product of the index with an upper-triangular Pascal matrix, in log steps, then bit-reversed.
+    // v = the product of the index with an upper-triangular Pascal matrix, in log2(32) operations on whole
+    // words, then bit-reversed.
     std::uint32_t v = index;
     v ^= (v >> 16) & 0x0000ffffu;
     v ^= (v >> 8) & 0x00ff00ffu;

@@ -8,9 +8,9 @@ namespace sidewall::flux {
 namespace {
 
 // What arrives on some triangles, and their area.
-struct Catch {
+struct Arrivals {
     double arrivals = 0.0, area = 0.0;
-    void add(const Catch& other) {
+    void add(const Arrivals& other) {
         arrivals += other.arrivals;
         area += other.area;
     }
@@ -18,14 +18,15 @@ struct Catch {
 };
 
 // Around every vertex: its own triangles, and where those are smaller than `enough`, rings around them.
-std::vector<Catch> catch_around(const TriangleMesh& mesh, const std::vector<Catch>& triangle, double enough) {
-    std::vector<Catch> around(mesh.vertices.size());
+std::vector<Arrivals> arrivals_around(const TriangleMesh& mesh, const std::vector<Arrivals>& triangle,
+                                      double enough) {
+    std::vector<Arrivals> around(mesh.vertices.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t]) around[v].add(triangle[t]);
     // Marching cubes' clusters of tiny triangles are a ring or two wide; few rays make everything small.
     constexpr int kMostRings = 8;
     for (int ring = 0; ring < kMostRings; ++ring) {
-        const std::vector<Catch> before = around;
+        const std::vector<Arrivals> before = around;
         bool grown = false;
         for (const Triangle& t : mesh.triangles)
             for (std::size_t k = 0; k < 3; ++k) {
@@ -45,8 +46,8 @@ std::vector<Catch> catch_around(const TriangleMesh& mesh, const std::vector<Catc
 std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges, const FluxField& wedge_flux,
                                   std::uint64_t arrivals, double resolution) {
     const std::vector<double>& flux = wedge_flux.flux;
-    std::vector<Catch> triangle(mesh.triangles.size()), own(wedges.count());
-    Catch total;
+    std::vector<Arrivals> triangle(mesh.triangles.size()), own(wedges.count());
+    Arrivals total;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const std::uint32_t* corner = &wedges.corner[3 * t];
         const double area = triangle_area(mesh, t);
@@ -56,7 +57,7 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
     }
     constexpr double kArrivals = 10.0;
     const double enough = arrivals > 0 ? kArrivals * total.area / static_cast<double>(arrivals) : 0.0;
-    const std::vector<Catch> around = catch_around(mesh, triangle, enough);
+    const std::vector<Arrivals> around = arrivals_around(mesh, triangle, enough);
 
     const double tau = resolution * total.mean();
     std::vector<double> smooth(flux);
@@ -65,7 +66,7 @@ std::vector<double> smoothed_flux(const TriangleMesh& mesh, const Wedges& wedges
             const double variance = wedge_flux.error[w] * wedge_flux.error[w];
             const double mean = own[w].area < enough ? around[v].mean() : own[w].mean();
             double share = variance + tau * tau > 0.0 ? variance / (variance + tau * tau) : 0.0;
-            // A wedge that no ray has met does not know its error. Missed by chance, or in shadow? Among lit
+            // A wedge that no ray has hit does not know its error. Missed by chance, or in shadow? Among lit
             // ones, chance is taken to be that many times likelier before the hits that did not come count.
             constexpr double kOdds = 100.0;
             if (flux[w] == 0.0) {

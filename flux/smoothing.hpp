@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "flux/tally.hpp"
+#include "flux/flux_field.hpp"
 #include "flux/wedges.hpp"
 
 namespace sidewall::flux {

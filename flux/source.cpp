@@ -6,7 +6,7 @@
 #include "flux/lambert8.hpp"
 #include "flux/reflection.hpp"
 #include "flux/sampling.hpp"
-#include "flux/tally.hpp"
+#include "flux/weight.hpp"
 
 namespace sidewall::flux {
 namespace {
@@ -28,10 +28,13 @@ inline Pair direction_numbers(const Batch& batch, std::uint32_t i) {
             owen_scrambled(sobol_second(i), batch.scramble[2], batch.scramble[3])};
 }
 
-void emit_positions(const Stage& stage, RandomKey key, const Batch& batch, std::uint32_t first, Rays& rays) {
-    const auto min_x = static_cast<float>(stage.box.min[0]), max_x = static_cast<float>(stage.box.max[0]);
-    const auto min_y = static_cast<float>(stage.box.min[1]), max_y = static_cast<float>(stage.box.max[1]);
-    const auto top = static_cast<float>(stage.top);
+void emit_positions(const Geometry& geometry, RandomKey key, const Batch& batch, std::uint32_t first,
+                    Rays& rays) {
+    const auto min_x = static_cast<float>(geometry.box.min[0]),
+               max_x = static_cast<float>(geometry.box.max[0]);
+    const auto min_y = static_cast<float>(geometry.box.min[1]),
+               max_y = static_cast<float>(geometry.box.max[1]);
+    const auto top = static_cast<float>(geometry.top);
     alignas(32) std::uint32_t words[4][kLanes], along[kLanes];
     const std::uint64_t stride_high = batch.stride >> 32, stride_low = batch.stride & 0xffffffffu;
     for (std::size_t row = 0; row < rays.count; row += kLanes) {
@@ -105,10 +108,10 @@ Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count) {
     return batch;
 }
 
-void emit(const Stage& stage, const Species& species, RandomKey key, const Batch& batch, std::uint32_t first,
-          std::uint32_t count, Rays& rays) {
+void emit(const Geometry& geometry, const Species& species, RandomKey key, const Batch& batch,
+          std::uint32_t first, std::uint32_t count, Rays& rays) {
     rays.count = count;
-    emit_positions(stage, key, batch, first, rays);
+    emit_positions(geometry, key, batch, first, rays);
     const bool thermal =
         species.source_exponent == 1.0 && species.beam.z() == -1.0 && species.energy.mean == 0.0;
     if (thermal)

@@ -25,7 +25,7 @@ Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count);
 
 /// Fills \p rays with particles [first, first + count) of the batch.
 /// \pre count <= kBlock.
-void emit(const Stage& stage, const Species& species, RandomKey key, const Batch& batch, std::uint32_t first,
-          std::uint32_t count, Rays& rays);
+void emit(const Geometry& geometry, const Species& species, RandomKey key, const Batch& batch,
+          std::uint32_t first, std::uint32_t count, Rays& rays);
 
 }  // namespace sidewall::flux

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "surface/vec3.hpp"
@@ -48,7 +49,7 @@ enum class Angular : unsigned char {
     enhanced,    ///< 1 for cos theta >= 1/2, else max(0, 3 - 6 theta / pi)
     polynomial,  ///< sum of a_k cos^k theta over k = 1, 2, ..., by the sum of a_k; coefficient = {a_1, a_2,
                  ///< ...}
-    table        ///< linear between coefficient = values at equal steps of theta from 0 to pi/2
+    table        ///< linear between coefficient = values at equally spaced theta from 0 to pi/2
 };
 
 /// A tally beside the arrivals: every hit adds its weight times
@@ -63,7 +64,7 @@ struct Yield {
     std::vector<double> coefficient;  ///< see Angular
 };
 
-/// What a hit sputters flies on as a second generation, of weight `yield`, and sticks where it lands with
+/// What a hit sputters flies on as a second generation, of weight `yield`, and sticks at each of its hits with
 /// probability `sticking`, else it is re-emitted diffusely.
 struct Redeposition {
     Yield yield;

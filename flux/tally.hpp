@@ -2,21 +2,16 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "flux/flux_field.hpp"
 #include "flux/wedges.hpp"
+#include "flux/weight.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::flux {
-
-/// A flux and its standard error, one of each an element. Relative: 1 on an open plane.
-struct FluxField {
-    std::vector<double> flux, error;
-};
-
-/// One particle in the fixed point of weights and tallies. A bin holds 2^36 of them.
-constexpr std::uint64_t kOne = std::uint64_t{1} << 28;
 
 /// Sums arrivals on triangles and, by barycentric weights, on wedges and vertices, batch by batch. Every
 /// thread has bins of its own, and bins are integers: neither locks nor the order of arrivals nor the threads

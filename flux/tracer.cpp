@@ -85,10 +85,10 @@ class Tracer {
           pass_(pass),
           options_(options),
           monitor_(options),
-          trace_{make_stage(mesh, scene, box),
+          trace_{make_geometry(mesh, scene, box),
                  pass.species.front(),
                  wedges,
-                 random_key(options.seed, options.step, pass.species_index),
+                 random_key(options.seed, options.time_step, pass.species_index),
                  {},
                  {},
                  {},
@@ -99,7 +99,7 @@ class Tracer {
           counts_(pass.species.size()) {
         for (std::size_t k = 0; k < pass.species.size(); ++k) {
             const Species& species = pass.species[k];
-            trace_.riding.push_back(k);
+            trace_.active.push_back(k);
             trace_.sticking.push_back(make_sticking(species.sticking, materials, pass.by_wedge[k]));
             for (std::size_t n = 0; n < tally_count(species); ++n) tallies_.emplace_back(mesh, wedges);
         }
@@ -107,24 +107,24 @@ class Tracer {
             trace_.redeposition = make_sticking(redeposition->sticking, materials, {});
     }
 
-    /// Traces at least \p rays more, in equal batches, for the species that still ride.
+    /// Traces at least \p rays more, in equal batches, for the species still active.
     void trace_round(std::uint64_t rays) {
         const std::uint64_t batches =
             std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
         const auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
         for (std::uint64_t b = 0; b < batches; ++b)
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
-        for (Tally* tally : riding_tallies()) tally->close_round();
+        for (Tally* tally : active_tallies()) tally->close_round();
     }
 
     std::uint64_t emitted() const { return emitted_; }
     void expect(std::uint64_t rays) { monitor_.expect(rays); }
 
-    /// Species whose relative_error is at most \p target ride no further.
+    /// Species whose relative_error is at most \p target are traced no further.
     /// \returns the smallest and the largest one of the others, or zeros if there are none.
-    std::pair<double, double> drop_reached(double target) {
+    std::pair<double, double> retire_reached(double target) {
         double nearest = 0.0, farthest = 0.0;
-        std::erase_if(trace_.riding, [&](std::size_t k) {
+        std::erase_if(trace_.active, [&](std::size_t k) {
             const double error = relative_error(tallies_[k].vertex_flux(area_per_ray(k)));
             if (error <= target) return true;
             nearest = nearest > 0.0 ? std::min(nearest, error) : error;
@@ -188,12 +188,12 @@ class Tracer {
     }
 
     // A species alone has all tallies, others one each.
-    std::vector<Tally*> riding_tallies() {
-        std::vector<Tally*> riding;
+    std::vector<Tally*> active_tallies() {
+        std::vector<Tally*> active;
         for (std::size_t n = 0; n < tallies_.size(); ++n)
-            if (counts_.size() == 1 || std::ranges::binary_search(trace_.riding, n))
-                riding.push_back(&tallies_[n]);
-        return riding;
+            if (counts_.size() == 1 || std::ranges::binary_search(trace_.active, n))
+                active.push_back(&tallies_[n]);
+        return active;
     }
 
     Worker& worker() {
@@ -225,7 +225,7 @@ class Tracer {
             tbb::simple_partitioner{});
         if (monitor_.stop()) {
             std::string names;
-            for (const std::size_t k : trace_.riding)
+            for (const std::size_t k : trace_.active)
                 names += (names.empty() ? "" : ", ") + pass_.species[k].name;
             throw Interrupted("interrupted while tracing " + names);
         }
@@ -238,7 +238,7 @@ class Tracer {
             flights_.rescued += worker->flights.rescued;
             worker->flights = {};
         }
-        for (Tally* tally : riding_tallies()) tally->close_batch();
+        for (Tally* tally : active_tallies()) tally->close_batch();
     }
 
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -263,13 +263,13 @@ std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint
     while (true) {
         tracer.trace_round(rays);
         const std::uint64_t emitted = tracer.emitted();
-        const auto [nearest, farthest] = tracer.drop_reached(target);
+        const auto [nearest, farthest] = tracer.retire_reached(target);
         if (nearest == 0.0 || emitted >= most) return tracer.results();
         const auto spent = static_cast<double>(emitted);
         if (growth(farthest) * spent < static_cast<double>(most))
             tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
-        // As far as the species that will be there first: it need not ride along with the others. A sparse
-        // trace underestimates its error: do not leap too far.
+        // As far as the species that will reach it first: it need not be traced as far as the others. A
+        // sparse trace underestimates its error: do not leap too far.
         const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
         rays = std::min(most - emitted, static_cast<std::uint64_t>(more * spent) + 1);
     }

@@ -1,23 +1,26 @@
 #pragma once
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <string>
 #include <vector>
 
+#include "flux/flux_field.hpp"
 #include "flux/lateral.hpp"
 #include "flux/species.hpp"
-#include "flux/tally.hpp"
 #include "flux/wedges.hpp"
+#include "flux/weight.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
+// The Monte Carlo tracer. history.cpp tells a particle's life, phase by phase.
 namespace sidewall::flux {
 
 struct TraceOptions {
     std::uint64_t rays = 1'000'000;  ///< source rays; rounded up to a multiple of the batches
     std::uint64_t seed = 1;
-    std::uint32_t step = 0;           ///< time step: other steps and species draw other random numbers
+    std::uint32_t time_step = 0;      ///< other time steps and species draw other random numbers
     std::uint32_t species_index = 0;  ///< of the first species traced
     std::uint32_t batches = 32;       ///< independent parts the standard errors come from, at least 16
     std::uint32_t task_rays = 1024;   ///< rays a parallel task, rounded down to whole blocks of kBlock, at
@@ -80,7 +83,7 @@ struct FluxResult : TallyFlux {
 /// \param box        from lateral_box(mesh, ...).
 /// \param materials  one id a triangle, at least 0, or empty if there is one material.
 /// \param wedges     from make_wedges(mesh, ...).
-/// \returns the same bits for the same mesh, species, rays, batches, seed, step and species index, whatever
+/// \returns the same bits for the same mesh, species, rays, batches, seed, time step and species index, whatever
 ///          the number of threads and the task size.
 /// \throws RecipeError for a species or options out of range, GeometryError for arrays that do not fit \p
 ///         mesh, Interrupted if options.stop asked for it.
@@ -117,7 +120,7 @@ std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::Ra
                                      const TraceOptions& options = {});
 
 /// trace_flux_to for several species: until the relative_error of every one is at most \p target. A species
-/// that is there rides no further; the others of its pass go on without it.
+/// that has reached it is traced no further; the others of its pass go on without it.
 std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
                                         const surface::RayScene& scene, const LateralBox& box,
                                         std::span<const Species> species,

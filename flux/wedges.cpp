@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "flux/lateral.hpp"
 #include "surface/error.hpp"
@@ -14,7 +15,7 @@
 namespace sidewall::flux {
 namespace {
 
-// The fans of one vertex: fan[i] is the index of the first corner that corner i hangs together with.
+// The fans of one vertex: fan[i] is the index of the first corner of the fan that corner i belongs to.
 template <typename Smooth>
 void group_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corners, const Smooth& smooth,
                 std::vector<std::uint32_t>& fan) {

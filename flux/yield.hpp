@@ -28,8 +28,8 @@ inline double angular_factor(const Yield& yield, double cosine) {
             return std::max(0.0, value / sum);
         }
         case Angular::table: {
-            const double steps = static_cast<double>(a.size() - 1);
-            const double at = std::acos(cosine) * 2.0 * std::numbers::inv_pi * steps;
+            const double intervals = static_cast<double>(a.size() - 1);
+            const double at = std::acos(cosine) * 2.0 * std::numbers::inv_pi * intervals;
             const std::size_t i = std::min(static_cast<std::size_t>(at), a.size() - 2);
             const double part = at - static_cast<double>(i);
             return std::max(0.0, (1.0 - part) * a[i] + part * a[i + 1]);

@@ -14,6 +14,7 @@
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
 #include "app/common/threads.hpp"
+#include "flux/leaks.hpp"
 #include "flux/mend.hpp"
 #include "flux/tracer.hpp"
 #include "surface/error.hpp"
@@ -31,8 +32,7 @@ struct FluxArguments {
 };
 
 constexpr double kDefaultRays = 1e6;
-constexpr double kMostRays = 1e10;          // that --relative-error spends unless --rays says otherwise
-constexpr double kTolerableLeakage = 1e-5;  // share of the rays; more means a surface with holes
+constexpr double kMostRays = 1e10;  // that --relative-error spends unless --rays says otherwise
 
 std::vector<std::string> split(const std::string& text, char separator) {
     std::vector<std::string> parts(1);
@@ -299,8 +299,7 @@ void run_flux(const FluxArguments& arguments) {
                                   wedges, options)
             : flux::trace_flux(mesh, scene, box, species, materials.of_triangle, wedges, options);
     bar.reset();
-    const double leakage = static_cast<double>(result.leaked) / static_cast<double>(result.emitted);
-    if (leakage > kTolerableLeakage)
+    if (flux::leaks_too_much(result.leaked, result.emitted))
         throw NumericsError(fmt::format(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "

@@ -4,22 +4,21 @@
 
 #include "app/common/interrupt.hpp"
 #include "flux/averaging.hpp"
+#include "flux/leaks.hpp"
 #include "flux/smoothing.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// More leaks than these mean a torn surface; single ones are rounding where two sheets touch.
-constexpr double kTolerableLeakage = 1e-5;  // share of the rays
-constexpr double kTolerableLeaks = 10.0;
+// Single leaks are rounding where two sheets touch; they must not end a run of few rays.
+constexpr double kSingleLeaks = 10.0;
 
-// Complains of a torn surface and of noise.
+// Complains of a surface with holes and of noise.
 void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
                  std::uint32_t time_step) {
     if (result.others.size() + 1 != flux::tally_count(species))
         throw NumericsError(fmt::format("species {}: the tracer did not count its yields", species.name));
-    if (static_cast<double>(result.leaked) >
-        kTolerableLeaks + kTolerableLeakage * static_cast<double>(result.emitted))
+    if (flux::leaks_too_much(result.leaked, result.emitted, kSingleLeaks))
         throw LeakError(fmt::format(
             "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
             "milder simplification",
@@ -41,7 +40,7 @@ std::vector<flux::FluxResult> trace(const Recipe& recipe, const Model& model, co
         static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
     options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-    options.step = request.key;
+    options.time_step = request.key;
     options.sticking_by_wedge = sticking;
     options.progress = request.progress;
     options.stop = interrupted;

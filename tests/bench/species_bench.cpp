@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "flux/several.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
@@ -50,7 +49,7 @@ Together sulphur_hexafluoride(const Scene& s) {
     for (int k = 0; k < 6; ++k) {
         const auto results =
             flux::trace_fluxes(s.mesh, s.scene, s.box, pair.species, {}, s.wedges,
-                               {.rays = kRays / 4, .step = 90, .sticking_by_wedge = pair.by_wedge});
+                               {.rays = kRays / 4, .time_step = 90, .sticking_by_wedge = pair.by_wedge});
         for (std::size_t w = 0; w < n; ++w) {
             // Steady Langmuir coverages of two species that compete for sites.
             const double e = kBetaE * kEtchant * results[0].wedge.flux[w] / (kSigma + kEnhanced * up[w]);

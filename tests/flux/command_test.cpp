@@ -14,6 +14,7 @@
 
 #include "surface/mesh_io.hpp"
 #include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

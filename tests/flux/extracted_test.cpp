@@ -5,6 +5,9 @@
 #include "simplify/simplify.hpp"
 #include "surface/marching_cubes.hpp"
 #include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
+#include "tests/flux/placed.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 // Surfaces as marching cubes extracts them, raw and simplified, placed in several ways, against exact fluxes.

@@ -5,8 +5,10 @@
 
 #include "flux/reflection.hpp"
 #include "flux/yield.hpp"
+#include "surface/basis.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;

@@ -6,6 +6,7 @@
 #include "flux/random.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

@@ -1,10 +1,9 @@
 #pragma once
-#include <cmath>
-#include <fstream>
-#include <sstream>
+#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "surface/triangle_mesh.hpp"
 #include "tests/flux/truth.hpp"
 
 // The table of exact fluxes in an infinite trench, tests/assets/trench_radiosity.csv, and where on a mesh its
@@ -17,57 +16,20 @@ struct Row {
     std::string where;
 };
 
-inline std::vector<Row> radiosity_rows() {
-    std::ifstream file(SIDEWALL_SOURCE_DIR "/tests/assets/trench_radiosity.csv");
-    std::vector<Row> rows;
-    for (std::string line; std::getline(file, line);) {
-        if (line.empty() || line[0] == '#' || line[0] == 'a') continue;
-        std::istringstream in(line);
-        std::string aspect, sticking, where, position, flux;
-        std::getline(in, aspect, ',');
-        std::getline(in, sticking, ',');
-        std::getline(in, where, ',');
-        std::getline(in, position, ',');
-        std::getline(in, flux, ',');
-        rows.push_back({std::stod(aspect), std::stod(sticking), position.empty() ? -1.0 : std::stod(position),
-                        std::stod(flux), where});
-    }
-    return rows;
-}
+std::vector<Row> radiosity_rows();
 
-// Strips around the positions of the table, as wide as they may be without touching: few rays reach the deep
-// ones. Lengths relative to depth and width.
-inline double half_width(double position) {
-    return position == 0.1 || position == 0.9 ? 0.05 : 0.1;
-}
+/// Half the width of the strip around a position of the table, as wide as strips may be without touching: few
+/// rays reach the deep ones. Relative to depth and width.
+double half_width(double position);
+
+/// Where those strips end, but for 0 and 1.
 inline const std::vector<double> kCuts{0.05, 0.15, 0.35, 0.4, 0.6, 0.65, 0.85, 0.95};
 
-// Triangles of the extruded trench that a row speaks of; by symmetry, of both walls and both halves of the
-// floor.
-inline std::vector<std::size_t> triangles_of(const TriangleMesh& mesh, const Row& row) {
-    std::vector<std::size_t> group;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 c = triangle_centroid(mesh, t);
-        const bool wall = std::abs(std::abs(c.x()) - 0.5) < 1e-9 && c.z() < -1e-9;
-        const bool floor = std::abs(c.z() + row.aspect) < 1e-9;
-        const double position = wall ? -c.z() / row.aspect : 0.5 - std::abs(c.x());
-        const bool inside =
-            row.position < 0.0 || std::abs(position - row.position) < half_width(row.position);
-        if ((row.where.starts_with("wall") ? wall : floor) && inside) group.push_back(t);
-    }
-    return group;
-}
+/// Triangles of the extruded trench that a row speaks of; by symmetry, of both walls and both halves of the
+/// floor.
+std::vector<std::size_t> triangles_of(const TriangleMesh& mesh, const Row& row);
 
-// The mean over a row's strip, from the quadrature.
-inline double exact_mean(const TrenchFlux& exact, const Row& row) {
-    if (row.where == "wall_mean") return exact.wall_mean;
-    if (row.where == "floor_mean") return exact.floor_mean;
-    const double half = half_width(row.position);
-    return integral(
-               row.position - half, row.position + half,
-               [&](double p) { return at_position(row.where == "wall" ? exact.wall : exact.floor, p); },
-               400) /
-           (2.0 * half);
-}
+/// The mean over a row's strip, from the quadrature.
+double exact_mean(const TrenchFlux& exact, const Row& row);
 
 }  // namespace sidewall::flux

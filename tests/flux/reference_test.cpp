@@ -3,7 +3,9 @@
 #include <string>
 
 #include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
 #include "tests/flux/radiosity.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;
@@ -17,7 +19,7 @@ TEST_CASE("an open plane receives flux 1 whatever the source, the sides and the 
     const auto result = trace(mesh, {boundary, boundary}, {"test", exponent, {sticking}}, {.rays = 200'000});
     CHECK(result.leaked == 0);
     CHECK(result.escaped + result.absorbed == result.emitted);
-    // All rays land exactly once: a plane does not see itself.
+    // All rays hit exactly once: a plane does not see itself.
     CHECK(result.arrivals == result.emitted);
     const Mean all = mean_flux(mesh, result, [](std::size_t) { return true; });
     CHECK(all.flux == Approx(1.0).epsilon(1e-12));

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "flux/random.hpp"
+#include "surface/basis.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;
@@ -113,12 +114,12 @@ TEST_CASE("random words depend on every part of their name, and on nothing else"
     std::set<std::array<std::uint32_t, 4>> seen;
     int names = 0;
     for (const std::uint64_t seed : {0ull, 1ull, 1ull << 32})
-        for (const std::uint32_t step : {0u, 1u})
+        for (const std::uint32_t time_step : {0u, 1u})
             for (const std::uint32_t species : {0u, 1u})
                 for (const std::uint64_t ray : {0ull, 1ull, 1ull << 32})
                     for (const std::uint32_t bounce : {0u, 1u}) {
-                        const Draws d = draw(random_key(seed, step, species), ray, bounce);
-                        CHECK(d.word == draw(random_key(seed, step, species), ray, bounce).word);
+                        const Draws d = draw(random_key(seed, time_step, species), ray, bounce);
+                        CHECK(d.word == draw(random_key(seed, time_step, species), ray, bounce).word);
                         seen.insert(d.word);
                         ++names;
                     }

@@ -6,7 +6,9 @@
 
 #include "surface/error.hpp"
 #include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
 #include "tests/flux/radiosity.hpp"
+#include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;
@@ -96,7 +98,7 @@ TEST_CASE("species traced together have the fluxes and the errors of species tra
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         const auto shared = place.together(species, {.rays = 32768, .seed = seed});
         for (std::size_t k = 0; k < species.size(); ++k) {
-            const FluxResult own = place.alone(species[k], {.rays = 32768, .seed = seed, .step = 1});
+            const FluxResult own = place.alone(species[k], {.rays = 32768, .seed = seed, .time_step = 1});
             mean[k].add(place.mean(shared[k]) - place.mean(own));
             double squares = 0.0, used = 0.0;
             for (std::size_t i = 0; i < elements; ++i) {
@@ -244,7 +246,7 @@ TEST_CASE("tracing several species to a target error goes on until the last is t
         CHECK(result.relative_error > 0.005);  // without tracing many times what it takes
         check_ends(result);
     }
-    CHECK(results[0].emitted != results[1].emitted);  // the one that is there first rides no further
+    CHECK(results[0].emitted != results[1].emitted);  // the one that reaches it first is traced no further
     for (const FluxResult& capped : to(1e-4, species, 20'000)) {
         CHECK(capped.relative_error > 1e-4);
         CHECK(capped.emitted >= 20'000);
@@ -270,10 +272,11 @@ TEST_CASE("species traced together stick by wedge, each by its own values") {
         for (std::size_t k = 0; k < 2; ++k) {
             check_ends(shared[k]);
             const auto own =
-                k == 0 ? place.alone({"alone", 1.0, {0.4}}, {.rays = 16384, .seed = seed, .step = 1})
-                       : place.alone(
-                             species[k],
-                             {.rays = 16384, .seed = seed, .step = 1, .sticking_by_wedge = all.subspan(n)});
+                k == 0
+                    ? place.alone({"alone", 1.0, {0.4}}, {.rays = 16384, .seed = seed, .time_step = 1})
+                    : place.alone(
+                          species[k],
+                          {.rays = 16384, .seed = seed, .time_step = 1, .sticking_by_wedge = all.subspan(n)});
             const auto on_floor = [&](const FluxResult& result) {
                 return mean_flux(
                            place.mesh, result,

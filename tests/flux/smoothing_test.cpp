@@ -87,7 +87,7 @@ TEST_CASE("nothing is smeared across a crease") {
     for (std::size_t w = 0; w < wedges.count(); ++w) CHECK(smooth[w] == Approx(wall[w] ? 0.2 : 1.0));
 }
 
-TEST_CASE("a wedge that no particle has met takes its neighbours' value as far as that is chance") {
+TEST_CASE("a wedge that no particle has hit takes its neighbours' value as far as that is chance") {
     const auto mesh = height_field(4, 4, 1.0, 1.0, [](auto, auto) { return 0.0; });
     const Wedges wedges = make_wedges(mesh);
     FluxField field{std::vector<double>(wedges.count(), 1.0), std::vector<double>(wedges.count(), 0.0)};

@@ -11,6 +11,7 @@
 #include "flux/random.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;
@@ -181,7 +182,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
         CHECK(reached.emitted < kRays);  // several rounds, an early end
         for (const int threads : {2, 3}) check_same_bits(reached, run(threads, 3000, 0.1));
     }
-    SECTION("and other bits for another seed, step or species") {
+    SECTION("and other bits for another seed, time step or species") {
         const auto with = [&](TraceOptions options) {
             options.rays = 20'000;
             return trace(mesh, kPeriodic, species, options).triangle.flux;
@@ -189,7 +190,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
         const auto plain = with({});
         CHECK(with({}) == plain);
         CHECK(with({.seed = 2}) != plain);
-        CHECK(with({.step = 1}) != plain);
+        CHECK(with({.time_step = 1}) != plain);
         CHECK(with({.species_index = 1}) != plain);
     }
 }
@@ -230,7 +231,7 @@ TEST_CASE("standard errors have the size of the scatter between seeds") {
 
 namespace {
 
-// A period of an asymmetric profile: deep slot, slope and step. Segment k runs from point k to point k + 1,
+// A period of an asymmetric profile: deep slot, slope and ledge. Segment k runs from point k to point k + 1,
 // the last one to the first point of the next period (2 on).
 const Profile kPeriod{{0.0, 0.0},  {0.3, 0.0},  {0.3, -1.5}, {0.5, -1.5}, {0.7, -1.5},
                       {0.7, -0.6}, {1.1, -0.6}, {1.3, -0.2}, {1.8, 0.0}};

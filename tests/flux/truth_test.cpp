@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

@@ -1,0 +1,142 @@
+#include "flux/ion_hits.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "flux/reflection.hpp"
+#include "flux/sampling.hpp"
+#include "flux/yield.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// One hit in double precision.
+struct Hit {
+    Vec3 point, direction, normal;  // the point a skin off the surface
+    double theta, cosine, energy;
+    std::size_t material;
+};
+
+Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
+    const auto wide = [](float a, float b, float c) {
+        return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
+    };
+    const LateralBox& box = trace.geometry.box;
+    Hit hit;
+    hit.direction = wide(r.dx[row], r.dy[row], r.dz[row]).normalized();
+    hit.point = wide(r.x[row], r.y[row], r.z[row]) + static_cast<double>(r.distance[row]) * hit.direction;
+    hit.normal = wide(r.nx[row], r.ny[row], r.nz[row]).normalized();
+    if (hit.normal.isZero(0.0)) hit.normal = -hit.direction;
+    hit.point += trace.geometry.skin * hit.normal;
+    for (int axis = 0; axis < 2; ++axis)
+        hit.point[axis] = std::clamp(hit.point[axis], box.min[axis], box.max[axis]);
+    hit.cosine = std::clamp(-hit.direction.dot(hit.normal), 0.0, 1.0);
+    hit.theta = std::acos(hit.cosine);
+    hit.energy = static_cast<double>(r.energy[row]);
+    hit.material = trace.materials.empty() ? 0 : static_cast<std::size_t>(trace.materials[r.triangle[row]]);
+    return hit;
+}
+
+Vec3 reemitted(Reemission kind, const Reflection& reflection, const Hit& hit, Stream& random) {
+    switch (kind) {
+        case Reemission::specular:
+            return mirrored(hit.direction, hit.normal);
+        case Reemission::coned:
+            return sample_coned(reflection, hit.direction, hit.normal, hit.theta, random);
+        case Reemission::diffuse:
+            break;
+    }
+    const double u = random.uniform();
+    return sample_lambertian(hit.normal, u, random.uniform());
+}
+
+void send_off(Rays& r, std::size_t row, const Hit& hit, const Vec3& direction) {
+    r.x[row] = static_cast<float>(hit.point.x());
+    r.y[row] = static_cast<float>(hit.point.y());
+    r.z[row] = static_cast<float>(hit.point.z());
+    r.dx[row] = static_cast<float>(direction.x());
+    r.dy[row] = static_cast<float>(direction.y());
+    r.dz[row] = static_cast<float>(direction.z());
+}
+
+std::uint64_t weight_of(std::uint64_t weight, double factor) {
+    return static_cast<std::uint64_t>(static_cast<double>(weight) * factor + 0.5);
+}
+
+// What a hit of the given weight sputters starts off from it.
+void sputter(const Species& species, const Hit& hit, std::uint64_t weight, std::uint32_t triangle,
+             std::uint32_t ray, Stream& random, Rays& secondaries, Counts& counts) {
+    const Redeposition& re = *species.redeposition;
+    const bool has_energy = species.energy.mean > 0.0;
+    const std::uint64_t sputtered =
+        weight_of(weight, yield_of(re.yield, hit.material, has_energy, hit.energy, hit.cosine));
+    if (sputtered == 0) return;
+    const std::size_t row = secondaries.count++;
+    send_off(secondaries, row, hit, reemitted(re.direction, species.reflection, hit, random));
+    secondaries.from[row] = triangle;
+    secondaries.ray[row] = ray;
+    secondaries.weight[row] = sputtered;
+    counts.redeposited.emitted += sputtered;
+}
+
+// Energy after a reflection.
+double energy_left(const Reflection& reflection, const Hit& hit, Stream& random) {
+    const double peak = energy_peak(reflection, hit.theta);
+    return sample_truncated_normal(peak * hit.energy, reflection.spread * hit.energy, hit.energy, random);
+}
+
+}  // namespace
+
+void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
+              const std::vector<Tally>& tallies) {
+    Rays& r = w.rays;
+    const Species& species = trace.species;
+    const bool has_energy = species.energy.mean > 0.0;
+    w.secondaries.count = 0;
+    const std::size_t hits = list_hits(r, w.hits);
+    book_misses(r, bundle);
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < hits; ++k) {
+        const std::uint32_t row = w.hits[k], triangle = r.triangle[row], ray = r.ray[row];
+        const float u = r.u[row], v = r.v[row];
+        const std::uint64_t weight = bundle.weight[row];
+        const Hit hit = hit_of(trace, r, row);
+        // Tally.
+        bundle.tally->add(*bundle.bins, triangle, u, v, weight);
+        for (std::size_t y = 0; y < species.yields.size(); ++y) {
+            const double yield =
+                yield_of(species.yields[y], hit.material, has_energy, hit.energy, hit.cosine);
+            tallies[1 + y].add(*w.bins[1 + y], triangle, u, v, weight_of(weight, yield));
+        }
+        Stream random(trace.key, {ray, event.batch, event.bounce, event.generation});
+        const std::uint32_t roulette = random.next();
+        // Sputter.
+        if (species.redeposition)
+            sputter(species, hit, weight, triangle, ray, random, w.secondaries, *bundle.counts);
+        // Stick, or reflect with what energy is left.
+        const double reflected = reflection_probability(species.reflection, hit.theta);
+        const auto share = static_cast<std::uint64_t>(reflected * static_cast<double>(kOne) + 0.5);
+        const std::uint64_t stays = sticking_at(trace, *bundle.sticking, triangle, u, v);
+        std::uint64_t rest = part_of(weight - part_of(weight, stays), share);
+        double energy = hit.energy;
+        if (rest > 0 && has_energy) {
+            energy = energy_left(species.reflection, hit, random);
+            if (energy < species.stop_energy) rest = 0;
+        }
+        bundle.ledger->absorbed += weight - rest;
+        // Roulette.
+        if (rest > 0) rest = play_roulette(rest, trace.roulette, roulette, *bundle.ledger);
+        if (rest == 0) continue;
+        // Go on.
+        send_off(r, kept, hit, reemitted(species.reflection.kind, species.reflection, hit, random));
+        r.ray[kept] = ray;
+        r.from[kept] = triangle;
+        bundle.weight[kept] = rest;
+        r.energy[kept] = static_cast<float>(energy);
+        ++kept;
+    }
+    bundle.counts->absorbed += hits - kept;
+    r.count = kept;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,110 @@
+#include "tests/flux/truth.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace sidewall::flux {
+
+double clausing_transmission(double length, int cells, double sticking) {
+    // Of what a ring emits, the share that passes the disk at distance d; minus its derivative is the share
+    // per length that meets the wall there.
+    const auto to_disk = [](double d) {
+        const double h = 0.5 * d;
+        return (h * h + 0.5) / std::sqrt(h * h + 1.0) - h;
+    };
+    const double ring = length / cells;  // its width
+    Eigen::MatrixXd system = Eigen::MatrixXd::Identity(cells, cells);
+    Eigen::VectorXd exit(cells);
+    for (int i = 0; i < cells; ++i) {
+        const double x = (i + 0.5) * ring;
+        exit[i] = to_disk(length - x);
+        for (int j = 0; j < cells; ++j) {
+            const double near = std::abs(i - j) - 0.5, far = std::abs(i - j) + 0.5;
+            // The ring's own cell reaches half a cell either way.
+            system(i, j) -= (1.0 - sticking) * (i == j ? 2.0 * (0.5 - to_disk(0.5 * ring))
+                                                       : to_disk(near * ring) - to_disk(far * ring));
+        }
+    }
+    const Eigen::VectorXd escape = system.partialPivLu().solve(exit);
+    const double x = 2.0 + length * length;
+    double transmitted = 0.5 * (x - std::sqrt(x * x - 4.0));  // disk to disk
+    for (int i = 0; i < cells; ++i)
+        transmitted += 2.0 * ring * to_disk((i + 0.5) * ring) * (1.0 - sticking) * escape[i];
+    return transmitted;
+}
+
+double clausing_transmission(double length, double sticking) {
+    return (4.0 * clausing_transmission(length, 400, sticking) -
+            clausing_transmission(length, 200, sticking)) /
+           3.0;
+}
+
+double disk_view(double depth, double offset) {
+    const double a = offset * offset, h = depth * depth, z = 1.0 + a + h;
+    return 0.5 * (1.0 - (a + h - 1.0) / std::sqrt(z * z - 4.0 * a));
+}
+
+double at_position(const std::vector<double>& strips, double position) {
+    const double last = static_cast<double>(strips.size() - 1);
+    const double x = std::clamp(position * static_cast<double>(strips.size()) - 0.5, 0.0, last);
+    const auto i = std::min(static_cast<std::size_t>(x), strips.size() - 2);
+    const double part = position * static_cast<double>(strips.size()) - 0.5 - static_cast<double>(i);
+    return (1.0 - part) * strips[i] + part * strips[i + 1];
+}
+
+TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips, Emitter emitter) {
+    struct Strip {
+        double x0, z0, x1, z1;
+        double length() const { return std::hypot(x1 - x0, z1 - z0); }
+    };
+    std::vector<Strip> strips;
+    for (int i = 0; i < wall_strips; ++i)
+        strips.push_back({0.0, -depth * i / wall_strips, 0.0, -depth * (i + 1) / wall_strips});
+    for (int i = 0; i < floor_strips; ++i)
+        strips.push_back({1.0 * i / floor_strips, -depth, 1.0 * (i + 1) / floor_strips, -depth});
+    for (int i = 0; i < wall_strips; ++i)
+        strips.push_back({1.0, -depth * (wall_strips - i) / wall_strips, 1.0,
+                          -depth * (wall_strips - i - 1) / wall_strips});
+    // Walked along the profile, so that a's end faces b's start.
+    const auto exchange = [](const Strip& a, const Strip& b) {
+        const auto apart = [](double x0, double z0, double x1, double z1) {
+            return std::hypot(x1 - x0, z1 - z0);
+        };
+        return 0.5 * (apart(a.x0, a.z0, b.x0, b.z0) + apart(a.x1, a.z1, b.x1, b.z1) -
+                      apart(a.x1, a.z1, b.x0, b.z0) - apart(a.x0, a.z0, b.x1, b.z1));
+    };
+    const auto n = static_cast<int>(strips.size());
+    const Strip opening{1.0, 0.0, 0.0, 0.0};
+    Eigen::MatrixXd system = Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd direct(n);
+    for (int i = 0; i < n; ++i) {
+        const auto a = static_cast<std::size_t>(i);
+        direct[i] = emitter == Emitter::opening ? exchange(strips[a], opening) / strips[a].length() : 0.0;
+        for (int j = 0; j < n; ++j) {
+            if (i == j) continue;
+            const auto b = static_cast<std::size_t>(j);
+            const double view = exchange(strips[std::min(a, b)], strips[std::max(a, b)]) / strips[a].length();
+            system(i, j) -= (1.0 - sticking) * view;
+            if (emitter == Emitter::floor && j >= wall_strips && j < wall_strips + floor_strips)
+                direct[i] += view;
+        }
+    }
+    const Eigen::VectorXd flux = system.partialPivLu().solve(direct);
+    TrenchFlux result;
+    for (int i = 0; i < wall_strips; ++i) result.wall.push_back(flux[i]);
+    for (int i = 0; i < floor_strips; ++i) result.floor.push_back(flux[wall_strips + i]);
+    for (const double value : result.wall) result.wall_mean += value / wall_strips;
+    for (const double value : result.floor) result.floor_mean += value / floor_strips;
+    return result;
+}
+
+double integral(double from, double to, const std::function<double(double)>& f, int intervals) {
+    const double h = (to - from) / intervals;
+    double sum = f(from) + f(to);
+    for (int i = 1; i < intervals; ++i) sum += (i % 2 == 1 ? 4.0 : 2.0) * f(from + i * h);
+    return sum * h / 3.0;
+}
+
+}  // namespace sidewall::flux
