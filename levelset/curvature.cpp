@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "levelset/openvdb_grid.hpp"
+
 namespace sidewall::levelset {
 namespace {
 

@@ -63,7 +63,7 @@ class Bodies {
     const Motion& motion_;
     double duration_;
     Grid::ConstUnsafeAccessor before_;
-    openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> sample_of_;
+    openvdb::tree::ValueAccessor<const IndexTree, false> sample_of_;
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "levelset/layer_depths.hpp"
 #include "surface/error.hpp"
 #include "tests/levelset/grids.hpp"
 

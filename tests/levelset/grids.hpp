@@ -16,8 +16,8 @@ inline levelset::Domain unit_domain(int cells, Side side = Side::reflective) {
     return levelset::make_domain({double(cells), double(cells)}, 1.0, {side, side});
 }
 
-inline levelset::Grid::Ptr sphere_grid(const levelset::Domain& domain, double radius,
-                                       const Vec3& centre = Vec3::Zero()) {
+inline levelset::GridPtr sphere_grid(const levelset::Domain& domain, double radius,
+                                     const Vec3& centre = Vec3::Zero()) {
     return levelset::sample_grid(
         domain, [=](const Vec3& p) { return (p - centre).norm() - radius; }, centre.z() - radius - 4,
         centre.z() + radius + 4);

@@ -9,6 +9,8 @@
 #include "levelset/body.hpp"
 #include "levelset/checkpoint.hpp"
 #include "levelset/curvature.hpp"
+#include "levelset/layer_depths.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -187,7 +189,7 @@ TEST_CASE("curvatures of a sphere are 1/r and 1/r^2 by both formulas, to second 
         for (int level = 0; level < 2; ++level) {
             const double radius = 10.0 * (1 + level);
             const Domain domain = test::unit_domain(static_cast<int>(2 * radius) + 12);
-            const Grid::Ptr grid = test::sphere_grid(domain, radius);
+            const GridPtr grid = test::sphere_grid(domain, radius);
             const TriangleMesh mesh = extract_surface(*grid, domain);
             const Curvature c = curvature(*grid, domain, mesh, formula);
             error[level] = 0;
