@@ -12,6 +12,7 @@
 #include "app/metrology.hpp"
 #include "app/result.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::app {

@@ -10,6 +10,7 @@
 #include "app/species_flux.hpp"
 #include "levelset/curvature.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 #include "levelset/voids.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
