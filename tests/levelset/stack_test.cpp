@@ -11,6 +11,7 @@
 #include "levelset/curvature.hpp"
 #include "levelset/layer_depths.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -191,7 +192,7 @@ TEST_CASE("curvatures of a sphere are 1/r and 1/r^2 by both formulas, to second 
             const Domain domain = test::unit_domain(static_cast<int>(2 * radius) + 12);
             const GridPtr grid = test::sphere_grid(domain, radius);
             const TriangleMesh mesh = extract_surface(*grid, domain);
-            const Curvature c = curvature(*grid, domain, mesh, formula);
+            const surface::Curvature c = curvature(*grid, domain, mesh, formula);
             error[level] = 0;
             for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
                 error[level] = std::max(error[level], std::abs(c.mean[v] * radius - 1.0));
@@ -207,7 +208,8 @@ TEST_CASE("a plane has no features and a mirrored trench has its edges") {
     const Domain domain = test::unit_domain(40);
     const MaterialStack plane = make_stack(domain, {{0, Shape{}}});
     const TriangleMesh flat = extract_surface(plane.top(), domain);
-    for (const auto flag : feature_flags(curvature(plane.top(), domain, flat), 1.0)) REQUIRE(flag == 0);
+    for (const auto flag : surface::feature_flags(curvature(plane.top(), domain, flat), 1.0))
+        REQUIRE(flag == 0);
 
     Shape shape;
     shape.kind = ShapeKind::trench;
@@ -215,7 +217,7 @@ TEST_CASE("a plane has no features and a mirrored trench has its edges") {
     shape.depth = 20.3;
     const MaterialStack trench = make_stack(domain, {{0, shape}});
     const TriangleMesh mesh = extract_surface(trench.top(), domain);
-    const auto flags = feature_flags(curvature(trench.top(), domain, mesh), 1.0, 0.2);
+    const auto flags = surface::feature_flags(curvature(trench.top(), domain, mesh), 1.0, 0.2);
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
         const Vec3& p = mesh.vertices[v];
         const double edge =
