@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <memory>
 
 #include "app/flux_gradient.hpp"
 #include "app/flux_reuse.hpp"
@@ -301,6 +302,22 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     return sealed;
 }
 
+// What a model sees at the samples of an extension.
+struct SamplePoints {
+    std::vector<int> materials;        // by layer
+    std::size_t tallies, stride;       // of values: the first `tallies` are fluxes, the others coverages
+    std::vector<double> values;        // stride a sample
+    std::vector<std::uint8_t> seen;    // by sample; empty where line of sight does not count
+    std::vector<std::uint8_t> sealed;  // by sample; empty if no void is closed
+
+    bool is_sealed(std::size_t sample) const { return !sealed.empty() && sealed[sample] != 0; }
+    SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
+        const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
+        return {materials[layer], here.first(tallies), normal, seen.empty() || seen[sample] != 0,
+                here.subspan(tallies)};
+    }
+};
+
 }  // namespace
 
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
@@ -339,16 +356,18 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
         if (!model.dissipation.empty())
             dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
     }
-    auto speed = [materials = std::move(materials), speed_of = model.speed, tallies, stride,
-                  values = std::move(values), seen = std::move(seen),
-                  sealed = std::move(sealed)](std::size_t sample, std::size_t layer, const Vec3& normal) {
-        if (!sealed.empty() && sealed[sample] != 0) return 0.0;
-        const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
-        return speed_of({materials[layer], here.first(tallies), normal, seen.empty() || seen[sample] != 0,
-                         here.subspan(tallies)});
+    const auto points = std::make_shared<const SamplePoints>(SamplePoints{
+        std::move(materials), tallies, stride, std::move(values), std::move(seen), std::move(sealed)});
+    auto speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer, const Vec3& normal) {
+        return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
     };
     levelset::Motion motion =
         levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
+    if (model.depends_on_normal && model.max_etch_rate)
+        motion.max_etch_rate = [points, rate_of = model.max_etch_rate](std::size_t sample,
+                                                                       std::size_t layer) {
+            return points->is_sealed(sample) ? 0.0 : rate_of(points->at(sample, layer, Vec3::UnitZ()));
+        };
     motion.dissipation = std::move(dissipation);
     return motion;
 }

@@ -315,7 +315,7 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
 
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal) {
-    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}, {}};
+    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}, {}, {}};
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;

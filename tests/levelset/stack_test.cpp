@@ -87,7 +87,7 @@ TEST_CASE(
                 [&](std::size_t layer, const Vec3& n) {
                     return layer == 0 ? -down * std::max(0.0, n.z()) - side : 0.0;
                 },
-                down > 0.0);
+                down > 0.0 ? std::vector{down + side, 0.0} : std::vector<double>{});
             CAPTURE(bottom, down, before);
             CHECK(band_z_range(stack.top(), domain)[0] + kHalfWidth - 1.0 <
                   bottom - 0.95 * (down + side) * duration);
