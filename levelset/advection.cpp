@@ -14,7 +14,9 @@
 #include <vector>
 
 #include "levelset/block.hpp"
+#include "levelset/layer_depths.hpp"
 #include "levelset/limits.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
 #include "levelset/upwind.hpp"
 #include "surface/error.hpp"
@@ -32,7 +34,7 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
 namespace {
 
 using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
-using IndexLeaves = openvdb::tree::LeafManager<const openvdb::Int32Tree>;
+using IndexLeaves = openvdb::tree::LeafManager<const IndexTree>;
 
 // Mean speed over the step: an etch that reaches another layer goes on with that layer's speed.
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
@@ -209,9 +211,9 @@ std::span<const float> kept_shares(TimeIntegration scheme) {
 }
 
 // The same look-up for the voxels of another grid with nearly the same front.
-openvdb::Int32Tree::Ptr on_voxels_of(const Grid& grid, const openvdb::Int32Tree& sample_of) {
-    auto result = std::make_shared<openvdb::Int32Tree>(grid.tree(), -1, openvdb::TopologyCopy());
-    openvdb::tree::LeafManager<openvdb::Int32Tree> leaves(*result);
+std::shared_ptr<IndexTree> on_voxels_of(const Grid& grid, const IndexTree& sample_of) {
+    auto result = std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy());
+    openvdb::tree::LeafManager<IndexTree> leaves(*result);
     leaves.foreach ([&](auto& leaf, std::size_t) {
         const auto* from = sample_of.probeConstLeaf(leaf.origin());
         if (from == nullptr) return;
@@ -241,7 +243,7 @@ void integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_
     // Buffer 1: phi at the step's start (Runge-Kutta only); the last one: the stage's result.
     leaves.rebuildAuxBuffers(stages > 1 ? 2 : 1);
     std::optional<StageInput> in;
-    openvdb::Int32Tree::Ptr sample_of;
+    std::shared_ptr<IndexTree> sample_of;
     for (std::size_t k = 0; k < stages; ++k) {
         if (k < motions.size()) {
             in.emplace(stage_input(stack, motions[k], options, duration));
@@ -276,7 +278,7 @@ void release_exposed(MaterialStack& stack, const Grid& before) {
 AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motions, std::size_t stages,
                             double duration, const AdvectionOptions& options) {
     const tbb::tick_count start = tbb::tick_count::now();
-    const Grid::Ptr before = stack.layers.size() > 1 ? stack.top().deepCopy() : nullptr;
+    const GridPtr before = stack.layers.size() > 1 ? stack.top().deepCopy() : nullptr;
     switch (options.scheme) {
         case Scheme::weno5:
             integrate<3>(stack, motions, stages, duration, options);
@@ -313,7 +315,7 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
 
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal) {
-    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}, {}};
+    Motion motion{std::move(extension), std::move(speed), depends_on_normal, {}, {}, {}};
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;
@@ -321,8 +323,8 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
         const LayerDepths depths(stack);
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const openvdb::Coord c = samples[n].node;
-            const openvdb::Vec3f foot = samples[n].foot;
+            const Eigen::Vector3i& c = samples[n].node;
+            const Eigen::Vector3f& foot = samples[n].foot;
             depths.at({c.x() + static_cast<double>(foot.x()), c.y() + static_cast<double>(foot.y()),
                        c.z() + static_cast<double>(foot.z())},
                       std::span(motion.thickness).subspan(n * below, below));

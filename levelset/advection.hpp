@@ -14,13 +14,20 @@ namespace sidewall::levelset {
 /// extension's sample number \p sample if the surface's unit normal were \p normal. Called in parallel.
 using SpeedFunction = std::function<double(std::size_t sample, std::size_t layer, const Vec3& normal)>;
 
-/// What moves the surface in one step: V and, per sample, what lies below it.
+/// The largest etch rate (length per time, 0 where V is nowhere negative) that layer \p layer would have at the
+/// extension's sample number \p sample, over all normals. Called in parallel.
+using EtchRateFunction = std::function<double(std::size_t sample, std::size_t layer)>;
+
+/// What moves the surface in one time step: V and, per sample, what lies below it.
 struct Motion {
     Extension extension;
     SpeedFunction speed;
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
-    std::vector<float> thickness;    ///< samples x (layers - 1): depth of each lower layer below the sample
-                                     ///< (LayerDepths); world
+    /// To be set where depends_on_normal: a body that etches at no normal is held in place. Else not asked, as V
+    /// itself tells; empty, no body is taken for inert.
+    EtchRateFunction max_etch_rate;
+    std::vector<float> thickness;  ///< samples x (layers - 1): depth of each lower layer below the sample
+                                   ///< (LayerDepths); world
     /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
     /// convex function; else empty.
     std::vector<Vec3> dissipation;
@@ -29,7 +36,7 @@ struct Motion {
 /// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
 
-/// Prepares a step. \p extension as of the stack's surface.
+/// Prepares a time step. \p extension as of the stack's surface.
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal);
 

@@ -5,7 +5,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "levelset/grid.hpp"
+#include "levelset/domain.hpp"
+#include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <openvdb/io/File.h>
 
+#include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
@@ -25,7 +26,7 @@ void save_checkpoint(const std::filesystem::path& path, const MaterialStack& sta
     try {
         openvdb::GridPtrVec grids;
         for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-            Grid::Ptr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());  // shares the tree
+            GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());  // shares the tree
             grid->setName(fmt::format("layer_{}", k));
             grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
             grid->setSaveFloatAsHalf(false);

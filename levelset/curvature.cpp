@@ -4,6 +4,9 @@
 
 #include <array>
 #include <cmath>
+#include <vector>
+
+#include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -71,9 +74,10 @@ NodeCurvature shape_operator(const Derivatives& d) {
 
 }  // namespace
 
-Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
-                    CurvatureFormula formula) {
-    Curvature result{std::vector<double>(mesh.vertices.size()), std::vector<double>(mesh.vertices.size())};
+surface::Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
+                             CurvatureFormula formula) {
+    surface::Curvature result{std::vector<double>(mesh.vertices.size()),
+                              std::vector<double>(mesh.vertices.size())};
     const double dx = domain.spacing;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 256), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
@@ -107,15 +111,6 @@ Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& 
         }
     });
     return result;
-}
-
-std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing,
-                                        double feature_parameter) {
-    const double mean = feature_parameter / spacing, gaussian = mean * mean;
-    std::vector<std::uint8_t> flags(curvature.mean.size());
-    for (std::size_t v = 0; v < flags.size(); ++v)
-        flags[v] = std::abs(curvature.mean[v]) > mean || std::abs(curvature.gaussian[v]) > gaussian;
-    return flags;
 }
 
 }  // namespace sidewall::levelset

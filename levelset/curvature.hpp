@@ -1,8 +1,8 @@
 #pragma once
 #include <cstdint>
-#include <vector>
 
 #include "levelset/grid.hpp"
+#include "surface/curvature.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::levelset {
@@ -12,21 +12,11 @@ enum class CurvatureFormula : std::uint8_t {
     shape_operator  ///< half the trace of the Hessian: right for a true distance, and faster
 };
 
-/// Curvatures at points on the surface. A sphere of radius r has mean 1/r and gaussian 1/r^2.
-struct Curvature {
-    std::vector<double> mean,
-        gaussian;  ///< 1 / length unit and its square; positive where the material is convex
-};
-
 /// Curvatures at the vertices of the mesh that extract_surface() made of \p grid: at both grid nodes of a
 /// vertex's edge by central differences, then linear along the edge. Goldman, Comput. Aided Geom. Des. 22
 /// (2005) 632, equations 3.4 and 4.1 (general); Lenz (2023), section 3.3.
 /// \note Parallel. Ghost nodes are read through the domain's sides.
-Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
-                    CurvatureFormula formula = CurvatureFormula::general);
-
-/// One flag a vertex: |mean| > C/dx or |gaussian| > (C/dx)^2 (Lenz 2023, section 8.2.1).
-std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing,
-                                        double feature_parameter = 0.5);
+surface::Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
+                             CurvatureFormula formula = CurvatureFormula::general);
 
 }  // namespace sidewall::levelset

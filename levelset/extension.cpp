@@ -8,12 +8,13 @@
 
 #include "levelset/block.hpp"
 #include "levelset/leaf_triangles.hpp"
+#include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 using Leaves = openvdb::tree::LeafManager<const Grid::TreeType>;
-using Samples = openvdb::tree::LeafManager<openvdb::Int32Tree>;
+using Samples = openvdb::tree::LeafManager<IndexTree>;
 using B = Block<1>;
 
 // Nodes this near to the front (in dx) look for their own surface point: every foot point, rounded to a node,
@@ -36,7 +37,7 @@ Vec3 gradient_direction(const B& block, int at) {
 // the level set says, the whole mesh is searched.
 SurfaceSample find_sample(const LeafCells& cells, const surface::RayScene& scene, const openvdb::Coord& node,
                           const Vec3& world, double phi, const Vec3& normal, double dx) {
-    SurfaceSample sample{0, 0.0f, 0.0f, node};
+    SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
     LeafCells::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
     if (normal != Vec3::Zero())
         near = cells.nearest_hit(Vec3(node.x() & 7, node.y() & 7, node.z() & 7), normal, -phi / dx);
@@ -52,7 +53,7 @@ SurfaceSample find_sample(const LeafCells& cells, const surface::RayScene& scene
     const auto vertices = scene.vertices();
     const double u = static_cast<double>(sample.u), v = static_cast<double>(sample.v);
     const Vec3 foot = ((1.0 - u - v) * vertices[a] + u * vertices[b] + v * vertices[c] - world) / dx;
-    sample.foot = openvdb::Vec3f(Eigen::Vector3f(foot.cast<float>()).data());
+    sample.foot = foot.cast<float>();
     return sample;
 }
 
@@ -63,8 +64,8 @@ openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
 // At a kink the gradient does not point at the foot: step to the neighbour nearest to the front instead,
 // until one has a sample.
 std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
-                     const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false>& lookup,
-                     const Domain& domain, openvdb::Coord c) {
+                     const openvdb::tree::ValueAccessor<const IndexTree, false>& lookup, const Domain& domain,
+                     openvdb::Coord c) {
     float distance = std::abs(phi.getValue(c));
     for (;;) {
         openvdb::Coord best = c;
@@ -99,7 +100,7 @@ openvdb::Coord decode(std::int32_t entry) {
 }
 
 Extension build(const Grid& grid, const Domain& domain, const surface::RayScene* scene) {
-    Extension extension{{}, std::make_shared<openvdb::Int32Tree>(grid.tree(), -1, openvdb::TopologyCopy())};
+    Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy())};
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNear * dx);
     Leaves leaves(grid.tree());
@@ -133,9 +134,8 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
                     const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
                                      domain.coordinate(2, c.z()));
                     const Eigen::Vector3f foot = (-phi / dx * normal).cast<float>();
-                    extension.samples[k] = scene
-                                               ? find_sample(cells, *scene, c, world, phi, normal, dx)
-                                               : SurfaceSample{0, 0.0f, 0.0f, c, openvdb::Vec3f(foot.data())};
+                    extension.samples[k] = scene ? find_sample(cells, *scene, c, world, phi, normal, dx)
+                                                 : SurfaceSample{0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot};
                     index[it.pos()] = static_cast<std::int32_t>(k++);
                 } else {
                     const Vec3 foot = -phi / dx * normal;
@@ -152,7 +152,7 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
     samples.rebuildAuxBuffers(1);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
-        const openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> lookup(*extension.sample_of);
+        const openvdb::tree::ValueAccessor<const IndexTree, false> lookup(*extension.sample_of);
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = leaves.leaf(n);
             const std::int32_t* entry = samples.leaf(n).buffer().data();

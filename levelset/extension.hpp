@@ -1,9 +1,10 @@
 #pragma once
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <vector>
 
 #include "levelset/grid.hpp"
+#include "surface/float_grid.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::levelset {
@@ -12,15 +13,18 @@ namespace sidewall::levelset {
 struct SurfaceSample {
     std::uint32_t triangle = 0;  ///< of the mesh that carries fluxes
     float u = 0.0f, v = 0.0f;    ///< barycentric weights of the triangle's second and third vertex
-    openvdb::Coord node;         ///< the grid node that looked
-    openvdb::Vec3f foot{0.0f};   ///< the surface point less the node; index space
+    Eigen::Vector3i node = Eigen::Vector3i::Zero();  ///< the grid node that looked
+    Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< the surface point less the node; index space
 };
+
+/// A number for every voxel of a grid; whoever reads it includes levelset/openvdb_grid.hpp.
+using IndexTree = surface::VoxelTree<std::int32_t>;
 
 /// Which surface sample every band node takes its speed from: the normal extension of the surface's values
 /// (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
 struct Extension {
-    std::vector<SurfaceSample> samples;  ///< one a node within a cell of the front, in grid order
-    openvdb::Int32Tree::Ptr sample_of;   ///< topology of the grid: index into samples, or -1 far from any
+    std::vector<SurfaceSample> samples;    ///< one a node within a cell of the front, in grid order
+    std::shared_ptr<IndexTree> sample_of;  ///< topology of the grid: index into samples, or -1 far from any
 };
 
 /// Finds the closest surface point of every node within a cell of the front: along the gradient, or, where

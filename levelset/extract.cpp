@@ -1,13 +1,17 @@
 #include "levelset/extract.hpp"
 
+#include <utility>
+#include <vector>
+
+#include "levelset/openvdb_grid.hpp"
 #include "surface/marching_cubes.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 // A periodic axis stores nodes 0..cells-1; cells on the high side also need node cells, the image of node 0.
-Grid::Ptr with_periodic_images(const Grid& grid, const Domain& domain) {
-    Grid::Ptr copy = grid.deepCopy();
+GridPtr with_periodic_images(const Grid& grid, const Domain& domain) {
+    GridPtr copy = grid.deepCopy();
     auto to = copy->getAccessor();
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);

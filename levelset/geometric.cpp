@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
 #include "surface/error.hpp"
 
@@ -17,8 +18,8 @@ using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 // The level set whose value at every node near either front is combine(a, b): unions, cuts, differences.
 // Every point of its front lies on one of theirs, so their bands hold its own. A distance again afterwards.
 template <class Combine>
-Grid::Ptr combined(const Domain& domain, const Grid& a, const Grid& b, Combine&& combine) {
-    Grid::Ptr result = a.deepCopy();
+GridPtr combined(const Domain& domain, const Grid& a, const Grid& b, Combine&& combine) {
+    GridPtr result = a.deepCopy();
     result->tree().topologyUnion(b.tree());
     const float background = a.background();
     LeafManager leaves(result->tree());
@@ -44,7 +45,7 @@ Grid::Ptr combined(const Domain& domain, const Grid& a, const Grid& b, Combine&&
     return result;
 }
 
-Grid::Ptr plane(const Domain& domain, double height) {
+GridPtr plane(const Domain& domain, double height) {
     const double margin = 2.0 * kHalfWidth * domain.spacing;
     return sample_grid(
         domain, [height](const Vec3& p) { return p.z() - height; }, height - margin, height + margin);
@@ -53,7 +54,7 @@ Grid::Ptr plane(const Domain& domain, double height) {
 }  // namespace
 
 void planarize(MaterialStack& stack, double height) {
-    const Grid::Ptr above = plane(stack.domain, height);
+    const GridPtr above = plane(stack.domain, height);
     for (Layer& layer : stack.layers)
         layer.phi = combined(stack.domain, *layer.phi, *above,
                              [](float solid, float z) { return std::max(solid, z); });
@@ -62,7 +63,7 @@ void planarize(MaterialStack& stack, double height) {
 
 void fill(MaterialStack& stack, int material, double height) {
     begin_film(stack, material);
-    const Grid::Ptr below = plane(stack.domain, height);
+    const GridPtr below = plane(stack.domain, height);
     Layer& film = stack.layers.back();
     film.phi =
         combined(stack.domain, *film.phi, *below, [](float solid, float z) { return std::min(solid, z); });
@@ -78,8 +79,8 @@ void strip(MaterialStack& stack, int material) {
             continue;
         }
         // The film: inside its own level set, outside the one below. All above it lose it too.
-        const Grid::Ptr film = combined(stack.domain, *stack.layers[k].phi, *stack.layers[k - 1].phi,
-                                        [](float own, float below) { return std::max(own, -below); });
+        const GridPtr film = combined(stack.domain, *stack.layers[k].phi, *stack.layers[k - 1].phi,
+                                      [](float own, float below) { return std::max(own, -below); });
         for (std::size_t j = k + 1; j < stack.layers.size(); ++j)
             stack.layers[j].phi = combined(stack.domain, *stack.layers[j].phi, *film,
                                            [](float solid, float gone) { return std::max(solid, -gone); });

@@ -1,6 +1,6 @@
 #include "levelset/grid.hpp"
 
-#include <fmt/format.h>
+#include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -9,7 +9,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <vector>
 
+#include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
@@ -22,9 +25,9 @@ void initialize() {
     (void)once;
 }
 
-Grid::Ptr make_grid(const Domain& domain) {
+GridPtr make_grid(const Domain& domain) {
     initialize();
-    Grid::Ptr grid = Grid::create(static_cast<float>(kHalfWidth * domain.spacing));
+    GridPtr grid = Grid::create(static_cast<float>(kHalfWidth * domain.spacing));
     // For other programs; nothing of ours reads it, and OpenVDB refuses scales that it takes for zero.
     constexpr double kLeastScale = 1e-4;
     if (domain.spacing > kLeastScale) {
@@ -36,9 +39,9 @@ Grid::Ptr make_grid(const Domain& domain) {
     return grid;
 }
 
-Grid::Ptr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
-                      double z_max) {
-    Grid::Ptr grid = make_grid(domain);
+GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
+                    double z_max) {
+    GridPtr grid = make_grid(domain);
     const double dx = domain.spacing, band = kHalfWidth * dx;
     const float background = grid->background();
     const int k_min = static_cast<int>(std::floor(z_min / dx)),

@@ -1,17 +1,19 @@
 #pragma once
-#include <openvdb/openvdb.h>
-
+#include <array>
 #include <functional>
+#include <memory>
 
 #include "levelset/domain.hpp"
+#include "surface/float_grid.hpp"
 
 namespace sidewall::levelset {
 
 /// Signed distance, world units, negative inside. Active voxels are the narrow band |phi| < kHalfWidth dx; an
 /// inactive voxel of an existing leaf holds exactly the background, +-kHalfWidth dx. Only the domain's own
-/// nodes are active, and nothing is ever read from tiles: see inside().
-using Grid = openvdb::FloatGrid;
-using Leaf = Grid::TreeType::LeafNodeType;
+/// nodes are active, and nothing is ever read from tiles: see inside(). Declared only: whoever reads voxels
+/// includes levelset/openvdb_grid.hpp.
+using Grid = surface::FloatGrid;
+using GridPtr = std::shared_ptr<Grid>;
 
 /// Half-width of the narrow band in grid spacings: a WENO5 stencil about a voxel at the front fits into it,
 /// and so does the Hessian at a node of a cut cell.
@@ -21,17 +23,13 @@ inline constexpr double kHalfWidth = 3.0;
 void initialize();
 
 /// An empty grid with the domain's spacing and world frame.
-Grid::Ptr make_grid(const Domain& domain);
+GridPtr make_grid(const Domain& domain);
 
 /// A grid of the narrow band of \p distance, a signed distance or a bound of it (world units, 1-Lipschitz)
 /// given at world points, for \p z_min <= z <= z_max. Evaluates in parallel and skips regions far from the
 /// front.
-Grid::Ptr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
-                      double z_max);
-
-/// Whether own node \p ijk lies inside, wherever it is: far from the band the answer is read from the nearest
-/// leaf above (materials rest on an unbounded substrate, and gas is above all).
-bool inside(const Grid& grid, const openvdb::Coord& ijk);
+GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
+                    double z_max);
 
 /// Signed distance at a world point within the lateral box, trilinear, ghosts and far regions included.
 double distance_at(const Grid& grid, const Domain& domain, const Vec3& point);

@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "levelset/grid.hpp"
+#include "levelset/domain.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::levelset {

@@ -53,17 +53,17 @@ class Bodies {
     double most_lost(std::size_t sample, std::size_t layer) const {
         if (!motion_.depends_on_normal)
             return std::max(0.0, -motion_.speed(sample, layer, Vec3::UnitZ()) * duration_);
-        // Inert, or nothing is known without the normal.
-        for (const Vec3& normal : {Vec3(0.0, 0.0, 1.0), Vec3(1.0, 0.0, 0.0), Vec3(0.6, 0.48, 0.64)})
-            if (motion_.speed(sample, layer, normal) < 0.0) return std::numeric_limits<double>::infinity();
-        return 0.0;
+        // Without the normal all that is known of a body that etches is the rate of its fastest face: no
+        // limit.
+        const bool inert = motion_.max_etch_rate && motion_.max_etch_rate(sample, layer) == 0.0;
+        return inert ? 0.0 : std::numeric_limits<double>::infinity();
     }
 
     const MaterialStack& stack_;
     const Motion& motion_;
     double duration_;
     Grid::ConstUnsafeAccessor before_;
-    openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> sample_of_;
+    openvdb::tree::ValueAccessor<const IndexTree, false> sample_of_;
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };
 

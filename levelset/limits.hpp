@@ -1,5 +1,6 @@
 #pragma once
 #include "levelset/advection.hpp"
+#include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "levelset/block.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "levelset/upwind.hpp"
 #include "surface/error.hpp"
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "levelset/body.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
 #include "surface/error.hpp"
 
@@ -99,128 +100,6 @@ void cut_layers(MaterialStack& stack) {
         cut(*stack.layers[k].phi, surface, stack.domain);
         trim_band(*stack.layers[k].phi, stack.domain);
     }
-}
-
-LayerDepths::LayerDepths(const MaterialStack& stack)
-    : stack_(stack),
-      dx_(static_cast<float>(stack.domain.spacing)),
-      top_(stack.top().getConstUnsafeAccessor()) {
-    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-        layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
-}
-
-openvdb::Coord LayerDepths::own(const openvdb::Coord& node) const {
-    return {stack_.domain.source_node(0, node.x()), stack_.domain.source_node(1, node.y()), node.z()};
-}
-
-bool LayerDepths::solid(const openvdb::Coord& own_node) const {
-    return top_.isValueOn(own_node) && top_.getValue(own_node) <= 0.0f;
-}
-
-// A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's voxels.
-float LayerDepths::value(std::size_t layer, const openvdb::Coord& own_node) const {
-    return layers_[layer].isValueOn(own_node) ? layers_[layer].getValue(own_node) : stack_.top().background();
-}
-
-LayerDepths::Reading LayerDepths::read(std::size_t layer, const openvdb::Coord& node,
-                                       const Vec3& point) const {
-    const openvdb::Coord here = own(node);
-    const float layer_value = value(layer, here), surface = top_.getValue(here),
-                thickness = layer_value - surface;
-    Reading reading;
-    if (thickness <= static_cast<float>(kExposed) * dx_) return reading;  // exposed
-    reading.depth = layer_value;
-    for (int axis = 0; axis < 3; ++axis) {
-        // From neighbours inside alone, on both sides or on one.
-        float run = 0.0f;
-        for (const int side : {-1, 1}) {
-            openvdb::Coord next = node;
-            next[axis] += side;
-            next = own(next);
-            if (!solid(next)) continue;
-            const auto sign = static_cast<float>(side);
-            reading.rise[axis] += sign * (value(layer, next) - layer_value);
-            reading.surface_rise[axis] += sign * (top_.getValue(next) - surface);
-            run += 1.0f;
-        }
-        if (run == 0.0f) continue;
-        reading.rise[axis] /= run;
-        reading.surface_rise[axis] /= run;
-        reading.depth += reading.rise[axis] * static_cast<float>(point[axis] - node[axis]);
-    }
-    // Under a film the two rise alike, and their difference is its thickness; extrapolating errs by the
-    // film's curvature, which matters most where it is thin.
-    constexpr float kThin = 0.25f, kParallel = 0.9f, kThinParallel = 0.5f;
-    const float parallel = thickness < kThin * dx_ ? kThinParallel : kParallel;
-    if (reading.rise.dot(reading.surface_rise) > parallel * reading.rise.norm() * reading.surface_rise.norm())
-        reading.depth = thickness;
-    return reading;
-}
-
-void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
-    const Domain& domain = stack_.domain;
-    const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
-    const openvdb::Coord low(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
-                             static_cast<int>(floor.z()));
-    std::array<openvdb::Coord, 8> corners;
-    std::array<float, 8> weights{};  // trilinear, of the corners inside
-    float sum = 0.0f;
-    for (int n = 0; n < 8; ++n) {
-        const openvdb::Coord step(n & 1, n >> 1 & 1, n >> 2);
-        const auto k = static_cast<std::size_t>(n);
-        corners[k] = low + step;
-        double weight = 1.0;
-        for (int axis = 0; axis < 3; ++axis) weight *= 1.0 - std::abs(point[axis] - floor[axis] - step[axis]);
-        if (solid(own(corners[k]))) sum += weights[k] = static_cast<float>(weight);
-    }
-    constexpr float kLeast = 1e-3f;  // less is rounding about a face of the cell
-    if (sum < kLeast) {
-        // Material thinner than a cell: the values as they are.
-        const Vec3 world(domain.min[0] + point.x() * domain.spacing,
-                         domain.min[1] + point.y() * domain.spacing, point.z() * domain.spacing);
-        const double surface = distance_at(stack_.top(), domain, world);
-        for (std::size_t k = 0; k < layers_.size(); ++k)
-            depth[k] = static_cast<float>(distance_at(*stack_.layers[k].phi, domain, world) - surface);
-        return;
-    }
-    const float touching = static_cast<float>(kExposed) * dx_;
-    for (std::size_t k = 0; k < layers_.size(); ++k) {
-        Reading mean;
-        for (std::size_t n = 0; n < 8; ++n) {
-            if (weights[n] == 0.0f) continue;
-            const Reading reading = read(k, corners[n], point);
-            const float weight = weights[n] / sum;
-            mean.depth += weight * reading.depth;
-            mean.rise += weight * reading.rise;
-            mean.surface_rise += weight * reading.surface_rise;
-        }
-        depth[k] = mean.depth;
-        if (depth[k] > touching) continue;
-        // In a layer, or at its end where the surface leaves it straight into the next one?
-        constexpr float kStraight = 0.5f;
-        const float length = mean.surface_rise.norm();
-        const float along = length > 0.0f ? -mean.rise.dot(mean.surface_rise) / (length * dx_) : 0.0f;
-        if (along <= kStraight)
-            depth[k] = 0.0f;
-        else
-            depth[k] = depth[k] < -touching ? depth[k] / along : 2.0f * touching;
-    }
-    // No layer lies above the one over it. Where several materials meet under a film, each by itself is
-    // harder to tell than all of them together.
-    for (std::size_t k = layers_.size(); k-- > 1;)
-        if (depth[k] > touching) depth[k - 1] = std::max(depth[k - 1], depth[k]);
-}
-
-std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {
-    std::vector<float> depth(stack.layers.size() - 1);
-    LayerDepths(stack).at(stack.domain.to_index(point), depth);
-    for (std::size_t k = 0; k < depth.size(); ++k)
-        if (static_cast<double>(depth[k]) <= kExposed * stack.domain.spacing) return k;
-    return stack.layers.size() - 1;
-}
-
-int exposed_material(const MaterialStack& stack, const Vec3& point) {
-    return stack.layers[exposed_layer(stack, point)].material;
 }
 
 }  // namespace sidewall::levelset

@@ -34,7 +34,8 @@ Curvature mesh_curvature(const TriangleMesh& mesh);
 /// sqrt(|gaussian|), times the spacing. 0.5 for no vertices.
 double auto_feature_parameter(std::span<const double> mean, std::span<const double> gaussian, double spacing);
 
-/// One flag a vertex: |mean| > feature_parameter / spacing or |gaussian| > (feature_parameter / spacing)^2.
+/// One flag a vertex: |mean| > feature_parameter / spacing or |gaussian| > (feature_parameter / spacing)^2
+/// (Lenz 2023, section 8.2.1).
 ///
 /// \throws GeometryError unless spacing and feature_parameter are positive and finite.
 std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing,

@@ -1,19 +1,23 @@
 #include "surface/marching_cubes.hpp"
 
+#include <openvdb/Grid.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <unordered_map>
+#include <vector>
 
 #include "surface/error.hpp"
 
 namespace sidewall::surface {
 namespace {
 
-using Leaf = openvdb::FloatTree::LeafNodeType;
+using Leaf = FloatGrid::TreeType::LeafNodeType;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 struct CoordHash {
@@ -53,7 +57,7 @@ struct Cells {
     std::array<float, kSide * kSide * kSide> value;
     static constexpr int at(int x, int y, int z) { return (x * kSide + y) * kSide + z; }
 
-    void load(const openvdb::FloatGrid::ConstUnsafeAccessor& grid, const Leaf& leaf, const LateralGrid& box) {
+    void load(const FloatGrid::ConstUnsafeAccessor& grid, const Leaf& leaf, const LateralGrid& box) {
         const float unknown = std::numeric_limits<float>::quiet_NaN();
         const openvdb::Coord o = leaf.origin();
         std::array<const Leaf*, 8> part;
@@ -94,7 +98,7 @@ int cell_pattern(const Cells& cells, int x, int y, int z, bool& cut) {
 
 }  // namespace
 
-TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& box) {
+TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     const auto& table = marching_cubes_table();
     std::vector<const Leaf*> leaves;
     phi.tree().getNodes(leaves);

@@ -1,10 +1,9 @@
 #pragma once
-#include <openvdb/openvdb.h>
-
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "surface/float_grid.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::surface {
@@ -30,7 +29,7 @@ inline constexpr double kNodeClearance = 1e-3;
 ///          grid alone.
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
-TriangleMesh marching_cubes(const openvdb::FloatGrid& phi, const LateralGrid& box);
+TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box);
 
 /// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c
 /// has x = c & 1, y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.

@@ -96,6 +96,11 @@ Model crystal_model(const Values& values, std::vector<std::uint8_t> marked, doub
     model.max_speed = std::max(bound.sum, 0.5 * bound.by_axis.sum());
     for (const std::uint8_t moves : marked)
         model.dissipation.push_back(moves != 0 ? bound.by_axis : Vec3::Zero());
+    // Between the four families the rate is a mean of theirs.
+    const double fastest = std::max({rates.r100, rates.r110, rates.r111, rates.r311});
+    model.max_etch_rate = [marked, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {
+        return marked[static_cast<std::size_t>(point.material)] != 0 ? rate : 0.0;
+    };
     model.speed = [=, marked = std::move(marked)](const SurfacePoint& point) {
         const bool moves = marked[static_cast<std::size_t>(point.material)] != 0;
         return moves ? sign * crystal_rate(point.normal, axes, rates) : 0.0;

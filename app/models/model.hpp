@@ -56,6 +56,9 @@ struct Model {
     std::optional<Vec3> beam;
     bool depends_on_normal = false;                    ///< V is V(n): needs a scheme with dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
+    /// To be set where depends_on_normal: the largest etch rate, 0 for none, at a point over all normals. Its own
+    /// normal is not read.
+    std::function<double(const SurfacePoint&)> max_etch_rate;
     bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
     std::optional<int> deposit;  ///< material id of the film that grows
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is

@@ -51,10 +51,10 @@ TriangleMesh coarsen(const Recipe& recipe, const levelset::MaterialStack& stack,
     std::vector<std::uint8_t> features;
     if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
         const PhaseClock clock(timing.features);
-        const levelset::Curvature curvature = levelset::curvature(stack.top(), stack.domain, raw);
+        const surface::Curvature curvature = levelset::curvature(stack.top(), stack.domain, raw);
         const double parameter = recipe.simplify.feature_parameter.value_or(
             surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
-        features = levelset::feature_flags(curvature, spacing, parameter);
+        features = surface::feature_flags(curvature, spacing, parameter);
     }
     const PhaseClock clock(timing.simplify);
     std::vector<double> lengths;

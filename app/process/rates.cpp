@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "levelset/extension.hpp"
 #include "levelset/voids.hpp"
@@ -12,11 +13,19 @@ namespace sidewall::app {
 namespace {
 
 // What the model sees at every sample of the extension.
-struct SampleValues {
+struct SamplePoints {
+    std::vector<int> materials;           // by layer
     std::size_t tallies = 0, stride = 0;  // values a sample: fluxes first, then coverages
     std::vector<double> values;
     std::vector<std::uint8_t> visible;  // empty where line of sight does not count
     std::vector<std::uint8_t> sealed;   // in a closed void, where nothing gets in; empty if there are none
+
+    bool is_sealed(std::size_t sample) const { return !sealed.empty() && sealed[sample] != 0; }
+    SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
+        const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
+        return {materials[layer], here.first(tallies), normal, visible.empty() || visible[sample] != 0,
+                here.subspan(tallies)};
+    }
 };
 
 // The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
@@ -41,10 +50,11 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
 }
 
 // Fluxes and coverages at the samples, and what each of them sees of the source.
-SampleValues sample_values(const Model& model, const levelset::MaterialStack& stack,
+SamplePoints sample_points(const Model& model, const levelset::MaterialStack& stack,
                            const TracedSurface& surface, const levelset::Extension& extension) {
     const std::size_t count = extension.samples.size();
-    SampleValues samples;
+    SamplePoints samples;
+    for (const levelset::Layer& layer : stack.layers) samples.materials.push_back(layer.material);
     if (model.species.empty()) samples.sealed = sealed_samples(stack, surface, extension);
     if (surface.arriving) {
         samples.tallies = surface.arriving->flux.size();
@@ -83,24 +93,21 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                   : levelset::extend_without_mesh(stack.top(), stack.domain);
     }
     const PhaseClock clock(timing.rates);
-    std::vector<int> materials;
-    std::vector<Vec3> dissipation;
-    for (const levelset::Layer& layer : stack.layers) {
-        materials.push_back(layer.material);
-        if (!model.dissipation.empty())
-            dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
-    }
-    auto speed = [materials = std::move(materials), speed_of = model.speed,
-                  at = sample_values(model, stack, surface, extension)](std::size_t sample, std::size_t layer,
-                                                                        const Vec3& normal) {
-        if (!at.sealed.empty() && at.sealed[sample] != 0) return 0.0;
-        const std::span<const double> here = std::span(at.values).subspan(sample * at.stride, at.stride);
-        return speed_of({materials[layer], here.first(at.tallies), normal,
-                         at.visible.empty() || at.visible[sample] != 0, here.subspan(at.tallies)});
+    const auto points =
+        std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
+    auto speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer, const Vec3& normal) {
+        return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
     };
     levelset::Motion motion =
         levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
-    motion.dissipation = std::move(dissipation);
+    if (model.depends_on_normal && model.max_etch_rate)
+        motion.max_etch_rate = [points, rate_of = model.max_etch_rate](std::size_t sample,
+                                                                       std::size_t layer) {
+            return points->is_sealed(sample) ? 0.0 : rate_of(points->at(sample, layer, Vec3::UnitZ()));
+        };
+    if (!model.dissipation.empty())
+        for (const levelset::Layer& layer : stack.layers)
+            motion.dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
     return motion;
 }
 

@@ -4,6 +4,7 @@
 
 #include "app/process/rates.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 
 namespace sidewall::app {
 namespace {

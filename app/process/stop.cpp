@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::app {

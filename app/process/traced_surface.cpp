@@ -9,6 +9,7 @@
 #include "app/process/flux_reuse.hpp"
 #include "app/process/species_flux.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -10,6 +10,7 @@
 
 #include "levelset/advection.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "tests/bench/measure.hpp"
 
 using namespace sidewall;

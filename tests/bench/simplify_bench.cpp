@@ -42,7 +42,7 @@ TriangleMesh grow(int cells, double z_min, double z_max, const test::Field& fiel
     const double half = 0.5 * cells;
     const levelset::Domain domain = levelset::make_domain(
         {2 * half, 2 * half}, 1.0, {levelset::Side::reflective, levelset::Side::reflective});
-    const levelset::Grid::Ptr grid =
+    const levelset::GridPtr grid =
         levelset::sample_grid(domain, test::rough(field, roughness), z_min - 4.0, z_max + 4.0);
     return levelset::extract_surface(*grid, domain);
 }

@@ -1,3 +1,5 @@
+#include <openvdb/openvdb.h>
+
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>

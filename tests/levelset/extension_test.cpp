@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "levelset/openvdb_grid.hpp"
 #include "tests/levelset/grids.hpp"
 
 using namespace sidewall;
@@ -10,7 +11,9 @@ using namespace sidewall::levelset;
 
 namespace {
 
-Vec3 world(const Domain& domain, const openvdb::Coord& c) {
+// World point of a grid node, whichever library numbers it.
+template <class Node>
+Vec3 world(const Domain& domain, const Node& c) {
     return {domain.coordinate(0, c.x()), domain.coordinate(1, c.y()), domain.coordinate(2, c.z())};
 }
 
@@ -50,7 +53,7 @@ Excess excess(const Grid& grid, const Domain& domain, const TriangleMesh& mesh) 
 
 TEST_CASE("every node of the band takes its speed next to its foot point on a sphere") {
     const Domain domain = test::unit_domain(40);
-    const Grid::Ptr grid = test::sphere_grid(domain, 12.3);
+    const GridPtr grid = test::sphere_grid(domain, 12.3);
     const TriangleMesh mesh = extract_surface(*grid, domain);
     const Excess e = excess(*grid, domain, mesh);
     // The foot is sought along the gradient, the mesh's facets are tilted against it by up to sqrt(3)/2 dx /
@@ -79,7 +82,7 @@ TEST_CASE("every node of the band takes its speed next to its foot point in a tr
 TEST_CASE("triangles much larger than a cell serve all nodes above them") {
     const Domain domain = test::unit_domain(40);
     const double height = 0.37;
-    const Grid::Ptr grid = sample_grid(
+    const GridPtr grid = sample_grid(
         domain, [=](const Vec3& p) { return p.z() - height; }, -6, 6);
     TriangleMesh mesh;
     for (const auto& [x, y] : {std::pair{-20.0, -20.0}, {20.0, -20.0}, {20.0, 20.0}, {-20.0, 20.0}})
@@ -98,7 +101,7 @@ TEST_CASE("triangles much larger than a cell serve all nodes above them") {
 
 TEST_CASE("a mesh far from the level set still serves every node") {
     const Domain domain = test::unit_domain(20);
-    const Grid::Ptr grid = sample_grid(
+    const GridPtr grid = sample_grid(
         domain, [](const Vec3& p) { return p.z(); }, -6, 6);
     TriangleMesh mesh;
     mesh.vertices = {Vec3(-10, -10, 30), Vec3(10, -10, 30), Vec3(0, 10, 30)};

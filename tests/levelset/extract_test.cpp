@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 
+#include "levelset/openvdb_grid.hpp"
 #include "surface/marching_cubes.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"
@@ -31,8 +32,8 @@ void check_surface(const TriangleMesh& mesh, long euler, std::size_t loops) {
 
 // Values in [-1, 1] at every node of a box, so that every sign pattern occurs; the outermost nodes are
 // outside.
-Grid::Ptr noise_grid(const Domain& domain, unsigned seed) {
-    const Grid::Ptr grid = make_grid(domain);
+GridPtr noise_grid(const Domain& domain, unsigned seed) {
+    const GridPtr grid = make_grid(domain);
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> value(-1.0f, 1.0f);
     auto accessor = grid->getAccessor();
@@ -117,7 +118,7 @@ TEST_CASE("the table closes every cell: each pattern's edges run once in each di
 
 TEST_CASE("extraction gives the same bytes with 1 and 2 threads") {
     const Domain domain = test::unit_domain(60);
-    const Grid::Ptr grid = test::sphere_grid(domain, 25.7);
+    const GridPtr grid = test::sphere_grid(domain, 25.7);
     TriangleMesh meshes[2];
     for (std::size_t threads : {1u, 2u}) {
         tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "levelset/extract.hpp"
+#include "levelset/layer_depths.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

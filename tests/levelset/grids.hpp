@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include "levelset/advection.hpp"
 #include "levelset/extract.hpp"
@@ -16,8 +17,8 @@ inline levelset::Domain unit_domain(int cells, Side side = Side::reflective) {
     return levelset::make_domain({double(cells), double(cells)}, 1.0, {side, side});
 }
 
-inline levelset::Grid::Ptr sphere_grid(const levelset::Domain& domain, double radius,
-                                       const Vec3& centre = Vec3::Zero()) {
+inline levelset::GridPtr sphere_grid(const levelset::Domain& domain, double radius,
+                                     const Vec3& centre = Vec3::Zero()) {
     return levelset::sample_grid(
         domain, [=](const Vec3& p) { return (p - centre).norm() - radius; }, centre.z() - radius - 4,
         centre.z() + radius + 4);
@@ -53,14 +54,16 @@ inline double volume_above_zero(const levelset::Grid& grid, const levelset::Doma
 }
 
 /// Moves the stack's surface for \p duration under \p speed(layer, normal), in time steps of at most cfl dx.
+/// \param max_etch_rate  by layer, where the speed depends on the normal; else empty.
 inline void move(levelset::MaterialStack& stack, double duration, const levelset::AdvectionOptions& options,
                  const std::function<double(std::size_t layer, const Vec3& normal)>& speed,
-                 bool depends_on_normal = false) {
+                 const std::vector<double>& max_etch_rate = {}) {
     for (double time = 0.0; time < duration - 1e-12;) {
-        const auto motion = levelset::make_motion(
+        auto motion = levelset::make_motion(
             stack, levelset::extend_without_mesh(stack.top(), stack.domain),
             [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); },
-            depends_on_normal);
+            !max_etch_rate.empty());
+        motion.max_etch_rate = [&](std::size_t, std::size_t layer) { return max_etch_rate[layer]; };
         const double fastest = levelset::max_speed(stack, motion);
         const double left = duration - time;
         const double steps = std::ceil(left * fastest / (options.cfl * stack.domain.spacing) * (1.0 - 1e-9));

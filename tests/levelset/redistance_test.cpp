@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 #include "tests/levelset/grids.hpp"
 
@@ -11,7 +12,7 @@ using namespace sidewall::levelset;
 
 TEST_CASE("a hundred re-distances keep a sphere's volume to 1e-4 and its front to 1e-3 dx") {
     const Domain domain = test::unit_domain(70);
-    const Grid::Ptr grid = test::sphere_grid(domain, 30);
+    const GridPtr grid = test::sphere_grid(domain, 30);
     const TriangleMesh before = extract_surface(*grid, domain);
     for (int n = 0; n < 100; ++n) redistance(*grid, domain);
     const TriangleMesh after = extract_surface(*grid, domain);
@@ -30,7 +31,7 @@ TEST_CASE("a function with the right front becomes a signed distance, second ord
         const Domain domain = test::unit_domain(static_cast<int>(2 * radius + 12));
         // Three times too flat on one side of the sphere and 1.5 times too steep on the other; the front is
         // exact.
-        const Grid::Ptr grid = sample_grid(
+        const GridPtr grid = sample_grid(
             domain,
             [=](const Vec3& p) {
                 const double d = p.norm() - radius;
@@ -71,9 +72,9 @@ TEST_CASE("re-distancing leaves the flats and the edge of a mirrored trench wher
 
 TEST_CASE("a surface that has vanished or is not finite is reported") {
     const Domain domain = test::unit_domain(20);
-    const Grid::Ptr empty = make_grid(domain);
+    const GridPtr empty = make_grid(domain);
     CHECK_THROWS_AS(redistance(*empty, domain), NumericsError);
-    const Grid::Ptr broken = test::sphere_grid(domain, 6);
+    const GridPtr broken = test::sphere_grid(domain, 6);
     broken->tree().beginValueOn().setValue(std::nanf(""));
     CHECK_THROWS_AS(redistance(*broken, domain), NumericsError);
 }

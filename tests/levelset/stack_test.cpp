@@ -9,6 +9,9 @@
 #include "levelset/body.hpp"
 #include "levelset/checkpoint.hpp"
 #include "levelset/curvature.hpp"
+#include "levelset/layer_depths.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -84,7 +87,7 @@ TEST_CASE(
                 [&](std::size_t layer, const Vec3& n) {
                     return layer == 0 ? -down * std::max(0.0, n.z()) - side : 0.0;
                 },
-                down > 0.0);
+                down > 0.0 ? std::vector{down + side, 0.0} : std::vector<double>{});
             CAPTURE(bottom, down, before);
             CHECK(band_z_range(stack.top(), domain)[0] + kHalfWidth - 1.0 <
                   bottom - 0.95 * (down + side) * duration);
@@ -187,9 +190,9 @@ TEST_CASE("curvatures of a sphere are 1/r and 1/r^2 by both formulas, to second 
         for (int level = 0; level < 2; ++level) {
             const double radius = 10.0 * (1 + level);
             const Domain domain = test::unit_domain(static_cast<int>(2 * radius) + 12);
-            const Grid::Ptr grid = test::sphere_grid(domain, radius);
+            const GridPtr grid = test::sphere_grid(domain, radius);
             const TriangleMesh mesh = extract_surface(*grid, domain);
-            const Curvature c = curvature(*grid, domain, mesh, formula);
+            const surface::Curvature c = curvature(*grid, domain, mesh, formula);
             error[level] = 0;
             for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
                 error[level] = std::max(error[level], std::abs(c.mean[v] * radius - 1.0));
@@ -205,7 +208,8 @@ TEST_CASE("a plane has no features and a mirrored trench has its edges") {
     const Domain domain = test::unit_domain(40);
     const MaterialStack plane = make_stack(domain, {{0, Shape{}}});
     const TriangleMesh flat = extract_surface(plane.top(), domain);
-    for (const auto flag : feature_flags(curvature(plane.top(), domain, flat), 1.0)) REQUIRE(flag == 0);
+    for (const auto flag : surface::feature_flags(curvature(plane.top(), domain, flat), 1.0))
+        REQUIRE(flag == 0);
 
     Shape shape;
     shape.kind = ShapeKind::trench;
@@ -213,7 +217,7 @@ TEST_CASE("a plane has no features and a mirrored trench has its edges") {
     shape.depth = 20.3;
     const MaterialStack trench = make_stack(domain, {{0, shape}});
     const TriangleMesh mesh = extract_surface(trench.top(), domain);
-    const auto flags = feature_flags(curvature(trench.top(), domain, mesh), 1.0, 0.2);
+    const auto flags = surface::feature_flags(curvature(trench.top(), domain, mesh), 1.0, 0.2);
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
         const Vec3& p = mesh.vertices[v];
         const double edge =
