@@ -93,8 +93,7 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                   : levelset::extend_without_mesh(stack.top(), stack.domain);
     }
     const PhaseClock clock(timing.rates);
-    const auto points =
-        std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
+    const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
     auto speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer, const Vec3& normal) {
         return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
     };

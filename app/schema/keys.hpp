@@ -67,15 +67,8 @@ struct Rule {
     std::size_t size = 0;                   ///< numbers in a list, 0 = any
     std::string word = {};                  ///< what an absent optional number is written as
     std::vector<std::string> choices = {};  ///< the strings allowed, if not all
-    std::vector<Key> keys = {};             ///< of each table in a list of tables
+    std::vector<Key> keys;                  ///< of each table in a list of tables
 };
-
-inline const Rule kPositive{.min = 0.0, .above_min = true};
-inline const Rule kNotNegative{.min = 0.0};
-inline const Rule kProbability{.min = 0.0, .max = 1.0};
-
-/// The same rule without a default.
-Rule required(Rule rule = {});
 
 /// A key that a model defines; the default's type is the key's type.
 struct Key {
@@ -86,6 +79,13 @@ struct Key {
     Rule rule = {};
     std::string former = {};  ///< a name it had, which recipes may still use
 };
+
+inline const Rule kPositive{.min = 0.0, .above_min = true};
+inline const Rule kNotNegative{.min = 0.0};
+inline const Rule kProbability{.min = 0.0, .max = 1.0};
+
+/// The same rule without a default.
+Rule required(Rule rule = {});
 
 /// One or more one-byte enumerators, written as words.
 struct Choice {
