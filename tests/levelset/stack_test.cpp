@@ -137,6 +137,25 @@ TEST_CASE("under a mask the silicon etches up to the mask and no farther") {
     CHECK(seen > 5);
 }
 
+TEST_CASE("a body that etches on faces to one side only recedes there and nowhere else") {
+    const Domain domain = make_domain({40.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
+    Shape fin;
+    fin.kind = ShapeKind::fin;
+    fin.width = 12.3;
+    fin.height = 12.6;
+    MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, fin}});
+    test::move(stack, 4.0, {},
+               [](std::size_t layer, const Vec3& n) { return layer == 1 ? -std::max(0.0, -n.x()) : 0.0; },
+               {0.0, 1.0});
+    int seen = 0;
+    for (const Vec3& p : extract_surface(stack.top(), domain).vertices) {
+        if (p.z() < 4.0 || p.z() > 8.0) continue;
+        ++seen;
+        CHECK(p.x() == Approx(p.x() < 2.0 ? -6.15 + 4.0 : 6.15).margin(0.02));
+    }
+    CHECK(seen > 5);
+}
+
 TEST_CASE("shapes have the sizes they were given") {
     const Domain domain = test::unit_domain(40);
     const auto volume_below = [&](const Shape& shape) {
