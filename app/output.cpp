@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
 
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -41,27 +40,7 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
     if (failure)
         throw IoError(fmt::format("{}: cannot make the folder: {}; choose another output folder",
                                   path.parent_path().string(), failure.message()));
-    std::filesystem::path partial = path;
-    partial += ".partial";
-    {
-        std::ofstream out(partial, std::ios::binary);
-        out.write(text.data(), static_cast<std::streamsize>(text.size()));
-        out.flush();
-        if (!out) {
-            const std::string reason = std::strerror(errno);
-            out.close();
-            std::filesystem::remove(partial, failure);
-            throw IoError(
-                fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
-        }
-    }
-    std::filesystem::rename(partial, path, failure);
-    if (failure) {
-        const std::string reason = failure.message();
-        std::filesystem::remove(partial, failure);
-        throw IoError(
-            fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
-    }
+    surface::write_whole_file(path, text);
 }
 
 void write_json(const std::string& path, const Json& json) {
