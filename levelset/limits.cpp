@@ -14,6 +14,7 @@ using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 
+// How far the bodies below the surface let it recede at each node. One a thread.
 class Bodies {
   public:
     Bodies(const MaterialStack& stack, const Grid& before, const Motion& motion, double duration)
@@ -26,7 +27,7 @@ class Bodies {
             layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
     }
 
-    // What phi may be after the step at a node, by the bodies that it lies in.
+    // What phi may be after the time step at a node, by the bodies that it lies in.
     float limit(const openvdb::Coord& node) const {
         float least = kUnlimited;
         std::int32_t sample = -1;
@@ -75,10 +76,10 @@ float corner_limit(const openvdb::tree::ValueAccessor<const Grid::TreeType, fals
     if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
     bool corner = false;
     for (int n = 0; n < 27; ++n) {
-        const openvdb::Coord step(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-        const float depth = -own.getValue(node + step) / dx;
+        const openvdb::Coord offset(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+        const float depth = -own.getValue(node + offset) / dx;
         if (depth <= kTolerance) continue;
-        const bool diagonal = std::abs(step.x()) + std::abs(step.y()) + std::abs(step.z()) > 1;
+        const bool diagonal = std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) > 1;
         if (!diagonal || depth < 1.0f - kTolerance) return kUnlimited;
         corner = true;
     }
