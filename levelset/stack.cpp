@@ -15,8 +15,8 @@
 namespace sidewall::levelset {
 namespace {
 
-// How far beyond a body's surface its band is looked for, in dx: the band, and as much again, because a bound of
-// the distance is smaller than the distance and makes it wider.
+// How far beyond a body's surface its band is looked for, in dx: the band, and as much again, because a bound
+// of the distance is smaller than the distance and makes it wider.
 constexpr double kMargin = 2.0 * kHalfWidth;
 
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.

@@ -70,20 +70,21 @@ TEST_CASE("a film grows on all materials and leaves the interfaces below where t
 }
 
 TEST_CASE(
-    "a mask that does not etch keeps its volume to 1e-3 over 500 steps of an etch beside and under it") {
+    "a mask that does not etch keeps its volume to 1e-3 over 500 time steps of an etch beside and under it") {
     const Domain domain = make_domain({64.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
     // Wherever the mask's bottom lies between the nodes; straight down with a little undercut, and isotropic.
     for (const double bottom : {0.0, 0.3, 0.8})
         for (const double down : {1.0, 0.0}) {
             MaterialStack stack = under_slit_mask(domain, bottom, 20.0, 14.6);
-            const double side = down > 0.0 ? 0.05 : 1.0, duration = 8.0, steps = 500.0;
+            const double side = down > 0.0 ? 0.05 : 1.0, duration = 8.0, time_steps = 500.0;
             const auto mask_volume = [&] {
                 return test::volume_above_zero(stack.top(), domain) -
                        test::volume_above_zero(*stack.layers[0].phi, domain);
             };
             const double before = mask_volume();
             test::move(
-                stack, duration, {Scheme::weno3, TimeIntegration::euler, (down + side) * duration / steps},
+                stack, duration,
+                {Scheme::weno3, TimeIntegration::euler, (down + side) * duration / time_steps},
                 [&](std::size_t layer, const Vec3& n) {
                     return layer == 0 ? -down * std::max(0.0, n.z()) - side : 0.0;
                 },
