@@ -36,26 +36,26 @@ namespace {
 using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 using IndexLeaves = openvdb::tree::LeafManager<const IndexTree>;
 
-// Mean speed over the step: an etch that reaches another layer goes on with that layer's speed.
+// Mean speed over a time step: an etch that reaches another layer goes on with that layer's speed.
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
                   double duration) {
     std::size_t layer = exposed(stack, motion, sample);
     const std::size_t below = stack.layers.size() - 1;
     double speed = motion.speed(sample, layer, normal);
-    double moved = 0.0, left = duration;
+    double moved = 0.0, time_left = duration;
     if (layer < below && speed < 0.0) {
         // From below, out of the layer and into what lies on it.
         const double rest = -static_cast<double>(motion.thickness[sample * below + layer]);
         if (rest > 0.0) {
-            if (-speed * left <= rest) return speed;
-            left -= rest / -speed;
-            return -(rest - std::min(0.0, motion.speed(sample, layer + 1, normal)) * left) / duration;
+            if (-speed * time_left <= rest) return speed;
+            time_left -= rest / -speed;
+            return -(rest - std::min(0.0, motion.speed(sample, layer + 1, normal)) * time_left) / duration;
         }
     }
     while (layer > 0 && speed < 0.0) {
         const double depth = static_cast<double>(motion.thickness[sample * below + layer - 1]);
-        if (-speed * left <= depth - moved) break;
-        left -= std::max(0.0, depth - moved) / -speed;
+        if (-speed * time_left <= depth - moved) break;
+        time_left -= std::max(0.0, depth - moved) / -speed;
         moved = std::max(moved, depth);
         --layer;
         // Layers that have no thickness here are not met.
@@ -65,7 +65,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
             --layer;
         speed = std::min(0.0, motion.speed(sample, layer, normal));
     }
-    return moved > 0.0 ? -(moved - speed * left) / duration : speed;
+    return moved > 0.0 ? -(moved - speed * time_left) / duration : speed;
 }
 
 template <class SpeedOf>
@@ -74,25 +74,28 @@ double hamiltonian(const Vec3& p, SpeedOf&& speed) {
     return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
 }
 
+// |dH/dp| is a central difference over this part of |p|: H has kinks, and is homogeneous in p.
+constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
+
 // The largest |dH/dp| by axis at the one-sided gradients and between them.
 template <class SpeedOf>
 Vec3 local_dissipation(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
     Vec3 dissipation = Vec3::Zero();
     for (const Vec3& p : {minus, Vec3(0.5 * (minus + plus)), plus}) {
-        const double step = 1e-3 * std::max(p.norm(), 1e-6);
+        const double shift = kShift * std::max(p.norm(), kLeastGradient);
         for (int axis = 0; axis < 3; ++axis) {
             Vec3 low = p, high = p;
-            low[axis] -= step;
-            high[axis] += step;
+            low[axis] -= shift;
+            high[axis] += shift;
             dissipation[axis] =
                 std::max(dissipation[axis],
-                         std::abs(hamiltonian(high, speed) - hamiltonian(low, speed)) / (2.0 * step));
+                         std::abs(hamiltonian(high, speed) - hamiltonian(low, speed)) / (2.0 * shift));
         }
     }
     return dissipation;
 }
 
-// What a stage needs besides phi; values per sample where V does not depend on the normal.
+// What a Runge-Kutta stage needs besides phi; values per sample where V does not depend on the normal.
 struct StageInput {
     const MaterialStack& stack;
     const Motion& motion;
@@ -196,7 +199,7 @@ void stage(LeafManager& leaves, const IndexLeaves& samples, const Grid& grid, co
     leaves.swapLeafBuffer(receive);
 }
 
-// What each stage keeps of phi at the step's start.
+// What each Runge-Kutta stage keeps of phi at the time step's start.
 std::span<const float> kept_shares(TimeIntegration scheme) {
     static constexpr float kEuler[] = {0.0f}, kRk2[] = {0.0f, 0.5f}, kRk3[] = {0.0f, 0.75f, 1.0f / 3.0f};
     switch (scheme) {
@@ -240,7 +243,7 @@ void integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_
                const AdvectionOptions& options) {
     Grid& grid = stack.top();
     LeafManager leaves(grid.tree());
-    // Buffer 1: phi at the step's start (Runge-Kutta only); the last one: the stage's result.
+    // Buffer 1: phi at the time step's start (Runge-Kutta only); the last one: the stage's result.
     leaves.rebuildAuxBuffers(stages > 1 ? 2 : 1);
     std::optional<StageInput> in;
     std::shared_ptr<IndexTree> sample_of;
@@ -256,7 +259,7 @@ void integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_
 }
 
 // Marks the nodes of lower layers that were exposed in \p before and did not grow, for cut_layers to set:
-// they follow the surface, and what re-distancing changes there cannot bury them.
+// they follow the surface, and nothing that re-distancing changes there can come to lie on them.
 void release_exposed(MaterialStack& stack, const Grid& before) {
     const Grid& surface = stack.top();
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {

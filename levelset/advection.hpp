@@ -44,14 +44,14 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
 /// \throws NumericsError if a speed is not finite (the message tells where).
 double max_speed(const MaterialStack& stack, const Motion& motion);
 
-/// Wall-clock seconds of one step.
+/// Wall-clock seconds of one time step.
 struct AdvectionSeconds {
     double advect = 0.0;      ///< speeds and the Runge-Kutta stages
     double redistance = 0.0;  ///< re-distancing, band and layers
 };
 
 /// Moves the surface for \p duration: d(phi)/dt + V |grad phi| = 0; then re-distances it and cuts the other
-/// layers. Where V etches into another material within the step, the rest of the time counts with that
+/// layers. Where V etches into another material within the time step, the rest of the time counts with that
 /// material's speed. Parallel, deterministic.
 ///
 /// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs takes V(n) at the
@@ -59,7 +59,7 @@ struct AdvectionSeconds {
 /// on first-order ones, which is monotone and so finds the slow faces of a crystal (Crandall and Lions, Math.
 /// Comput. 43 (1984) 1).
 ///
-/// \param motions  V, one for the whole step, or one for each stage of the time integration: the first as of
+/// \param motions  V, one for the whole time step, or one for each Runge-Kutta stage: the first as of
 ///                 \p stack, the others as of the surfaces that advect_to_stage makes of it.
 /// \pre duration * max_speed <= cfl dx, cfl <= 0.5: beyond it the schemes are unstable.
 /// \throws NumericsError if a value stops being finite or the surface vanishes.
@@ -68,7 +68,8 @@ AdvectionSeconds advect(MaterialStack& stack, std::span<const Motion> motions, d
 AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
                         const AdvectionOptions& options);
 
-/// Moves the surface to where the stage after the given ones begins.
+/// Moves the surface to where the Runge-Kutta stage after the given ones begins, whose speeds are to be found
+/// there. \p duration is the whole time step's.
 /// \pre fewer motions than stages.
 void advect_to_stage(MaterialStack& stack, std::span<const Motion> motions, double duration,
                      const AdvectionOptions& options);

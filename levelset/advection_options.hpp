@@ -9,7 +9,7 @@ enum class Scheme : std::uint8_t { engquist_osher, weno3, weno5, lax_friedrichs 
 
 enum class TimeIntegration : std::uint8_t { euler, rk2, rk3 };
 
-/// Stages of a scheme, each of which may have speeds of its own.
+/// Runge-Kutta stages of a scheme, each of which may have speeds of its own.
 constexpr std::size_t stage_count(TimeIntegration scheme) {
     return scheme == TimeIntegration::euler ? 1 : scheme == TimeIntegration::rk2 ? 2 : 3;
 }
@@ -18,8 +18,8 @@ constexpr std::size_t stage_count(TimeIntegration scheme) {
 struct AdvectionOptions {
     Scheme scheme = Scheme::weno3;
     TimeIntegration time_integration = TimeIntegration::euler;
-    double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a step, in (0, 0.5]:
-                       ///< beyond, the schemes are unstable
+    double cfl = 0.5;  ///< the front moves at most this fraction of a grid spacing a time step, in
+                       ///< (0, 0.5]: beyond, the schemes are unstable
     bool operator==(const AdvectionOptions&) const = default;
 };
 

@@ -5,6 +5,7 @@
 
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -21,27 +22,25 @@ std::string domain_text(const Domain& domain) {
 }  // namespace
 
 void save_checkpoint(const std::filesystem::path& path, const MaterialStack& stack, const std::string& text) {
-    std::filesystem::path partial = path;
-    partial += ".partial";
     try {
-        openvdb::GridPtrVec grids;
-        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-            GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());  // shares the tree
-            grid->setName(fmt::format("layer_{}", k));
-            grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
-            grid->setSaveFloatAsHalf(false);
-            grids.push_back(grid);
-        }
-        openvdb::MetaMap meta;
-        meta.insertMeta(kText, openvdb::StringMetadata(text));
-        meta.insertMeta("domain", openvdb::StringMetadata(domain_text(stack.domain)));
-        openvdb::io::File file(partial.string());
-        file.write(grids, meta);
-        file.close();
-        std::filesystem::rename(partial, path);
+        surface::write_through_partial(path, [&](const std::filesystem::path& partial) {
+            openvdb::GridPtrVec grids;
+            for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+                // Shares the tree.
+                const GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());
+                grid->setName(fmt::format("layer_{}", k));
+                grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
+                grid->setSaveFloatAsHalf(false);
+                grids.push_back(grid);
+            }
+            openvdb::MetaMap meta;
+            meta.insertMeta(kText, openvdb::StringMetadata(text));
+            meta.insertMeta("domain", openvdb::StringMetadata(domain_text(stack.domain)));
+            openvdb::io::File file(partial.string());
+            file.write(grids, meta);
+            file.close();
+        });
     } catch (const std::exception& error) {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
         throw IoError(fmt::format("{}: cannot write the checkpoint: {}; check space and permissions",
                                   path.string(), error.what()));
     }

@@ -17,8 +17,8 @@ using Leaves = openvdb::tree::LeafManager<const Grid::TreeType>;
 using Samples = openvdb::tree::LeafManager<IndexTree>;
 using B = Block<1>;
 
-// Nodes this near to the front (in dx) look for their own surface point: every foot point, rounded to a node,
-// is within sqrt(3)/2 of the front.
+// Nodes this near to the front (in dx) have a sample of their own: every foot point, rounded to a node, is
+// within sqrt(3)/2 of the front.
 constexpr double kNear = 0.9;
 
 // Unit gradient by central differences; zero where phi is flat.
@@ -61,8 +61,8 @@ openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
     return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
 }
 
-// At a kink the gradient does not point at the foot: step to the neighbour nearest to the front instead,
-// until one has a sample.
+// At a kink the gradient does not point at the foot: go from neighbour to neighbour, always to the one
+// nearest to the front, until one has a sample.
 std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
                      const openvdb::tree::ValueAccessor<const IndexTree, false>& lookup, const Domain& domain,
                      openvdb::Coord c) {
@@ -72,9 +72,9 @@ std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
         // Face neighbours before edge and corner ones: of equals the one straight ahead.
         for (int faces = 1; faces <= 3; ++faces)
             for (int n = 0; n < 27; ++n) {
-                const openvdb::Coord step(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-                if (std::abs(step.x()) + std::abs(step.y()) + std::abs(step.z()) != faces) continue;
-                const openvdb::Coord q = own_node(domain, c + step);
+                const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+                if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) != faces) continue;
+                const openvdb::Coord q = own_node(domain, c + offset);
                 const float d = std::abs(phi.getValue(q));
                 if (d < distance) {
                     distance = d;

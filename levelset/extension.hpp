@@ -13,7 +13,7 @@ namespace sidewall::levelset {
 struct SurfaceSample {
     std::uint32_t triangle = 0;  ///< of the mesh that carries fluxes
     float u = 0.0f, v = 0.0f;    ///< barycentric weights of the triangle's second and third vertex
-    Eigen::Vector3i node = Eigen::Vector3i::Zero();  ///< the grid node that looked
+    Eigen::Vector3i node = Eigen::Vector3i::Zero();  ///< the grid node it was found for
     Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< the surface point less the node; index space
 };
 

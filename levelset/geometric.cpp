@@ -41,7 +41,7 @@ GridPtr combined(const Domain& domain, const Grid& a, const Grid& b, Combine&& c
         }
     });
     trim_band(*result, domain);
-    if (result->activeVoxelCount() > 0) redistance(*result, domain, 8);
+    if (result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew);
     return result;
 }
 

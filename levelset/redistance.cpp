@@ -119,11 +119,20 @@ bool mark_front(const float* v, Lanes& lanes) {
     return any;
 }
 
+// Slopes of nodes next to the front are left as they are within this of |grad phi| = 1: to mend less at every
+// time step would move the front by the differences' own errors. With 0.06 distances are off by more than
+// redistance_test.cpp allows.
+constexpr float kTolerance = 0.02f;
+
+// A node at rest between two fronts has next to no slope; a sweep multiplies its value by no more than this.
+constexpr float kMostGrowth = 2.0f;
+// Keeps the quotient finite: any slope below 1 / kMostGrowth gives the same growth.
+constexpr float kLeastSlope = 0.1f;
+
 // Values of nodes next to the front, scaled so that |grad phi| = 1. Slopes count as too flat or too steep
-// only if both one-sided differences say so: at kinks and in curved regions they disagree, and nothing may
-// creep there.
+// only if both one-sided differences say so: at kinks and in curved regions they disagree, and a factor
+// applied there again and again would move the front.
 void rescale_row(const float* v, float inv_dx, Row& out) {
-    constexpr float kTolerance = 0.02f;  // of |grad phi|: smaller errors are left alone, too
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
         const float value = v[n], distance = std::abs(value) * inv_dx;
@@ -140,11 +149,18 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
         }
         const float most = std::max(std::sqrt(steep), crossed), least = std::sqrt(flat);
         const float shrink = (1.0f + kTolerance) / std::max(most, 1.0f);
-        // A node at rest between two fronts has no slope at all; it must not be thrown away.
-        const float grow = std::min(2.0f, (1.0f - kTolerance) / std::max(least, 0.1f));
+        const float grow = std::min(kMostGrowth, (1.0f - kTolerance) / std::max(least, kLeastSlope));
         out[z] = value * (most > 1.0f + kTolerance ? shrink : least < 1.0f - kTolerance ? grow : 1.0f);
     }
 }
+
+// The second-order difference takes part unless phi changes by more than this (in dx) from the neighbour to
+// the node behind it: along an axis a distance changes by 1 at most, and half as much again is left for
+// values that earlier sweeps have not mended yet.
+constexpr float kSteepest = 1.5f;
+
+// Stands for an arrival that does not take part: farther than any band, small enough for its square.
+constexpr float kUnknown = 1e6f;
 
 // Signed distance that the upwind neighbours of each node imply: solves
 // sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the smallest
@@ -152,8 +168,6 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
 // descends, first order where it is unknown or past a ridge.
 void solve_row(const float* v, float inv_dx, float dx, float background, Row& out) {
     const float half_width = background * inv_dx;
-    constexpr float kUnknown = 1e6f;
-    constexpr float kSteepest = 1.5f;  // a steeper slope behind the neighbour is no distance to go by
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
         const float side = v[n] < 0.0f ? -inv_dx : inv_dx;
@@ -168,7 +182,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
             nearest = std::min(nearest, near);
             a[axis] = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
             a[axis] = near >= half_width ? kUnknown : a[axis];
-            w[axis] = second ? 2.25f : 1.0f;
+            w[axis] = second ? 2.25f : 1.0f;  // (3/2)^2: (3 u - 4 near + far) / 2
         }
         const auto order = [&](int i, int j) {
             const bool swap = a[j] < a[i];
@@ -226,7 +240,7 @@ bool all_finite(const Leaf& leaf, float background) {
 
 }  // namespace
 
-void redistance(Grid& grid, const Domain& domain, int passes) {
+void redistance(Grid& grid, const Domain& domain, int sweeps) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     grow_band(grid, domain);
     LeafManager leaves(grid.tree(), 1);
@@ -235,9 +249,9 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
     sign_new_leaves(leaves, grid, domain);
     std::atomic<bool> finite{true};
-    for (int pass = 0; pass < passes; ++pass) {
-        const bool last = pass + 1 == passes;
-        // Every leaf reads its neighbours as they were before the pass, so that the order of leaves cannot
+    for (int n = 0; n < sweeps; ++n) {
+        const bool last = n + 1 == sweeps;
+        // Every leaf reads its neighbours as they were before the sweep, so that the order of leaves cannot
         // matter.
         tbb::parallel_for(leaves.leafRange(8), [&](const LeafManager::LeafRange& range) {
             const auto accessor = grid.getConstUnsafeAccessor();
@@ -247,7 +261,7 @@ void redistance(Grid& grid, const Domain& domain, int passes) {
                 load_block(accessor, domain, *leaf, background, block);
                 float* out = leaf.buffer(1).data();
                 std::copy_n(leaf->buffer().data(), Leaf::SIZE, out);
-                sweep(*leaf, block, dx, background, pass == 0, out);
+                sweep(*leaf, block, dx, background, n == 0, out);
                 if (!last) continue;
                 for (auto it = leaf->beginValueOn(); it; ++it)
                     if (std::abs(out[it.pos()]) >= background) it.setValueOff();

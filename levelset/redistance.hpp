@@ -3,6 +3,9 @@
 
 namespace sidewall::levelset {
 
+/// Sweeps that restore a distance after a time step, and those that make one of any function with the right front.
+inline constexpr int kSweepsAfterTimeStep = 2, kSweepsAnew = 8;
+
 /// Makes \p grid a signed distance again without moving its front, and fits the narrow band to the front.
 ///
 /// Nodes next to the front (a neighbour of the other sign) keep their value but for a factor that brings
@@ -11,11 +14,11 @@ namespace sidewall::levelset {
 /// upwind solution of |grad phi| = 1 from them (Sethian, SIAM Rev. 41 (1999) 199, section 3.3). New band
 /// voxels are made where the front came nearer, far ones are dropped.
 ///
-/// \param passes  sweeps over the band, each from the values before it, so that a distance travels a node a
-///                sweep and no result depends on where leaves begin: 2 do between time steps of at most half
-///                a cell, 8 make a distance of any function with the right front. The first one rescales.
+/// \param sweeps  over the band, each from the values before it, so that a distance travels a node a sweep and no
+///                result depends on where leaves begin: kSweepsAfterTimeStep do for one of at most half a cell.
+///                The first one rescales the nodes next to the front.
 /// \throws NumericsError if a value is not finite or no front is left.
 /// \note Parallel; the same bits on any number of threads.
-void redistance(Grid& grid, const Domain& domain, int passes = 2);
+void redistance(Grid& grid, const Domain& domain, int sweeps = kSweepsAfterTimeStep);
 
 }  // namespace sidewall::levelset

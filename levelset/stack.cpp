@@ -15,6 +15,10 @@
 namespace sidewall::levelset {
 namespace {
 
+// How far beyond a body's surface its band is looked for, in dx: the band, and as much again, because a bound
+// of the distance is smaller than the distance and makes it wider.
+constexpr double kMargin = 2.0 * kHalfWidth;
+
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
 void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     const auto snap = static_cast<float>(kExposed * domain.spacing);
@@ -62,7 +66,7 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
     MaterialStack stack{domain, {}};
     std::vector<Body> below;
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    const double margin = 2.0 * kHalfWidth * domain.spacing;
+    const double margin = kMargin * domain.spacing;
     for (const auto& [material, shape] : bodies) {
         below.push_back(make_body(shape, domain));
         low = std::min(low, below.back().low);
@@ -76,7 +80,7 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
         if (layer.phi->activeVoxelCount() == 0)
             throw GeometryError(
                 "a layer has no surface inside the domain: check its shape, position and size");
-        redistance(*layer.phi, domain, 8);
+        redistance(*layer.phi, domain, kSweepsAnew);
         stack.layers.push_back(layer);
     }
     cut_layers(stack);

@@ -15,7 +15,8 @@ struct OneSided {
     Row minus, plus;
 };
 
-/// First order. \p v points at the first node of the row; \p stride is the axis' step in memory.
+/// First order. \p v points at the first node of the row; \p stride is the distance in memory between
+/// neighbours along the axis.
 inline void one_sided_1(const float* v, int stride, OneSided& d) {
     for (int z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::size_t>(z);

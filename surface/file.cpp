@@ -30,6 +30,20 @@ std::string read_whole_file(const std::filesystem::path& path) {
     return bytes;
 }
 
+void write_through_partial(const std::filesystem::path& path,
+                           const std::function<void(const std::filesystem::path& partial)>& write) {
+    std::filesystem::path partial = path;
+    partial += ".partial";
+    try {
+        write(partial);
+        std::filesystem::rename(partial, path);
+    } catch (...) {
+        std::error_code ignored;
+        std::filesystem::remove(partial, ignored);
+        throw;
+    }
+}
+
 void write_whole_file(const std::filesystem::path& path, std::string_view bytes) {
     const auto fail = [&](const std::string& reason) {
         return IoError(
@@ -38,22 +52,16 @@ void write_whole_file(const std::filesystem::path& path, std::string_view bytes)
     std::error_code failure;
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), failure);
     if (failure) throw fail(failure.message());
-    std::filesystem::path partial = path;
-    partial += ".partial";
-    errno = 0;
-    std::ofstream out(partial, std::ios::binary);
-    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    out.close();
-    if (!out) {
-        const std::string reason = errno ? std::strerror(errno) : "write error";
-        std::filesystem::remove(partial, failure);
-        throw fail(reason);
-    }
-    std::filesystem::rename(partial, path, failure);
-    if (failure) {
-        const std::string reason = failure.message();
-        std::filesystem::remove(partial, failure);
-        throw fail(reason);
+    try {
+        write_through_partial(path, [&](const std::filesystem::path& partial) {
+            errno = 0;
+            std::ofstream out(partial, std::ios::binary);
+            out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+            out.close();
+            if (!out) throw fail(errno ? std::strerror(errno) : "write error");
+        });
+    } catch (const std::filesystem::filesystem_error& error) {
+        throw fail(error.code().message());
     }
 }
 

@@ -96,10 +96,96 @@ int cell_pattern(const Cells& cells, int x, int y, int z, bool& cut) {
     return known == 8 ? pattern : -1;
 }
 
+using Owners = std::array<const LeafEdges*, 8>;  // of the leaves at and beyond a leaf's high sides
+
+bool in_box(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
+    return origin.x() + x < box.cells[0] && origin.y() + y < box.cells[1];
+}
+
+// Marks the edges that the surface crosses and counts the triangles of the leaf's own cells.
+// \returns whether all corners of the cells that the surface passes through are known.
+bool mark_crossings(const Cells& cells, const openvdb::Coord& origin, const LateralGrid& box,
+                    LeafEdges& own) {
+    const auto& table = marching_cubes_table();
+    bool complete = true;
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y)
+            for (int z = 0; z < 8; ++z) {
+                const float v = cells(x, y, z);
+                if (std::isnan(v)) continue;
+                const int node = x << 6 | y << 3 | z;
+                const float next[3] = {cells(x + 1, y, z), cells(x, y + 1, z), cells(x, y, z + 1)};
+                for (std::size_t a = 0; a < 3; ++a)
+                    if (crossed(v, next[a]))
+                        own.crossed[a][static_cast<std::size_t>(node >> 6)] |= std::uint64_t{1}
+                                                                               << (node & 63);
+                if (!in_box(origin, x, y, box)) continue;
+                bool cut = false;
+                const int pattern = cell_pattern(cells, x, y, z, cut);
+                if (!cut) continue;
+                if (pattern < 0)
+                    complete = false;
+                else
+                    own.triangles +=
+                        static_cast<std::uint32_t>(table[static_cast<std::size_t>(pattern)].size() / 3);
+            }
+    return complete;
+}
+
+// Writes the vertices on the leaf's own edges, in the order of LeafEdges.
+void place_vertices(const LeafEdges& own, const Cells& cells, const openvdb::Coord& origin,
+                    const LateralGrid& box, std::vector<Vec3>& vertices) {
+    const auto coordinate = [&](int axis, int i) {
+        if (axis == 2) return i * box.spacing;
+        const auto a = static_cast<std::size_t>(axis);
+        return i == box.cells[a] ? box.max[a] : box.min[a] + i * box.spacing;
+    };
+    std::uint32_t vertex = own.first_vertex;
+    for (int axis = 0; axis < 3; ++axis)
+        for (std::size_t w = 0; w < 8; ++w)
+            for (std::uint64_t bits = own.crossed[static_cast<std::size_t>(axis)][w]; bits != 0;
+                 bits &= bits - 1) {
+                const int node = static_cast<int>(w) << 6 | std::countr_zero(bits);
+                const int local[3] = {node >> 6, node >> 3 & 7, node & 7};
+                const auto a = static_cast<double>(cells(local[0], local[1], local[2]));
+                const auto b = static_cast<double>(
+                    cells(local[0] + (axis == 0), local[1] + (axis == 1), local[2] + (axis == 2)));
+                const double t = std::clamp(a / (a - b), kNodeClearance, 1.0 - kNodeClearance);
+                Vec3& p = vertices[vertex++];
+                for (int k = 0; k < 3; ++k) p[k] = coordinate(k, origin[k] + local[k]);
+                p[axis] += t * box.spacing;
+            }
+}
+
+// Writes the triangles of the leaf's own cells; some of their edges belong to leaves on the high sides.
+void connect_vertices(const Owners& owners, const Cells& cells, const openvdb::Coord& origin,
+                      const LateralGrid& box, std::vector<Triangle>& triangles) {
+    const auto& table = marching_cubes_table();
+    std::uint32_t triangle = owners[0]->first_triangle;
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y)
+            for (int z = 0; z < 8; ++z) {
+                if (!in_box(origin, x, y, box)) continue;
+                bool cut = false;
+                const int pattern = cell_pattern(cells, x, y, z, cut);
+                if (!cut) continue;
+                const auto vertex_on = [&](int edge) {
+                    const int corner = edge_corner(edge);
+                    const int i = x + (corner & 1), j = y + (corner >> 1 & 1), k = z + (corner >> 2);
+                    const LeafEdges* leaf =
+                        owners[static_cast<std::size_t>((i >> 3) | (j >> 3) << 1 | (k >> 3) << 2)];
+                    return leaf ? leaf->vertex(edge / 4, (i & 7) << 6 | (j & 7) << 3 | (k & 7)) : kNone;
+                };
+                const auto& list = table[static_cast<std::size_t>(pattern)];
+                for (std::size_t e = 0; e < list.size(); e += 3)
+                    triangles[triangle++] = {vertex_on(list[e]), vertex_on(list[e + 1]),
+                                             vertex_on(list[e + 2])};
+            }
+}
+
 }  // namespace
 
 TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
-    const auto& table = marching_cubes_table();
     std::vector<const Leaf*> leaves;
     phi.tree().getNodes(leaves);
     std::vector<LeafEdges> edges(leaves.size());
@@ -116,29 +202,7 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
 
     std::atomic<bool> complete{true};
     each_leaf([&](std::size_t n, const Cells& cells) {
-        LeafEdges& own = edges[n];
-        const openvdb::Coord o = leaves[n]->origin();
-        for (int x = 0; x < 8; ++x)
-            for (int y = 0; y < 8; ++y)
-                for (int z = 0; z < 8; ++z) {
-                    const float v = cells(x, y, z);
-                    if (std::isnan(v)) continue;
-                    const int node = x << 6 | y << 3 | z;
-                    const float next[3] = {cells(x + 1, y, z), cells(x, y + 1, z), cells(x, y, z + 1)};
-                    for (std::size_t a = 0; a < 3; ++a)
-                        if (crossed(v, next[a]))
-                            own.crossed[a][static_cast<std::size_t>(node >> 6)] |= std::uint64_t{1}
-                                                                                   << (node & 63);
-                    if (o.x() + x >= box.cells[0] || o.y() + y >= box.cells[1]) continue;
-                    bool cut = false;
-                    const int pattern = cell_pattern(cells, x, y, z, cut);
-                    if (!cut) continue;
-                    if (pattern < 0)
-                        complete = false;
-                    else
-                        own.triangles +=
-                            static_cast<std::uint32_t>(table[static_cast<std::size_t>(pattern)].size() / 3);
-                }
+        if (!mark_crossings(cells, leaves[n]->origin(), box, edges[n])) complete = false;
     });
     if (!complete)
         throw NumericsError(
@@ -158,54 +222,15 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     TriangleMesh mesh;
     mesh.vertices.resize(vertex_count);
     mesh.triangles.resize(triangle_count);
-    const auto coordinate = [&](int axis, int i) {
-        if (axis == 2) return i * box.spacing;
-        const auto a = static_cast<std::size_t>(axis);
-        return i == box.cells[a] ? box.max[a] : box.min[a] + i * box.spacing;
-    };
     each_leaf([&](std::size_t n, const Cells& cells) {
-        const LeafEdges& own = edges[n];
-        const openvdb::Coord o = leaves[n]->origin();
-        // Numbers of the leaves that own the edges of this leaf's last cells.
-        std::array<const LeafEdges*, 8> owner{&own};
+        const openvdb::Coord origin = leaves[n]->origin();
+        Owners owners{&edges[n]};
         for (int p = 1; p < 8; ++p) {
-            const auto it = index.find(o.offsetBy(8 * (p & 1), 8 * (p >> 1 & 1), 8 * (p >> 2)));
-            owner[static_cast<std::size_t>(p)] = it == index.end() ? nullptr : &edges[it->second];
+            const auto it = index.find(origin.offsetBy(8 * (p & 1), 8 * (p >> 1 & 1), 8 * (p >> 2)));
+            owners[static_cast<std::size_t>(p)] = it == index.end() ? nullptr : &edges[it->second];
         }
-        std::uint32_t vertex = own.first_vertex, triangle = own.first_triangle;
-        for (int axis = 0; axis < 3; ++axis)
-            for (std::size_t w = 0; w < 8; ++w)
-                for (std::uint64_t bits = own.crossed[static_cast<std::size_t>(axis)][w]; bits != 0;
-                     bits &= bits - 1) {
-                    const int node = static_cast<int>(w) << 6 | std::countr_zero(bits);
-                    const int local[3] = {node >> 6, node >> 3 & 7, node & 7};
-                    const auto a = static_cast<double>(cells(local[0], local[1], local[2]));
-                    const auto b = static_cast<double>(
-                        cells(local[0] + (axis == 0), local[1] + (axis == 1), local[2] + (axis == 2)));
-                    const double t = std::clamp(a / (a - b), kNodeClearance, 1.0 - kNodeClearance);
-                    Vec3& p = mesh.vertices[vertex++];
-                    for (int k = 0; k < 3; ++k) p[k] = coordinate(k, o[k] + local[k]);
-                    p[axis] += t * box.spacing;
-                }
-        for (int x = 0; x < 8; ++x)
-            for (int y = 0; y < 8; ++y)
-                for (int z = 0; z < 8; ++z) {
-                    if (o.x() + x >= box.cells[0] || o.y() + y >= box.cells[1]) continue;
-                    bool cut = false;
-                    const int pattern = cell_pattern(cells, x, y, z, cut);
-                    if (!cut) continue;
-                    const auto vertex_on = [&](int edge) {
-                        const int corner = edge_corner(edge);
-                        const int i = x + (corner & 1), j = y + (corner >> 1 & 1), k = z + (corner >> 2);
-                        const LeafEdges* leaf =
-                            owner[static_cast<std::size_t>((i >> 3) | (j >> 3) << 1 | (k >> 3) << 2)];
-                        return leaf ? leaf->vertex(edge / 4, (i & 7) << 6 | (j & 7) << 3 | (k & 7)) : kNone;
-                    };
-                    const auto& list = table[static_cast<std::size_t>(pattern)];
-                    for (std::size_t e = 0; e < list.size(); e += 3)
-                        mesh.triangles[triangle++] = {vertex_on(list[e]), vertex_on(list[e + 1]),
-                                                      vertex_on(list[e + 2])};
-                }
+        place_vertices(edges[n], cells, origin, box, mesh.vertices);
+        connect_vertices(owners, cells, origin, box, mesh.triangles);
     });
     return mesh;
 }

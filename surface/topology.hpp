@@ -33,7 +33,7 @@ EdgeTable edge_table(const TriangleMesh& mesh);
 /// Per vertex, the corners 3 t + k that lie on it, ascending. O(n).
 Rows vertex_corners(const TriangleMesh& mesh);
 
-/// How a mesh hangs together.
+/// Counts, defects and boundary of a mesh.
 struct Topology {
     std::size_t vertices = 0;           ///< used by a triangle
     std::size_t isolated_vertices = 0;  ///< used by none

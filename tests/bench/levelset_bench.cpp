@@ -1,5 +1,5 @@
-// CPU microseconds a surface point (voxel with |phi| <= dx/2) of one level set step on a sphere, by phase and
-// scheme, and the extraction rate. Usage: levelset_bench [RADIUS in dx, 282 = 1 M points] [STEPS]
+// CPU microseconds a surface point (voxel with |phi| <= dx/2) of one time step on a sphere, by phase and
+// scheme, and the extraction rate. Usage: levelset_bench [RADIUS in dx, 282 = 1 M points] [TIME_STEPS]
 #include <fmt/format.h>
 #include <tbb/tick_count.h>
 
@@ -20,8 +20,8 @@ using bench::median;
 
 int main(int argc, char** argv) {
     const double radius = argc > 1 ? std::atof(argv[1]) : 282.0;
-    const int steps = argc > 2 ? std::atoi(argv[2]) : 6;
-    const double side = 2.0 * std::ceil(radius + 0.5 * steps + 6.0);
+    const int time_steps = argc > 2 ? std::atoi(argv[2]) : 6;
+    const double side = 2.0 * std::ceil(radius + 0.5 * time_steps + 6.0);
     const Domain domain = make_domain({side, side}, 1.0, {Side::reflective, Side::reflective});
     const struct {
         const char* name;
@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
         std::size_t points = 0;
         for (auto it = stack.top().cbeginValueOn(); it; ++it) points += std::abs(*it) <= 0.5f;
         std::vector<double> extend_times, speed_times, move_times, sums, rates;
-        for (int n = 0; n < steps; ++n) {
+        for (int n = 0; n < time_steps; ++n) {
             const tbb::tick_count extract_start = tbb::tick_count::now();
             const TriangleMesh mesh = extract_surface(stack.top(), domain);
             rates.push_back(static_cast<double>(mesh.triangles.size()) /
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
         const TriangleMesh mesh = extract_surface(stack.top(), domain);
         double mean = 0.0, squares = 0.0;
         for (const Vec3& p : mesh.vertices) {
-            const double d = p.norm() - radius - 0.5 * steps;
+            const double d = p.norm() - radius - 0.5 * time_steps;
             mean += d / static_cast<double>(mesh.vertices.size());
             squares += d * d / static_cast<double>(mesh.vertices.size());
         }
@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
                    median(rates), mean, std::sqrt(std::max(0.0, squares - mean * mean)));
     }
     fmt::print(
-        "CPU us a surface point a step (all threads together), median of {} steps; errors in dx after {} dx "
+        "CPU us a surface point a time step (all threads together), median of {} time steps; errors in dx after {} dx "
         "of growth\n",
-        steps, 0.5 * steps);
+        time_steps, 0.5 * time_steps);
 }

@@ -80,7 +80,7 @@ double sunken(TimeIntegration scheme, double start, double rate, double dt) {
     wafer.top = start;
     MaterialStack stack = make_stack(domain, {{0, wafer}});
     const AdvectionOptions options{Scheme::weno3, scheme, 0.5};
-    for (int step = 0; step < 2; ++step) {
+    for (int n = 0; n < 2; ++n) {
         std::vector<Motion> motions;
         while (motions.size() < stage_count(scheme)) {
             MaterialStack reached = copy(stack);
@@ -150,7 +150,7 @@ TEST_CASE("uniform growth of a trench is its exact offset") {
     CHECK(corners < 1.0);
 }
 
-TEST_CASE("an etch that reaches another material within a step goes on with that material's speed") {
+TEST_CASE("an etch that reaches another material within a time step goes on with that material's speed") {
     // A film of 1.3 dx on a substrate that does not etch: after any time the substrate's surface is still at
     // 0.
     const Domain domain = test::unit_domain(16);
@@ -168,8 +168,8 @@ TEST_CASE("an etch that reaches another material within a step goes on with that
 }
 
 TEST_CASE("an etch through a film goes on below it though a mask lies between elsewhere") {
-    // The mask wraps the substrate without thickness in its window: the step that ends the film is not lost
-    // there.
+    // The mask wraps the substrate without thickness in its window: the time step that ends the film is
+    // not lost there.
     const Domain domain = test::unit_domain(24);
     Shape substrate, mask;
     mask.kind = ShapeKind::trench;

@@ -66,8 +66,9 @@ inline void move(levelset::MaterialStack& stack, double duration, const levelset
         motion.max_etch_rate = [&](std::size_t, std::size_t layer) { return max_etch_rate[layer]; };
         const double fastest = levelset::max_speed(stack, motion);
         const double left = duration - time;
-        const double steps = std::ceil(left * fastest / (options.cfl * stack.domain.spacing) * (1.0 - 1e-9));
-        const double dt = left / std::max(1.0, steps);
+        const double time_steps =
+            std::ceil(left * fastest / (options.cfl * stack.domain.spacing) * (1.0 - 1e-9));
+        const double dt = left / std::max(1.0, time_steps);
         levelset::advect(stack, motion, dt, options);
         time += dt;
     }

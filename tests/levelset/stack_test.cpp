@@ -70,20 +70,21 @@ TEST_CASE("a film grows on all materials and leaves the interfaces below where t
 }
 
 TEST_CASE(
-    "a mask that does not etch keeps its volume to 1e-3 over 500 steps of an etch beside and under it") {
+    "a mask that does not etch keeps its volume to 1e-3 over 500 time steps of an etch beside and under it") {
     const Domain domain = make_domain({64.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
     // Wherever the mask's bottom lies between the nodes; straight down with a little undercut, and isotropic.
     for (const double bottom : {0.0, 0.3, 0.8})
         for (const double down : {1.0, 0.0}) {
             MaterialStack stack = under_slit_mask(domain, bottom, 20.0, 14.6);
-            const double side = down > 0.0 ? 0.05 : 1.0, duration = 8.0, steps = 500.0;
+            const double side = down > 0.0 ? 0.05 : 1.0, duration = 8.0, time_steps = 500.0;
             const auto mask_volume = [&] {
                 return test::volume_above_zero(stack.top(), domain) -
                        test::volume_above_zero(*stack.layers[0].phi, domain);
             };
             const double before = mask_volume();
             test::move(
-                stack, duration, {Scheme::weno3, TimeIntegration::euler, (down + side) * duration / steps},
+                stack, duration,
+                {Scheme::weno3, TimeIntegration::euler, (down + side) * duration / time_steps},
                 [&](std::size_t layer, const Vec3& n) {
                     return layer == 0 ? -down * std::max(0.0, n.z()) - side : 0.0;
                 },
@@ -133,6 +134,25 @@ TEST_CASE("under a mask the silicon etches up to the mask and no farther") {
         ++seen;
         CHECK(p.z() == Approx(0.4).margin(0.1));
         CHECK(exposed_material(stack, p) == 1);
+    }
+    CHECK(seen > 5);
+}
+
+TEST_CASE("a body that etches on faces to one side only recedes there and nowhere else") {
+    const Domain domain = make_domain({40.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
+    Shape fin;
+    fin.kind = ShapeKind::fin;
+    fin.width = 12.3;
+    fin.height = 12.6;
+    MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, fin}});
+    test::move(stack, 4.0, {},
+               [](std::size_t layer, const Vec3& n) { return layer == 1 ? -std::max(0.0, -n.x()) : 0.0; },
+               {0.0, 1.0});
+    int seen = 0;
+    for (const Vec3& p : extract_surface(stack.top(), domain).vertices) {
+        if (p.z() < 4.0 || p.z() > 8.0) continue;
+        ++seen;
+        CHECK(p.x() == Approx(p.x() < 2.0 ? -6.15 + 4.0 : 6.15).margin(0.02));
     }
     CHECK(seen > 5);
 }
