@@ -338,7 +338,7 @@ Result simplify_cgal_lindstrom_turk(const TriangleMesh& mesh, const LindstromTur
     const std::size_t before = engine.state.vertices;
     engine.run(options.max_edge_length, options.target_vertices.value_or(0));
     Result result;
-    result.rings.push_back({options.max_edge_length, before - engine.state.vertices});
+    result.passes.push_back({options.max_edge_length, before - engine.state.vertices});
     result.mesh = engine.take_mesh();
     return result;
 }

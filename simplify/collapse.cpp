@@ -92,7 +92,7 @@ struct CollapseEngine::Impl {
         const VertexState &s = mesh.state[a], &e = mesh.state[b];
         const int barred = kFrozen | (pass.spare_region ? kRegion : 0);
         if ((s.flags | e.flags) & barred) return false;
-        if (s.degree > Ring::kMost || e.degree > Ring::kMost) return false;
+        if (s.degree > OneRing::kMost || e.degree > OneRing::kMost) return false;
         if (!boundary_allows(s.flags, e.flags, mesh.opposite[h] == kNoHalfedge)) return false;
         const double length2 = (mesh.position(b) - mesh.position(a)).squaredNorm();
         if (!(length2 < max_length2)) return false;
@@ -184,7 +184,7 @@ struct CollapseEngine::Impl {
             ++removed;
             constexpr std::size_t kTell = 1024;
             if (progress && removed % kTell == 0) tell(kTell);
-            Ring& ring = worker.around.start;
+            OneRing& ring = worker.around.start;
             mesh.ring(kept, ring);
             for (std::uint32_t i = 0; i < ring.triangles; ++i) update(worker, ring.out[i]);
             if (ring.size > ring.triangles)

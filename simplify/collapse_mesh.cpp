@@ -86,7 +86,7 @@ void CollapseMesh::sum_up(std::uint32_t v, std::vector<std::uint32_t>& neighbour
     state[v].degree = static_cast<std::uint32_t>(n);
 }
 
-void CollapseMesh::ring(std::uint32_t v, Ring& result) const {
+void CollapseMesh::ring(std::uint32_t v, OneRing& result) const {
     const std::uint32_t first = leaving[v];
     std::uint32_t h = first, last = 0, n = 0;
     do {
@@ -100,7 +100,7 @@ void CollapseMesh::ring(std::uint32_t v, Ring& result) const {
     result.size = n;
 }
 
-void CollapseMesh::unlink(std::uint32_t h, const Ring& end_ring) {
+void CollapseMesh::unlink(std::uint32_t h, const OneRing& end_ring) {
     const std::uint32_t a = start(h), b = end(h), other = opposite[h];
     const bool a_boundary = flagged(a, kBoundary), b_boundary = flagged(b, kBoundary);
     std::uint32_t first_of_b = leaving[b], inner = kNoHalfedge;

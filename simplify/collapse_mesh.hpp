@@ -40,7 +40,7 @@ struct VertexState {
 
 /// The neighbours of a vertex in order: a fan of triangles, whose first edge is a boundary edge if the vertex
 /// lies on the boundary.
-struct Ring {
+struct OneRing {
     static constexpr std::uint32_t kMost = 64;        ///< no collapse makes a vertex of more neighbours
     std::array<std::uint32_t, kMost + 2> out;         ///< halfedges leaving the vertex, counter-clockwise
     std::array<std::uint32_t, kMost + 2> neighbours;  ///< their ends; one more than `out` on a boundary
@@ -73,15 +73,15 @@ struct CollapseMesh {
     std::uint32_t edge(std::uint32_t h) const { return opposite[h] < h ? opposite[h] : h; }
     bool is_edge(std::uint32_t h) const { return corner[h] != kNoHalfedge && h < opposite[h]; }
 
-    /// \pre no more than Ring::kMost neighbours.
-    void ring(std::uint32_t v, Ring& result) const;
+    /// \pre no more than OneRing::kMost neighbours.
+    void ring(std::uint32_t v, OneRing& result) const;
 
     Vec3 to_mesh(const Vec3& world) const { return (world - centre) * scale; }
     Vec3 to_world(const Vec3& p) const { return p / scale + centre; }
 
     /// Removes the end of \p h and the one or two triangles beside it; its start takes the place. Arrays of
     /// connectivity only. \p end is the ring of the vertex that goes.
-    void unlink(std::uint32_t h, const Ring& end);
+    void unlink(std::uint32_t h, const OneRing& end);
 
   private:
     void sum_up(std::uint32_t v, std::vector<std::uint32_t>& neighbours);

@@ -92,7 +92,7 @@ bool can_collapse(const CollapseMesh& mesh, std::uint32_t h, const Vec3& place, 
     }
     const std::size_t degree = s.start.size + s.end.size - 2 - s.apexes;
     const bool boundary = mesh.flagged(a, kBoundary) || mesh.flagged(b, kBoundary);
-    if (degree > Ring::kMost || degree < (boundary ? 2u : 3u)) return false;
+    if (degree > OneRing::kMost || degree < (boundary ? 2u : 3u)) return false;
     std::size_t common = 0;
     for (std::uint32_t i = 0; i < s.end.size; ++i)
         for (std::uint32_t j = 0; j < s.start.size; ++j)
@@ -120,7 +120,7 @@ void collapse_edge(CollapseMesh& mesh, std::uint32_t h, const Vec3& place, const
         apex.planes.add_outer(gone, -1.0);
         apex.normal -= (i == 0 ? 1.0 : -1.0) * gone;
     }
-    const auto relink = [&](const Ring& ring, std::uint32_t other, const Vec3& from, bool twice) {
+    const auto relink = [&](const OneRing& ring, std::uint32_t other, const Vec3& from, bool twice) {
         for (std::uint32_t i = 0; i < ring.size; ++i) {
             const std::uint32_t r = ring.neighbours[i];
             if (r == other) continue;

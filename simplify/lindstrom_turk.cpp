@@ -13,7 +13,7 @@ Result simplify_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOpti
                                             .target_vertices = options.target_vertices.value_or(0),
                                             .max_error = options.max_error,
                                             .spare_outliers = true});
-    result.rings.push_back({options.max_edge_length, removed});
+    result.passes.push_back({options.max_edge_length, removed});
     result.mesh = engine.take_mesh();
     return result;
 }

@@ -54,7 +54,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     Result result;
     const auto run = [&](CollapsePass pass) {
         const std::size_t removed = engine.run(pass);
-        result.rings.push_back({pass.max_length, removed});
+        result.passes.push_back({pass.max_length, removed});
     };
     if (!options.target_vertices) {
         run({.max_length = options.l_max, .max_error = options.max_error});
@@ -71,7 +71,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
                  .give_up = error < options.max_error,
                  .length_factor = factor});
             if (engine.vertex_count() <= *options.target_vertices) break;
-            const bool stuck = result.rings.back().removed == 0 && error >= options.max_error;
+            const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
             // Near the target a large step would be more than it takes.
             const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <
