@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "simplify/halfedges.hpp"
@@ -246,7 +247,8 @@ struct Engine {
     Mesh mesh;
     State state;
 
-    Engine(const TriangleMesh& m, const Weights& w) : input(m), weights(w.volume, w.boundary, w.shape) {
+    Engine(const TriangleMesh& m, const Weights& w, std::span<const std::uint8_t> fixed)
+        : input(m), weights(w.volume, w.boundary, w.shape) {
         const Halfedges edges = connect(input);
         const std::size_t n = input.vertices.size();
         box = bounding_box(input);
@@ -258,7 +260,7 @@ struct Engine {
                       box.max.y() - centre.y()};
         state.boundary.assign(n, 0);
         state.sides.assign(n, 0);
-        state.frozen = frozen_vertices(input);
+        state.frozen = frozen_vertices(input, fixed);
         state.source.resize(n);
         for (std::uint32_t v = 0; v < n; ++v) state.source[v] = v;
         find_boundary();
@@ -334,7 +336,7 @@ struct Engine {
 
 Result simplify_cgal_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options) {
     check(options);
-    Engine engine(mesh, options.weights);
+    Engine engine(mesh, options.weights, options.fixed);
     const std::size_t before = engine.state.vertices;
     engine.run(options.max_edge_length, options.target_vertices.value_or(0));
     Result result;

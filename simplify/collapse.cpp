@@ -62,10 +62,11 @@ struct CollapseEngine::Impl {
     std::vector<BucketQueue::Bucket> where;
     Blocks blocks;
 
-    Impl(const TriangleMesh& m, const Weights& w) : input(m), weights(w), mesh(m) {
+    Impl(const TriangleMesh& m, const Weights& w, std::span<const std::uint8_t> fixed)
+        : input(m), weights(w), mesh(m) {
         const std::size_t n = input.vertices.size();
         for (const std::uint32_t h : mesh.leaving) vertices += h != kNoHalfedge;
-        const std::vector<std::uint8_t> frozen = frozen_vertices(input);
+        const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);
         for (std::size_t v = 0; v < n; ++v)
             if (frozen[v]) mesh.state[v].flags |= kFrozen;
         source.resize(n);
@@ -328,8 +329,9 @@ struct CollapseEngine::Impl {
     }
 };
 
-CollapseEngine::CollapseEngine(const TriangleMesh& mesh, const Weights& weights)
-    : impl_(std::make_unique<Impl>(mesh, weights)) {}
+CollapseEngine::CollapseEngine(const TriangleMesh& mesh, const Weights& weights,
+                               std::span<const std::uint8_t> fixed)
+    : impl_(std::make_unique<Impl>(mesh, weights, fixed)) {}
 CollapseEngine::~CollapseEngine() = default;
 
 void CollapseEngine::set_features(std::span<const std::uint8_t> features) {

@@ -34,8 +34,7 @@ struct CollapsePass {
 /// to
 ///   the last bit, corners stay, and an edge that ends on the boundary collapses onto its boundary vertex.
 /// - Vertices where triangles of different `material` meet: edges that touch them stay.
-/// - Vertices whose attribute `fixed` is not zero, likewise: both sides of a periodic domain must keep the
-/// same curve.
+/// - Vertices fixed by the caller, likewise: both sides of a periodic domain must keep the same curve.
 /// - Orientation: no triangle turns by 90 degrees or more in a collapse.
 /// - Shape: the least angle around an edge gets no smaller once it is below 5 degrees, and no triangle
 /// becomes degenerate.
@@ -46,9 +45,10 @@ struct CollapsePass {
 /// midpoint.
 class CollapseEngine {
   public:
-    /// Keeps a reference to \p mesh.
-    /// \throws GeometryError if it is not an orientable manifold or `material` is not one number a triangle.
-    CollapseEngine(const TriangleMesh& mesh, const Weights& weights);
+    /// Keeps a reference to \p mesh, none to \p fixed: one flag a vertex, or empty.
+    /// \throws GeometryError if the mesh is not an orientable manifold, `material` is not one number a triangle
+    ///         or \p fixed has another length than the vertices.
+    CollapseEngine(const TriangleMesh& mesh, const Weights& weights, std::span<const std::uint8_t> fixed);
     ~CollapseEngine();
 
     /// Features, one flag an input vertex; a merged vertex is one if either was. The region starts out as the

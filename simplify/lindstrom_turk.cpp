@@ -6,7 +6,7 @@ namespace sidewall::simplify {
 
 Result simplify_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options) {
     check(options);
-    CollapseEngine engine(mesh, options.weights);
+    CollapseEngine engine(mesh, options.weights, options.fixed);
     engine.report_to(options.progress);
     Result result;
     const std::size_t removed = engine.run({.max_length = options.max_edge_length,

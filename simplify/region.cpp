@@ -67,7 +67,7 @@ std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<
 Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                         const RegionOptions& options) {
     check(options);
-    CollapseEngine engine(mesh, options.weights);
+    CollapseEngine engine(mesh, options.weights, options.fixed);
     engine.report_to(options.progress);
     check_step(mesh, options.step);
     engine.set_features(features);

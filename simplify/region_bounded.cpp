@@ -45,7 +45,7 @@ std::vector<double> graded_lengths(const TriangleMesh& mesh, std::span<const std
 Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                                 const RegionOptions& options) {
     check(options);
-    CollapseEngine engine(mesh, options.weights);
+    CollapseEngine engine(mesh, options.weights, options.fixed);
     engine.report_to(options.progress);
     const bool has_features = std::any_of(features.begin(), features.end(), [](auto f) { return f != 0; });
     if (!features.empty()) engine.set_features(features);
