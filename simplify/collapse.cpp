@@ -68,7 +68,7 @@ struct CollapseEngine::Impl {
         for (const std::uint32_t h : mesh.leaving) vertices += h != kNoHalfedge;
         const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);
         for (std::size_t v = 0; v < n; ++v)
-            if (frozen[v]) mesh.state[v].flags |= kFrozen;
+            if (frozen[v]) mesh.state[v].constraint.kind = VertexKind::frozen;
         source.resize(n);
         std::iota(source.begin(), source.end(), 0u);
         witness.resize(n);
@@ -77,24 +77,19 @@ struct CollapseEngine::Impl {
     }
 
     bool transition_edge(std::uint32_t h) const {
-        return !((mesh.state[mesh.start(h)].flags | mesh.state[mesh.end(h)].flags) & (kFrozen | kRegion));
-    }
-
-    /// Neither end pins the other to another place: one's side planes include the other's.
-    bool boundary_allows(int a, int b, bool border_edge) const {
-        if (!(a & b & kBoundary)) return true;
-        const int common = a & b & kSides;
-        return border_edge && (common == (a & kSides) || common == (b & kSides));
+        const auto held = [](const VertexState& s) {
+            return s.constraint.kind == VertexKind::frozen || (s.flags & kRegion) != 0;
+        };
+        return !held(mesh.state[mesh.start(h)]) && !held(mesh.state[mesh.end(h)]);
     }
 
     bool allows(std::uint32_t h, std::uint32_t zone) const {
         const std::uint32_t a = mesh.start(h), b = mesh.end(h);
         if (zone != kAnywhere && (blocks.of[a] != zone || blocks.of[b] != zone)) return false;
         const VertexState &s = mesh.state[a], &e = mesh.state[b];
-        const int barred = kFrozen | (pass.spare_region ? kRegion : 0);
-        if ((s.flags | e.flags) & barred) return false;
+        if (pass.spare_region && ((s.flags | e.flags) & kRegion)) return false;
         if (s.degree > OneRing::kMost || e.degree > OneRing::kMost) return false;
-        if (!boundary_allows(s.flags, e.flags, mesh.opposite[h] == kNoHalfedge)) return false;
+        if (mesh.merged_place(h) == MergedPlace::nowhere) return false;
         const double length2 = (mesh.position(b) - mesh.position(a)).squaredNorm();
         if (!(length2 < max_length2)) return false;
         double most = kInfinity;
@@ -429,10 +424,7 @@ TriangleMesh CollapseEngine::take_mesh() const {
         }
         // Adding the centre back rounds; the box and its sides must not.
         Vec3 p = mesh.to_world(mesh.position(v)).cwiseMax(box.min).cwiseMin(box.max);
-        if (mesh.flagged(v, kMinX)) p.x() = box.min.x();
-        if (mesh.flagged(v, kMaxX)) p.x() = box.max.x();
-        if (mesh.flagged(v, kMinY)) p.y() = box.min.y();
-        if (mesh.flagged(v, kMaxY)) p.y() = box.max.y();
+        move_into(mesh.state[v].constraint.planes, p, box.min, box.max);
         result.vertices.push_back(p);
     }
     const Attribute* material = input.triangle_attribute("material");

@@ -42,14 +42,11 @@ CollapseMesh::CollapseMesh(const TriangleMesh& input) {
         if (leaving[corner[h]] == kNoHalfedge || opposite[h] == kNoHalfedge) leaving[corner[h]] = h;
     }
     for (std::uint32_t h = 0; h < corner.size(); ++h)
-        if (opposite[h] == kNoHalfedge) {
-            const Vec3 &p = input.vertices[start(h)], &q = input.vertices[end(h)];
-            for (const std::uint32_t v : {start(h), end(h)}) state[v].flags |= kBoundary;
-            for (const auto& [v, x] : {std::pair{start(h), p}, {end(h), q}})
-                state[v].flags = static_cast<std::uint8_t>(
-                    state[v].flags | (x.x() == box.min.x() ? kMinX : 0) | (x.x() == box.max.x() ? kMaxX : 0) |
-                    (x.y() == box.min.y() ? kMinY : 0) | (x.y() == box.max.y() ? kMaxY : 0));
-        }
+        if (opposite[h] == kNoHalfedge)
+            for (const std::uint32_t v : {start(h), end(h)}) {
+                state[v].flags |= kBoundary;
+                state[v].constraint = boundary_constraint(input.vertices[v], box);
+            }
     constexpr std::uint32_t kGrain = 1024;
     tbb::parallel_for(std::uint32_t{0}, (vertices + kGrain - 1) / kGrain, [&](std::uint32_t block) {
         std::vector<std::uint32_t> neighbours;

@@ -144,6 +144,7 @@ void collapse_edge(CollapseMesh& mesh, std::uint32_t h, const Vec3& place, const
     relink(s.end, a, from_b, true);
     mesh.unlink(h, s.end);
     mesh.sums[a] = sums;
+    mesh.state[a].constraint = merged(mesh.state[a].constraint, mesh.state[b].constraint);
     mesh.state[a].flags |= mesh.state[b].flags;
     mesh.state[a].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
 }
