@@ -15,13 +15,13 @@ namespace sidewall::simplify {
 struct CollapsePass {
     double max_length = 0.0;          ///< only edges shorter than this collapse
     std::size_t target_vertices = 0;  ///< the pass ends when no more than this many are left
-    bool spare_region = false;        ///< edges with an end in the region stay as they are
+    bool keep_region = false;         ///< edges with an end in the region stay as they are
     /// No vertex of the input may come to lie farther from the simplified surface, nor the other way round.
     double max_error = std::numeric_limits<double>::infinity();
     /// Ends where the bound refuses as many edges as collapse, instead of using it up to the last edge.
-    bool give_up = false;
+    bool stop_when_refused = false;
     /// Puts off collapses that would leave a point of the input much farther behind than is usual by then.
-    bool spare_outliers = false;
+    bool defer_outliers = false;
     double length_factor = 1.0;  ///< applied to the graded lengths
 };
 

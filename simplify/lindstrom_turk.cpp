@@ -12,7 +12,7 @@ Result simplify_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOpti
     const std::size_t removed = engine.run({.max_length = options.max_edge_length,
                                             .target_vertices = options.target_vertices.value_or(0),
                                             .max_error = options.max_error,
-                                            .spare_outliers = true});
+                                            .defer_outliers = true});
     result.passes.push_back({options.max_edge_length, removed});
     result.mesh = engine.take_mesh();
     return result;

@@ -38,10 +38,10 @@ double length_beyond(double shortest, const Schedule& s) {
 /// \returns how many vertices it removed.
 std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<PassReport>& passes) {
     std::size_t total = 0;
-    const auto run = [&](double length, bool spare_region) {
+    const auto run = [&](double length, bool keep_region) {
         const std::size_t removed = engine.run({.max_length = length,
                                                 .target_vertices = s.target,
-                                                .spare_region = spare_region,
+                                                .keep_region = keep_region,
                                                 .max_error = s.max_error});
         passes.push_back({length, removed});
         total += removed;

@@ -68,7 +68,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             run({.max_length = kInfinity,
                  .target_vertices = *options.target_vertices,
                  .max_error = last ? options.max_error : error,
-                 .give_up = error < options.max_error,
+                 .stop_when_refused = error < options.max_error,
                  .length_factor = factor});
             if (engine.vertex_count() <= *options.target_vertices) break;
             const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
