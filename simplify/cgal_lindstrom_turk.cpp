@@ -12,10 +12,12 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "simplify/halfedges.hpp"
 #include "simplify/materials.hpp"
+#include "simplify/vertex_kind.hpp"
 
 namespace sidewall::simplify {
 namespace {
@@ -29,39 +31,24 @@ using Vertex = Mesh::Vertex_index;
 
 constexpr std::uint32_t kMoved = 0xffffffffu;
 
-/// Side planes a boundary vertex lies in.
-enum SideBit : std::uint8_t { kMinX = 1, kMaxX = 2, kMinY = 4, kMaxY = 8 };
-
-/// What the policies share, by vertex index. A merged vertex inherits from both.
+/// What the policies share; arrays are by vertex index.
 struct State {
     const Mesh* mesh = nullptr;
-    double max_length = 0.0;       ///< only shorter edges collapse
-    std::size_t target = 0;        ///< ends when no more vertices are left
-    std::size_t vertices = 0;      ///< left
-    std::array<double, 4> side{};  ///< x min, x max, y min, y max
-    Vector low, high;  ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
-    std::vector<std::uint8_t> boundary;  ///< lies on the open boundary
-    std::vector<std::uint8_t> sides;     ///< SideBits, of boundary vertices
-    std::vector<std::uint8_t> frozen;    ///< on a material border, or fixed by the caller
-    std::vector<std::uint32_t> source;   ///< input vertex whose position it has, or kMoved
+    double max_length = 0.0;   ///< only shorter edges collapse
+    std::size_t target = 0;    ///< ends when no more vertices are left
+    std::size_t vertices = 0;  ///< left
+    Vec3 box_min, box_max;     ///< of the input, relative to its centre
+    Vector low, high;          ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
+    std::vector<VertexConstraint> constraint;
+    std::vector<std::uint32_t> source;  ///< input vertex whose position it has, or kMoved
     std::uint32_t next_source = kMoved;
 
-    bool frozen_edge(Vertex a, Vertex b) const { return frozen[a] || frozen[b]; }
-    /// Neither end pins the other to another place: one's side planes include the other's.
-    bool boundary_allows(Vertex a, Vertex b, bool border_edge) const {
-        if (!boundary[a] || !boundary[b]) return true;
-        const int common = sides[a] & sides[b];
-        return border_edge && (common == sides[a] || common == sides[b]);
-    }
-    bool allows(Vertex a, Vertex b, const Point& p, const Point& q, bool border_edge) const {
-        return !frozen_edge(a, b) && boundary_allows(a, b, border_edge) &&
-               CGAL::squared_distance(p, q) < max_length * max_length;
+    /// Where an edge may collapse to; nowhere if it is too long for the pass.
+    MergedPlace place(Vertex a, Vertex b, const Point& p, const Point& q, bool boundary_edge) const {
+        if (!(CGAL::squared_distance(p, q) < max_length * max_length)) return MergedPlace::nowhere;
+        return merged_place(constraint[a], constraint[b], boundary_edge);
     }
 };
-
-bool is_corner(std::uint8_t sides) {
-    return (sides & (kMinX | kMaxX)) && (sides & (kMinY | kMaxY));
-}
 
 /// Lindstrom-Turk's placement, held to the boundary and to the neighbourhood; none for edges the pass leaves
 /// alone.
@@ -72,22 +59,17 @@ struct Placement {
     template <class Profile>
     boost::optional<Point> operator()(const Profile& edge) const {
         const Vertex a = edge.v0(), b = edge.v1();
-        const bool border = edge.is_v0_v1_a_border() || edge.is_v1_v0_a_border();
-        if (!state->allows(a, b, edge.p0(), edge.p1(), border)) return boost::none;
-        if (edge.p0() == edge.p1()) return edge.p0();
-        const std::uint8_t sides_a = state->sides[a], sides_b = state->sides[b];
-        if (state->boundary[a] != state->boundary[b]) return state->boundary[a] ? edge.p0() : edge.p1();
-        if (sides_a != sides_b) return (sides_a & sides_b) == sides_b ? edge.p0() : edge.p1();
-        if (is_corner(sides_a)) return edge.p0();
+        const bool boundary_edge = edge.is_v0_v1_a_border() || edge.is_v1_v0_a_border();
+        const MergedPlace where = state->place(a, b, edge.p0(), edge.p1(), boundary_edge);
+        if (where == MergedPlace::nowhere) return boost::none;
+        if (where == MergedPlace::start || edge.p0() == edge.p1()) return edge.p0();
+        if (where == MergedPlace::end) return edge.p1();
         boost::optional<Point> place = lindstrom_turk(edge);
         if (!place || !near(edge, *place)) place = CGAL::midpoint(edge.p0(), edge.p1());
-        return snapped(*place, sides_a);
-    }
-
-    Point snapped(const Point& p, std::uint8_t sides) const {
-        const double x = sides & kMinX ? state->side[0] : sides & kMaxX ? state->side[1] : p.x();
-        const double y = sides & kMinY ? state->side[2] : sides & kMaxY ? state->side[3] : p.y();
-        return {x, y, p.z()};
+        // On the boundary both ends lie in the same side planes, elsewhere in none.
+        Vec3 p(place->x(), place->y(), place->z());
+        move_into(state->constraint[a].planes, p, state->box_min, state->box_max);
+        return Point(p.x(), p.y(), p.z());
     }
 
     /// Within the box of the surrounding vertices; half an edge more, since on a curved surface the point
@@ -156,7 +138,7 @@ struct Stop {
     }
 };
 
-/// Hands the flags of both ends to the vertex that is kept.
+/// Hands the constraints of both ends to the vertex that is kept.
 struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
     State* state;
     explicit Visitor(State* s) : state(s) {}
@@ -170,8 +152,7 @@ struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
     template <class Profile>
     void OnCollapsed(const Profile& edge, Vertex kept) const {
         const Vertex gone = kept == edge.v0() ? edge.v1() : edge.v0();
-        for (auto* flags : {&state->boundary, &state->sides, &state->frozen})
-            (*flags)[kept] |= (*flags)[gone];
+        state->constraint[kept] = merged(state->constraint[kept], state->constraint[gone]);
         state->source[kept] = state->next_source;
         --state->vertices;
     }
@@ -188,7 +169,8 @@ struct UntouchableZeroEdges {
         const State& s = *map.state;
         const Vertex a = s.mesh->vertex(edge, 0), b = s.mesh->vertex(edge, 1);
         const Point &p = s.mesh->point(a), &q = s.mesh->point(b);
-        return p == q && (s.vertices <= s.target || !s.allows(a, b, p, q, s.mesh->is_border(edge)));
+        return p == q && (s.vertices <= s.target ||
+                          s.place(a, b, p, q, s.mesh->is_border(edge)) == MergedPlace::nowhere);
     }
 };
 
@@ -246,7 +228,8 @@ struct Engine {
     Mesh mesh;
     State state;
 
-    Engine(const TriangleMesh& m, const Weights& w) : input(m), weights(w.volume, w.boundary, w.shape) {
+    Engine(const TriangleMesh& m, const Weights& w, std::span<const std::uint8_t> fixed)
+        : input(m), weights(w.volume, w.boundary, w.shape) {
         const Halfedges edges = connect(input);
         const std::size_t n = input.vertices.size();
         box = bounding_box(input);
@@ -254,14 +237,15 @@ struct Engine {
         mesh = build(input, edges, centre);
         state.mesh = &mesh;
         state.vertices = mesh.number_of_vertices();
-        state.side = {box.min.x() - centre.x(), box.max.x() - centre.x(), box.min.y() - centre.y(),
-                      box.max.y() - centre.y()};
-        state.boundary.assign(n, 0);
-        state.sides.assign(n, 0);
-        state.frozen = frozen_vertices(input);
+        state.box_min = box.min - centre;
+        state.box_max = box.max - centre;
+        state.constraint.resize(n);
+        find_boundary();
+        const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);
+        for (std::size_t v = 0; v < n; ++v)
+            if (frozen[v]) state.constraint[v].kind = VertexKind::frozen;
         state.source.resize(n);
         for (std::uint32_t v = 0; v < n; ++v) state.source[v] = v;
-        find_boundary();
     }
 
     void find_boundary() {
@@ -269,18 +253,12 @@ struct Engine {
         for (const Halfedge h : mesh.halfedges()) {
             if (!mesh.is_border(h)) continue;
             const Vertex a = mesh.source(h), b = mesh.target(h);
-            for (const Vertex v : {a, b}) {
-                const Vec3& p = input.vertices[v];
-                state.boundary[v] = 1;
-                state.sides[v] = static_cast<std::uint8_t>(
-                    (p.x() == box.min.x()) * kMinX + (p.x() == box.max.x()) * kMaxX +
-                    (p.y() == box.min.y()) * kMinY + (p.y() == box.max.y()) * kMaxY);
-            }
-            const int common = state.sides[a] & state.sides[b];
-            for (std::size_t axis : {0, 1}) {
-                if (common & (kMinX << 2 * axis)) low[axis] = state.side[2 * axis];
-                if (common & (kMaxX << 2 * axis)) high[axis] = state.side[2 * axis + 1];
-            }
+            for (const Vertex v : {a, b}) state.constraint[v] = boundary_constraint(input.vertices[v], box);
+            const int common = state.constraint[a].planes & state.constraint[b].planes;
+            if (common & kMinX) low[0] = state.box_min.x();
+            if (common & kMaxX) high[0] = state.box_max.x();
+            if (common & kMinY) low[1] = state.box_min.y();
+            if (common & kMaxY) high[1] = state.box_max.y();
         }
         state.low = {low[0], low[1], low[2]};
         state.high = {high[0], high[1], high[2]};
@@ -312,10 +290,7 @@ struct Engine {
             const Point& p = mesh.point(v);
             Vec3 position = Vec3(p.x(), p.y(), p.z()) + centre;
             // Adding the centre back rounds; the side planes must not.
-            if (state.sides[v] & kMinX) position.x() = box.min.x();
-            if (state.sides[v] & kMaxX) position.x() = box.max.x();
-            if (state.sides[v] & kMinY) position.y() = box.min.y();
-            if (state.sides[v] & kMaxY) position.y() = box.max.y();
+            move_into(state.constraint[v].planes, position, box.min, box.max);
             result.vertices.push_back(position);
         }
         const Attribute* material = input.triangle_attribute("material");
@@ -334,11 +309,11 @@ struct Engine {
 
 Result simplify_cgal_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options) {
     check(options);
-    Engine engine(mesh, options.weights);
+    Engine engine(mesh, options.weights, options.fixed);
     const std::size_t before = engine.state.vertices;
     engine.run(options.max_edge_length, options.target_vertices.value_or(0));
     Result result;
-    result.rings.push_back({options.max_edge_length, before - engine.state.vertices});
+    result.passes.push_back({options.max_edge_length, before - engine.state.vertices});
     result.mesh = engine.take_mesh();
     return result;
 }

@@ -15,13 +15,13 @@ namespace sidewall::simplify {
 struct CollapsePass {
     double max_length = 0.0;          ///< only edges shorter than this collapse
     std::size_t target_vertices = 0;  ///< the pass ends when no more than this many are left
-    bool spare_region = false;        ///< edges with an end in the region stay as they are
+    bool keep_region = false;         ///< edges with an end in the region stay as they are
     /// No vertex of the input may come to lie farther from the simplified surface, nor the other way round.
     double max_error = std::numeric_limits<double>::infinity();
     /// Ends where the bound refuses as many edges as collapse, instead of using it up to the last edge.
-    bool give_up = false;
+    bool stop_when_refused = false;
     /// Puts off collapses that would leave a point of the input much farther behind than is usual by then.
-    bool spare_outliers = false;
+    bool defer_outliers = false;
     double length_factor = 1.0;  ///< applied to the graded lengths
 };
 
@@ -34,8 +34,7 @@ struct CollapsePass {
 /// to
 ///   the last bit, corners stay, and an edge that ends on the boundary collapses onto its boundary vertex.
 /// - Vertices where triangles of different `material` meet: edges that touch them stay.
-/// - Vertices whose attribute `fixed` is not zero, likewise: both sides of a periodic domain must keep the
-/// same curve.
+/// - Vertices fixed by the caller, likewise: both sides of a periodic domain must keep the same curve.
 /// - Orientation: no triangle turns by 90 degrees or more in a collapse.
 /// - Shape: the least angle around an edge gets no smaller once it is below 5 degrees, and no triangle
 /// becomes degenerate.
@@ -46,9 +45,10 @@ struct CollapsePass {
 /// midpoint.
 class CollapseEngine {
   public:
-    /// Keeps a reference to \p mesh.
-    /// \throws GeometryError if it is not an orientable manifold or `material` is not one number a triangle.
-    CollapseEngine(const TriangleMesh& mesh, const Weights& weights);
+    /// Keeps a reference to \p mesh, none to \p fixed: one flag a vertex, or empty.
+    /// \throws GeometryError if the mesh is not an orientable manifold, `material` is not one number a triangle
+    ///         or \p fixed has another length than the vertices.
+    CollapseEngine(const TriangleMesh& mesh, const Weights& weights, std::span<const std::uint8_t> fixed);
     ~CollapseEngine();
 
     /// Features, one flag an input vertex; a merged vertex is one if either was. The region starts out as the

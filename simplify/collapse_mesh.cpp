@@ -10,9 +10,9 @@ namespace {
 /// A power of two that brings the mean edge near to one.
 double unit_scale(const TriangleMesh& mesh) {
     // A thousand edges tell the magnitude.
-    const std::size_t step = std::max<std::size_t>(1, mesh.triangles.size() / 1000);
+    const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / 1000);
     double sum = 0.0, count = 0.0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); t += step) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
         sum += (mesh.vertices[mesh.triangles[t][0]] - mesh.vertices[mesh.triangles[t][1]]).norm();
         ++count;
     }
@@ -42,14 +42,11 @@ CollapseMesh::CollapseMesh(const TriangleMesh& input) {
         if (leaving[corner[h]] == kNoHalfedge || opposite[h] == kNoHalfedge) leaving[corner[h]] = h;
     }
     for (std::uint32_t h = 0; h < corner.size(); ++h)
-        if (opposite[h] == kNoHalfedge) {
-            const Vec3 &p = input.vertices[start(h)], &q = input.vertices[end(h)];
-            for (const std::uint32_t v : {start(h), end(h)}) state[v].flags |= kBoundary;
-            for (const auto& [v, x] : {std::pair{start(h), p}, {end(h), q}})
-                state[v].flags = static_cast<std::uint8_t>(
-                    state[v].flags | (x.x() == box.min.x() ? kMinX : 0) | (x.x() == box.max.x() ? kMaxX : 0) |
-                    (x.y() == box.min.y() ? kMinY : 0) | (x.y() == box.max.y() ? kMaxY : 0));
-        }
+        if (opposite[h] == kNoHalfedge)
+            for (const std::uint32_t v : {start(h), end(h)}) {
+                state[v].flags |= kBoundary;
+                state[v].constraint = boundary_constraint(input.vertices[v], box);
+            }
     constexpr std::uint32_t kGrain = 1024;
     tbb::parallel_for(std::uint32_t{0}, (vertices + kGrain - 1) / kGrain, [&](std::uint32_t block) {
         std::vector<std::uint32_t> neighbours;
@@ -86,7 +83,7 @@ void CollapseMesh::sum_up(std::uint32_t v, std::vector<std::uint32_t>& neighbour
     state[v].degree = static_cast<std::uint32_t>(n);
 }
 
-void CollapseMesh::ring(std::uint32_t v, Ring& result) const {
+void CollapseMesh::ring(std::uint32_t v, OneRing& result) const {
     const std::uint32_t first = leaving[v];
     std::uint32_t h = first, last = 0, n = 0;
     do {
@@ -100,35 +97,35 @@ void CollapseMesh::ring(std::uint32_t v, Ring& result) const {
     result.size = n;
 }
 
-void CollapseMesh::unlink(std::uint32_t h, const Ring& end_ring) {
-    const std::uint32_t a = start(h), b = end(h), other = opposite[h];
-    const bool a_boundary = flagged(a, kBoundary), b_boundary = flagged(b, kBoundary);
-    std::uint32_t first_of_b = leaving[b], inner = kNoHalfedge;
-    for (std::uint32_t i = 0; i < end_ring.triangles; ++i) corner[end_ring.out[i]] = a;
+void CollapseMesh::unlink(std::uint32_t h, const OneRing& end_ring) {
+    const std::uint32_t v0 = start(h), v1 = end(h), other = opposite[h];
+    const bool v0_boundary = flagged(v0, kBoundary), v1_boundary = flagged(v1, kBoundary);
+    std::uint32_t first_of_v1 = leaving[v1], inner = kNoHalfedge;
+    for (std::uint32_t i = 0; i < end_ring.triangles; ++i) corner[end_ring.out[i]] = v0;
 
-    // Triangle a, b, c left of h: its two other edges become one.
-    const std::uint32_t bc = next(h), ca = previous(h), c = corner[ca];
-    const std::uint32_t cb = opposite[bc], ac = opposite[ca];
-    if (cb != kNoHalfedge) opposite[cb] = ac;
-    if (ac != kNoHalfedge) opposite[ac] = cb;
-    if (leaving[c] == ca) leaving[c] = cb;
-    if (first_of_b == bc) first_of_b = ac;  // b c was the boundary; now a c is
-    inner = ac;
+    // Triangle v0, v1, vl left of h: its two other edges become one.
+    const std::uint32_t v1_vl = next(h), vl_v0 = previous(h), vl = corner[vl_v0];
+    const std::uint32_t vl_v1 = opposite[v1_vl], v0_vl = opposite[vl_v0];
+    if (vl_v1 != kNoHalfedge) opposite[vl_v1] = v0_vl;
+    if (v0_vl != kNoHalfedge) opposite[v0_vl] = vl_v1;
+    if (leaving[vl] == vl_v0) leaving[vl] = vl_v1;
+    if (first_of_v1 == v1_vl) first_of_v1 = v0_vl;  // v1 vl was the boundary; now v0 vl is
+    inner = v0_vl;
     if (other != kNoHalfedge) {
-        // Triangle b, a, d on the other side.
-        const std::uint32_t ad = next(other), db = previous(other), d = corner[db];
-        const std::uint32_t da = opposite[ad], bd = opposite[db];
-        if (da != kNoHalfedge) opposite[da] = bd;
-        if (bd != kNoHalfedge) opposite[bd] = da;
-        if (leaving[d] == db) leaving[d] = da;
-        if (leaving[a] == ad && a_boundary) leaving[a] = bd;
+        // Triangle v1, v0, vr on the other side.
+        const std::uint32_t v0_vr = next(other), vr_v1 = previous(other), vr = corner[vr_v1];
+        const std::uint32_t vr_v0 = opposite[v0_vr], v1_vr = opposite[vr_v1];
+        if (vr_v0 != kNoHalfedge) opposite[vr_v0] = v1_vr;
+        if (v1_vr != kNoHalfedge) opposite[v1_vr] = vr_v0;
+        if (leaving[vr] == vr_v1) leaving[vr] = vr_v0;
+        if (leaving[v0] == v0_vr && v0_boundary) leaving[v0] = v1_vr;
         for (std::uint32_t k = 0; k < 3; ++k) corner[other / 3 * 3 + k] = kNoHalfedge;
     }
     for (std::uint32_t k = 0; k < 3; ++k) corner[h / 3 * 3 + k] = kNoHalfedge;
-    // The boundary goes on where it left b, if b lay on it; else where it left a.
-    if (b_boundary) leaving[a] = first_of_b;
-    if (!a_boundary && !b_boundary) leaving[a] = inner;
-    leaving[b] = kNoHalfedge;
+    // The boundary goes on where it left v1, if v1 lay on it; else where it left v0.
+    if (v1_boundary) leaving[v0] = first_of_v1;
+    if (!v0_boundary && !v1_boundary) leaving[v0] = inner;
+    leaving[v1] = kNoHalfedge;
 }
 
 }  // namespace sidewall::simplify

@@ -5,6 +5,7 @@
 
 #include "simplify/halfedges.hpp"
 #include "simplify/symmetric3.hpp"
+#include "simplify/vertex_kind.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::simplify {
@@ -20,27 +21,21 @@ struct alignas(64) VertexSums {
     double link2;       ///< sum of |neighbour - position|^2
 };
 
-/// Side planes a boundary vertex lies in, and what else may not change.
 enum VertexFlag : std::uint8_t {
-    kMinX = 1,
-    kMaxX = 2,
-    kMinY = 4,
-    kMaxY = 8,
-    kSides = 15,
-    kBoundary = 16,  ///< on the open boundary
-    kFrozen = 32,    ///< on a material border, or fixed by the caller
-    kFeature = 64,
-    kRegion = 128
+    kBoundary = 1,  ///< on the open boundary, frozen vertices too
+    kFeature = 2,   ///< given by the caller
+    kRegion = 4     ///< in the feature region, which grows from the features
 };
 
 struct VertexState {
     std::uint32_t degree = 0;  ///< neighbours
-    std::uint8_t flags = 0;    ///< VertexFlags; a merged vertex has those of both
+    VertexConstraint constraint;
+    std::uint8_t flags = 0;  ///< VertexFlags; a merged vertex has those of both
 };
 
 /// The neighbours of a vertex in order: a fan of triangles, whose first edge is a boundary edge if the vertex
 /// lies on the boundary.
-struct Ring {
+struct OneRing {
     static constexpr std::uint32_t kMost = 64;        ///< no collapse makes a vertex of more neighbours
     std::array<std::uint32_t, kMost + 2> out;         ///< halfedges leaving the vertex, counter-clockwise
     std::array<std::uint32_t, kMost + 2> neighbours;  ///< their ends; one more than `out` on a boundary
@@ -68,20 +63,24 @@ struct CollapseMesh {
     std::uint32_t end(std::uint32_t h) const { return corner[next(h)]; }
     bool removed(std::uint32_t h) const { return corner[h] == kNoHalfedge; }
     bool flagged(std::uint32_t v, int flag) const { return (state[v].flags & flag) != 0; }
+    MergedPlace merged_place(std::uint32_t h) const {
+        return simplify::merged_place(state[start(h)].constraint, state[end(h)].constraint,
+                                      opposite[h] == kNoHalfedge);
+    }
     const Vec3& position(std::uint32_t v) const { return sums[v].position; }
     /// The one of the two halfedges that stands for the edge.
     std::uint32_t edge(std::uint32_t h) const { return opposite[h] < h ? opposite[h] : h; }
     bool is_edge(std::uint32_t h) const { return corner[h] != kNoHalfedge && h < opposite[h]; }
 
-    /// \pre no more than Ring::kMost neighbours.
-    void ring(std::uint32_t v, Ring& result) const;
+    /// \pre no more than OneRing::kMost neighbours.
+    void ring(std::uint32_t v, OneRing& result) const;
 
     Vec3 to_mesh(const Vec3& world) const { return (world - centre) * scale; }
     Vec3 to_world(const Vec3& p) const { return p / scale + centre; }
 
     /// Removes the end of \p h and the one or two triangles beside it; its start takes the place. Arrays of
     /// connectivity only. \p end is the ring of the vertex that goes.
-    void unlink(std::uint32_t h, const Ring& end);
+    void unlink(std::uint32_t h, const OneRing& end);
 
   private:
     void sum_up(std::uint32_t v, std::vector<std::uint32_t>& neighbours);

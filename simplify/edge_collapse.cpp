@@ -35,9 +35,9 @@ double least_angle(const Vec3& normal, const Vec3& a, const Vec3& b, const Vec3&
 }
 
 /// Whether the least angle around an edge is no more than \p angle as it is now.
-bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Surroundings& s,
+bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, const Surroundings& s,
                   double angle) {
-    for (const auto& [v, ring] : {std::pair{a, &s.start}, {b, &s.end}})
+    for (const auto& [v, ring] : {std::pair{v0, &s.start}, {v1, &s.end}})
         for (std::uint32_t i = 0; i < ring->triangles; ++i) {
             const Vec3 &from = mesh.position(v), &p = mesh.position(ring->neighbours[i]),
                        &q = mesh.position(ring->neighbours[i + 1 < ring->size ? i + 1 : 0]);
@@ -46,12 +46,12 @@ bool as_sharp_now(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, co
     return false;
 }
 
-bool keeps_shape(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
+bool keeps_shape(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, const Vec3& place,
                  Surroundings& s) {
     double worst = kSliver;
     std::size_t at_start = 0;
     s.count = 0;
-    for (const auto& [v, other, ring] : {std::tuple{a, b, &s.start}, {b, a, &s.end}}) {
+    for (const auto& [v, other, ring] : {std::tuple{v0, v1, &s.start}, {v1, v0, &s.end}}) {
         const Vec3& from = mesh.position(v);
         for (std::uint32_t i = 0; i < ring->triangles; ++i) {
             const std::uint32_t u = ring->neighbours[i], w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
@@ -65,20 +65,20 @@ bool keeps_shape(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, con
             s.moved[s.count] = {ring->out[i] / 3, u, w};
             s.changes[s.count++] = {before, after};
         }
-        if (v == a) at_start = s.count;
+        if (v == v0) at_start = s.count;
     }
     if (folds(s, 0, s.count, &Change::after) && !folds(s, 0, at_start, &Change::before) &&
         !folds(s, at_start, s.count, &Change::before))
         return false;
-    return worst >= kSliver || as_sharp_now(mesh, a, b, s, worst);
+    return worst >= kSliver || as_sharp_now(mesh, v0, v1, s, worst);
 }
 
 }  // namespace
 
 bool can_collapse(const CollapseMesh& mesh, std::uint32_t h, const Vec3& place, Surroundings& s) {
-    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
-    mesh.ring(a, s.start);
-    mesh.ring(b, s.end);
+    const std::uint32_t v0 = mesh.start(h), v1 = mesh.end(h);
+    mesh.ring(v0, s.start);
+    mesh.ring(v1, s.end);
     s.apexes = 0;
     for (const std::uint32_t side : {h, mesh.opposite[h]}) {
         if (side == kNoHalfedge) continue;
@@ -91,18 +91,18 @@ bool can_collapse(const CollapseMesh& mesh, std::uint32_t h, const Vec3& place, 
         s.apex[s.apexes++] = c;
     }
     const std::size_t degree = s.start.size + s.end.size - 2 - s.apexes;
-    const bool boundary = mesh.flagged(a, kBoundary) || mesh.flagged(b, kBoundary);
-    if (degree > Ring::kMost || degree < (boundary ? 2u : 3u)) return false;
+    const bool boundary = mesh.flagged(v0, kBoundary) || mesh.flagged(v1, kBoundary);
+    if (degree > OneRing::kMost || degree < (boundary ? 2u : 3u)) return false;
     std::size_t common = 0;
     for (std::uint32_t i = 0; i < s.end.size; ++i)
         for (std::uint32_t j = 0; j < s.start.size; ++j)
             common += s.end.neighbours[i] == s.start.neighbours[j];
-    return common == s.apexes && keeps_shape(mesh, a, b, place, s);
+    return common == s.apexes && keeps_shape(mesh, v0, v1, place, s);
 }
 
 void collapse_edge(CollapseMesh& mesh, std::uint32_t h, const Vec3& place, const Surroundings& s) {
-    const std::uint32_t a = mesh.start(h), b = mesh.end(h);
-    const Vec3 from_a = mesh.position(a), from_b = mesh.position(b);
+    const std::uint32_t v0 = mesh.start(h), v1 = mesh.end(h);
+    const Vec3 from_v0 = mesh.position(v0), from_v1 = mesh.position(v1);
     VertexSums sums{place, {}, Vec3::Zero(), Vec3::Zero(), 0.0};
     for (std::size_t i = 0; i < s.count; ++i) {
         const Change& c = s.changes[i];
@@ -116,11 +116,11 @@ void collapse_edge(CollapseMesh& mesh, std::uint32_t h, const Vec3& place, const
     }
     for (std::size_t i = 0; i < s.apexes; ++i) {
         VertexSums& apex = mesh.sums[s.apex[i]];
-        const Vec3 gone = (from_a - apex.position).cross(from_b - apex.position);
+        const Vec3 gone = (from_v0 - apex.position).cross(from_v1 - apex.position);
         apex.planes.add_outer(gone, -1.0);
         apex.normal -= (i == 0 ? 1.0 : -1.0) * gone;
     }
-    const auto relink = [&](const Ring& ring, std::uint32_t other, const Vec3& from, bool twice) {
+    const auto relink = [&](const OneRing& ring, std::uint32_t other, const Vec3& from, bool twice) {
         for (std::uint32_t i = 0; i < ring.size; ++i) {
             const std::uint32_t r = ring.neighbours[i];
             if (r == other) continue;
@@ -140,12 +140,13 @@ void collapse_edge(CollapseMesh& mesh, std::uint32_t h, const Vec3& place, const
             sums.link2 += after.squaredNorm();
         }
     };
-    relink(s.start, b, from_a, false);
-    relink(s.end, a, from_b, true);
+    relink(s.start, v1, from_v0, false);
+    relink(s.end, v0, from_v1, true);
     mesh.unlink(h, s.end);
-    mesh.sums[a] = sums;
-    mesh.state[a].flags |= mesh.state[b].flags;
-    mesh.state[a].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
+    mesh.sums[v0] = sums;
+    mesh.state[v0].constraint = merged(mesh.state[v0].constraint, mesh.state[v1].constraint);
+    mesh.state[v0].flags |= mesh.state[v1].flags;
+    mesh.state[v0].degree = s.start.size + s.end.size - 2 - static_cast<std::uint32_t>(s.apexes);
 }
 
 }  // namespace sidewall::simplify

@@ -14,9 +14,9 @@ struct Change {
 
 /// Everything around an edge that is about to collapse.
 struct Surroundings {
-    Ring start, end;
-    std::array<MovedTriangle, 2 * Ring::kMost> moved;
-    std::array<Change, 2 * Ring::kMost> changes;
+    OneRing start, end;
+    std::array<MovedTriangle, 2 * OneRing::kMost> moved;
+    std::array<Change, 2 * OneRing::kMost> changes;
     std::size_t count = 0;                ///< of the two above
     std::array<std::uint32_t, 2> gone{};  ///< triangles that go
     std::array<std::uint32_t, 2> apex{};  ///< third corners of the triangles that go

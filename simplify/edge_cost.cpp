@@ -161,22 +161,23 @@ Vec3 place_on_boundary(const Form& f, const BoundaryForm& b, const Weights& w) {
 
 Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& weights) {
     const std::uint32_t a = mesh.start(h), b = mesh.end(h);
-    const int flags_a = mesh.state[a].flags, flags_b = mesh.state[b].flags;
+    const MergedPlace place = mesh.merged_place(h);
     const Form f = form_of(mesh, h);
     const Vec3 origin = mesh.position(a);
     BoundaryForm boundary;
     Vec3 x;
-    if (((flags_a | flags_b) & kBoundary) == 0) {
+    if (place == MergedPlace::free) {
         x = place_inside(f);
     } else {
-        const int sides_a = flags_a & kSides, sides_b = flags_b & kSides;
-        const bool corner = (sides_a & (kMinX | kMaxX)) && (sides_a & (kMinY | kMaxY));
         boundary = boundary_form(mesh, h);
-        if ((flags_a & kBoundary) != (flags_b & kBoundary))
-            x = flags_a & kBoundary ? Vec3(Vec3::Zero()) : f.along;
-        else if (sides_a != sides_b)
-            x = (sides_a & sides_b) == sides_b ? Vec3(Vec3::Zero()) : f.along;
-        else if (corner)
+        const VertexKind kind_a = mesh.state[a].constraint.kind, kind_b = mesh.state[b].constraint.kind;
+        // One end off the boundary; then the stronger of two kinds; two vertices at one corner. Fewer
+        // branches would say the same, but this compiler then rounds the cost of every edge differently.
+        if ((kind_a == VertexKind::interior) != (kind_b == VertexKind::interior))
+            x = place == MergedPlace::start ? Vec3(Vec3::Zero()) : f.along;
+        else if (kind_a != kind_b)
+            x = place == MergedPlace::start ? Vec3(Vec3::Zero()) : f.along;
+        else if (place == MergedPlace::start)
             x = Vec3::Zero();
         else
             x = place_on_boundary(f, boundary, weights);
@@ -197,12 +198,9 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
     } else if (x == f.along) {
         result.place = mesh.position(b);
     } else {
+        const int planes = mesh.state[a].constraint.planes & mesh.state[b].constraint.planes;
         result.place = result.place.cwiseMax(mesh.low).cwiseMin(mesh.high);
-        const int sides = flags_a & flags_b & kSides;
-        if (sides & kMinX) result.place.x() = mesh.low.x();
-        if (sides & kMaxX) result.place.x() = mesh.high.x();
-        if (sides & kMinY) result.place.y() = mesh.low.y();
-        if (sides & kMaxY) result.place.y() = mesh.high.y();
+        move_into(planes, result.place, mesh.low, mesh.high);
         x = result.place - origin;
     }
     const double swept = x.dot(f.h * x) - 2.0 * f.g.dot(x) + f.c;

@@ -22,7 +22,7 @@ struct Candidate {
 /// or creases would keep those that marching cubes leave there.
 ///
 /// Constant time, from the sums of both ends; only edges on the boundary look at their neighbours there.
-/// \pre the edge may collapse: where the flags of its ends bind the place, one end's include the other's.
+/// \pre the edge may collapse: its merged_place() is not `nowhere`.
 Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t halfedge, const Weights& weights);
 
 }  // namespace sidewall::simplify

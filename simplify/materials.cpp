@@ -32,11 +32,13 @@ std::vector<std::uint8_t> material_borders(const TriangleMesh& mesh) {
     return border;
 }
 
-std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh) {
+std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh, std::span<const std::uint8_t> fixed) {
     std::vector<std::uint8_t> frozen = material_borders(mesh);
-    if (const Attribute* fixed = mesh.vertex_attribute("fixed"))
-        for (std::size_t v = 0; v < std::min(frozen.size(), fixed->values.size()); ++v)
-            if (fixed->values[v] != 0.0) frozen[v] = 1;
+    if (!fixed.empty() && fixed.size() != frozen.size())
+        throw GeometryError(fmt::format("{} flags of fixed vertices for {} vertices: give one a vertex",
+                                        fixed.size(), frozen.size()));
+    for (std::size_t v = 0; v < fixed.size(); ++v)
+        if (fixed[v]) frozen[v] = 1;
     return frozen;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "surface/triangle_mesh.hpp"
@@ -10,9 +11,9 @@ namespace sidewall::simplify {
 /// \throws GeometryError if it is not one finite number a triangle.
 std::vector<std::uint8_t> material_borders(const TriangleMesh& mesh);
 
-/// One flag a vertex: no collapse may touch it. Material borders, and where the vertex attribute `fixed` is
-/// not zero.
-/// \throws GeometryError as material_borders does.
-std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh);
+/// One flag a vertex: no collapse may touch it. Material borders, and where \p fixed, one flag a vertex or
+/// empty, is set.
+/// \throws GeometryError as material_borders does, and if \p fixed has another length than the vertices.
+std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh, std::span<const std::uint8_t> fixed);
 
 }  // namespace sidewall::simplify

@@ -102,6 +102,7 @@ RegionOptions resolve_region(const Options& options, double base) {
     else if (options.method == Method::region_bounded && !options.target_vertices)
         region.max_error = kBoundedError * base;
     region.max_length_at = options.max_length_at;
+    region.fixed = options.fixed;
     region.progress = options.progress;
     check(region);
     return region;
@@ -116,6 +117,7 @@ LindstromTurkOptions resolve_lindstrom_turk(const Options& options, double base)
         plain.max_edge_length = kLindstromTurkLengths * base;
     plain.weights = options.weights.value_or(kVolumeWeights);
     if (options.max_error) plain.max_error = *options.max_error;
+    plain.fixed = options.fixed;
     plain.progress = options.progress;
     check(plain);
     return plain;

@@ -48,6 +48,9 @@ struct LindstromTurkOptions {
     /// No vertex of the input comes to lie farther from the result than this, nor one of the result farther
     /// from the input.
     double max_error = std::numeric_limits<double>::infinity();
+    /// One flag an input vertex: no collapse touches those set, e.g. where a periodic side must keep the curve of
+    /// the opposite one. Empty for none.
+    std::span<const std::uint8_t> fixed{};
     Progress progress{};
 };
 
@@ -67,6 +70,7 @@ struct RegionOptions {
     /// Edge length allowed at each input vertex whatever its distance to features, e.g. where flux varies;
     /// infinity for no bound, empty for none at all. Only region-bounded reads it.
     std::span<const double> max_length_at{};
+    std::span<const std::uint8_t> fixed{};  ///< as in LindstromTurkOptions
     Progress progress{};
 };
 
@@ -83,6 +87,7 @@ struct Options {
     /// lengths where there is no target, the others none
     std::optional<double> max_error{};
     std::span<const double> max_length_at{};  ///< as in RegionOptions; region-bounded only
+    std::span<const std::uint8_t> fixed{};    ///< as in LindstromTurkOptions
     std::optional<double> grid_spacing{};     ///< dx of the level set the mesh was extracted from
     Progress progress{};
 };

@@ -36,14 +36,14 @@ double length_beyond(double shortest, const Schedule& s) {
 
 /// One run of the schedule.
 /// \returns how many vertices it removed.
-std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<Ring>& rings) {
+std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<PassReport>& passes) {
     std::size_t total = 0;
-    const auto run = [&](double length, bool spare_region) {
+    const auto run = [&](double length, bool keep_region) {
         const std::size_t removed = engine.run({.max_length = length,
                                                 .target_vertices = s.target,
-                                                .spare_region = spare_region,
+                                                .keep_region = keep_region,
                                                 .max_error = s.max_error});
-        rings.push_back({length, removed});
+        passes.push_back({length, removed});
         total += removed;
         return removed;
     };
@@ -67,7 +67,7 @@ std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<
 Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                         const RegionOptions& options) {
     check(options);
-    CollapseEngine engine(mesh, options.weights);
+    CollapseEngine engine(mesh, options.weights, options.fixed);
     engine.report_to(options.progress);
     check_step(mesh, options.step);
     engine.set_features(features);
@@ -75,12 +75,12 @@ Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> 
     Schedule schedule{options.l0, options.step, options.l_max, options.max_error,
                       options.target_vertices.value_or(0)};
     if (!options.target_vertices) {
-        run_schedule(engine, schedule, result.rings);
+        run_schedule(engine, schedule, result.passes);
     } else {
         schedule.l_max = std::numeric_limits<double>::infinity();
         constexpr double kLonger = 1.25;
         for (;;) {
-            const std::size_t removed = run_schedule(engine, schedule, result.rings);
+            const std::size_t removed = run_schedule(engine, schedule, result.passes);
             if (engine.vertex_count() <= schedule.target) break;
             engine.reset_region();
             if (removed == 0 && schedule.l0 + schedule.step > engine.longest_transition_edge()) break;

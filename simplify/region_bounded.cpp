@@ -45,7 +45,7 @@ std::vector<double> graded_lengths(const TriangleMesh& mesh, std::span<const std
 Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                                 const RegionOptions& options) {
     check(options);
-    CollapseEngine engine(mesh, options.weights);
+    CollapseEngine engine(mesh, options.weights, options.fixed);
     engine.report_to(options.progress);
     const bool has_features = std::any_of(features.begin(), features.end(), [](auto f) { return f != 0; });
     if (!features.empty()) engine.set_features(features);
@@ -54,7 +54,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     Result result;
     const auto run = [&](CollapsePass pass) {
         const std::size_t removed = engine.run(pass);
-        result.rings.push_back({pass.max_length, removed});
+        result.passes.push_back({pass.max_length, removed});
     };
     if (!options.target_vertices) {
         run({.max_length = options.l_max, .max_error = options.max_error});
@@ -68,10 +68,10 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             run({.max_length = kInfinity,
                  .target_vertices = *options.target_vertices,
                  .max_error = last ? options.max_error : error,
-                 .give_up = error < options.max_error,
+                 .stop_when_refused = error < options.max_error,
                  .length_factor = factor});
             if (engine.vertex_count() <= *options.target_vertices) break;
-            const bool stuck = result.rings.back().removed == 0 && error >= options.max_error;
+            const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
             // Near the target a large step would be more than it takes.
             const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <

@@ -7,8 +7,8 @@
 
 namespace sidewall::simplify {
 
-/// One pass over the mesh.
-struct Ring {
+/// What one pass over the mesh did.
+struct PassReport {
     double length = 0.0;      ///< only edges shorter than this could collapse
     std::size_t removed = 0;  ///< vertices
 };
@@ -23,7 +23,7 @@ struct Seconds {
 /// A simplified mesh and how it came about.
 struct Result {
     TriangleMesh mesh;
-    std::vector<Ring> rings;  ///< in order; a region schedule with l0 > 0 begins with the whole mesh
+    std::vector<PassReport> passes;  ///< in order; a region schedule with l0 > 0 begins with the whole mesh
     std::vector<std::string> dropped_attributes;  ///< the output carries none but the per-triangle `material`
     Seconds seconds;
 };

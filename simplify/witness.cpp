@@ -25,13 +25,13 @@ Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<c
     return to_second > to_first ? Witness{second, to_second} : Witness{first, to_first};
 }
 
-void RecentSteps::add(double step2) {
+void RecentDistances::add(double distance2) {
     constexpr double kMemory = 1024.0;
     count = std::min(count + 1.0, kMemory);
-    mean2 += (step2 - mean2) / count;
+    mean2 += (distance2 - mean2) / count;
 }
 
-double RecentSteps::limit2() const {
+double RecentDistances::limit2() const {
     // Few vertices of a rough surface are farther than this; less than the least is rounding.
     constexpr double kOutlier = 2.5, kLeast = 1e-5, kEnough = 200.0;
     return count < kEnough ? kInfinity : std::max(kOutlier * kOutlier * mean2, kLeast * kLeast);

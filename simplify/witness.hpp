@@ -20,11 +20,11 @@ Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<c
 
 /// How far the collapses that come up would take the surface these days, which tells outliers. Not a bound in
 /// lengths: it grows as the mesh gets coarser.
-struct RecentSteps {
+struct RecentDistances {
     double mean2 = 0.0;  ///< squared distance, a running mean
     double count = 0.0;
 
-    void add(double step2);
+    void add(double distance2);
     /// Squared distance of a witness beyond which a collapse is put off; infinity before there are enough.
     double limit2() const;
 };

@@ -73,8 +73,8 @@ Json report(const Arguments& arguments, const TriangleMesh& mesh, const simplify
                          {"simplified_to_original", one_way(distance.backward)}};
     json["quality"] = {{"min_angle_deg", quality.min_angle_deg}, {"mean_ratio_min", quality.mean_ratio_min}};
     json["rings"] = Json::array();
-    for (const simplify::Ring& ring : result.rings)
-        json["rings"].push_back({{"length", ring.length}, {"removed", ring.removed}});
+    for (const simplify::PassReport& pass : result.passes)
+        json["rings"].push_back({{"length", pass.length}, {"removed", pass.removed}});
     json["dropped_attributes"] = result.dropped_attributes;
     return json;
 }

@@ -24,18 +24,16 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
 }
 
 // A particle that leaves through a periodic side must find the same surface on the opposite one.
-TriangleMesh with_fixed_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
-    TriangleMesh mesh = raw;
-    Attribute fixed{"fixed", 1, Scalar::int32, std::vector<double>(raw.vertices.size(), 0.0)};
+std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
+    std::vector<std::uint8_t> flags(raw.vertices.size(), 0);
     for (std::size_t v = 0; v < raw.vertices.size(); ++v)
         for (int axis = 0; axis < 2; ++axis) {
             const auto a = static_cast<std::size_t>(axis);
             const double x = raw.vertices[v][axis];
             if (domain.side[a] == levelset::Side::periodic && (x == domain.min[a] || x == domain.max[a]))
-                fixed.values[v] = 1.0;
+                flags[v] = 1;
         }
-    mesh.vertex_attributes.push_back(std::move(fixed));
-    return mesh;
+    return flags;
 }
 
 }  // namespace
@@ -62,7 +60,9 @@ TriangleMesh coarsen(const Recipe& recipe, const levelset::MaterialStack& stack,
         lengths = resolving_lengths(carried, raw, recipe.simplify.flux_change, spacing);
         options.max_length_at = lengths;
     }
-    return simplify::simplify(with_fixed_sides(stack.domain, raw), features, options).mesh;
+    const std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, raw);
+    options.fixed = fixed;
+    return simplify::simplify(raw, features, options).mesh;
 }
 
 }  // namespace sidewall::app

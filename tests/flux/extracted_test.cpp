@@ -58,20 +58,20 @@ TriangleMesh raw_hole(int depth) {
 }
 
 // Raw, or with at most 0.6 of its vertices.
-TriangleMesh simplified(TriangleMesh raw, simplify::Method method) {
+TriangleMesh simplified(const TriangleMesh& raw, simplify::Method method) {
     if (method == simplify::Method::none) return raw;
     const Box3 bounds = bounding_box(raw);
-    Attribute fixed{"fixed", 1, Scalar::int32, {}};  // periodic sides must go on matching
+    std::vector<std::uint8_t> fixed;  // periodic sides must go on matching
     for (const Vec3& p : raw.vertices)
-        fixed.values.push_back((p.array() == bounds.min.array()).head<2>().any() ||
-                               (p.array() == bounds.max.array()).head<2>().any());
-    raw.vertex_attributes.push_back(fixed);
+        fixed.push_back((p.array() == bounds.min.array()).head<2>().any() ||
+                        (p.array() == bounds.max.array()).head<2>().any());
     const Wedges corners = make_wedges(raw);
     std::vector<std::uint8_t> features;
     for (std::size_t v = 0; v < raw.vertices.size(); ++v)
         features.push_back(corners.first[v + 1] - corners.first[v] > 1);
     simplify::Options options;
     options.method = method;
+    options.fixed = fixed;
     if (method == simplify::Method::lindstrom_turk) options.target_vertices = 6 * raw.vertices.size() / 10;
     TriangleMesh mesh = simplify::simplify(raw, features, options).mesh;
     REQUIRE(10 * mesh.vertices.size() < 7 * raw.vertices.size());

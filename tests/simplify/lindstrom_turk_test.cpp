@@ -120,7 +120,7 @@ TEST_CASE("no edge of the bound's length or longer collapses") {
     // cell none is.
     const TriangleMesh mesh = square_mesh(10, 1.0);
     CHECK(same_bits(simplify_lindstrom_turk(mesh, {.max_edge_length = 1.0}).mesh, mesh));
-    CHECK(simplify_lindstrom_turk(mesh, {.max_edge_length = 1.2}).rings.at(0).removed > 0);
+    CHECK(simplify_lindstrom_turk(mesh, {.max_edge_length = 1.2}).passes.at(0).removed > 0);
 }
 
 TEST_CASE("materials keep their border and their triangles") {

@@ -110,13 +110,13 @@ TEST_CASE("each ring allows one step more, no more than l_max, and counts what i
     const Case c = trench_case();
     const RegionOptions options{.l0 = kSpacing, .step = 0.5 * kSpacing, .l_max = 2.2 * kSpacing};
     const auto result = simplify_regions(c.mesh, c.features, options);
-    REQUIRE(result.rings.size() == 4);
-    CHECK(result.rings[0].length == options.l0);
-    CHECK(result.rings[1].length == Approx(1.5 * kSpacing));
-    CHECK(result.rings[2].length == Approx(2.0 * kSpacing));
-    CHECK(result.rings[3].length == options.l_max);
+    REQUIRE(result.passes.size() == 4);
+    CHECK(result.passes[0].length == options.l0);
+    CHECK(result.passes[1].length == Approx(1.5 * kSpacing));
+    CHECK(result.passes[2].length == Approx(2.0 * kSpacing));
+    CHECK(result.passes[3].length == options.l_max);
     std::size_t removed = 0;
-    for (const auto& ring : result.rings) removed += ring.removed;
+    for (const auto& pass : result.passes) removed += pass.removed;
     CHECK(removed == c.mesh.vertices.size() - result.mesh.vertices.size());
 }
 

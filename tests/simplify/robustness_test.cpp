@@ -166,6 +166,32 @@ TEST_CASE("a hard bound holds in both directions, at any target") {
     }
 }
 
+TEST_CASE("no method moves a fixed vertex, nor removes one") {
+    const TriangleMesh mesh = trench_mesh(0.5, 0.05);
+    const Box3 box = bounding_box(mesh);
+    std::vector<std::uint8_t> fixed;
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        fixed.push_back(mesh.vertices[v].y() == box.min.y() || v % 50 == 0);
+    for (const Method method :
+         {Method::lindstrom_turk, Method::region, Method::region_bounded, Method::cgal_lindstrom_turk}) {
+        simplify::Options options{.method = method, .target_vertices = 1, .grid_spacing = 0.5};
+        const auto features = features_of(mesh, 0.5);
+        const auto lost = [&] {
+            const TriangleMesh coarse = simplify::simplify(mesh, features, options).mesh;
+            const Places left = places(coarse);
+            std::size_t count = 0;
+            for (std::size_t v = 0; v < fixed.size(); ++v)
+                count += fixed[v] && !left.contains(mesh.vertices[v]);
+            return count;
+        };
+        CHECK(lost() > 0);
+        options.fixed = fixed;
+        CHECK(lost() == 0);
+        options.fixed = std::span(fixed).first(5);
+        CHECK_THROWS_AS(simplify::simplify(mesh, features, options), GeometryError);
+    }
+}
+
 TEST_CASE("region-bounded keeps to the lengths it is given") {
     const TriangleMesh mesh = square_mesh(60, 1.0);
     std::vector<double> lengths(mesh.vertices.size(), std::numeric_limits<double>::infinity());
@@ -258,14 +284,13 @@ TEST_CASE("a thousand random meshes stay sound") {
         if (i % 10 == 9)
             for (std::size_t v = 3; v + 1 < mesh.vertices.size(); v += 7)
                 mesh.vertices[v] = mesh.vertices[v + 1];
-        if (i % 5 == 4) {
-            Attribute fixed{"fixed", 1, Scalar::int32, {}};
-            for (std::size_t v = 0; v < mesh.vertices.size(); ++v) fixed.values.push_back(random() % 8 == 0);
-            mesh.vertex_attributes.push_back(fixed);
-        }
+        std::vector<std::uint8_t> fixed;
+        if (i % 5 == 4)
+            for (std::size_t v = 0; v < mesh.vertices.size(); ++v) fixed.push_back(random() % 8 == 0);
         std::vector<std::uint8_t> features(mesh.vertices.size(), 0);
         for (auto& f : features) f = random() % 5 == 0;
         simplify::Options options{.method = kMethods[random() % 3]};
+        options.fixed = fixed;
         if (random() % 2) options.target_vertices = 1 + random() % mesh.vertices.size();
         if (random() % 2) options.max_error = uniform(0.001, 0.5);
         if (random() % 3 == 0)

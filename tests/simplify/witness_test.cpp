@@ -36,14 +36,14 @@ TEST_CASE("of two witnesses the one farther from the triangles around is kept") 
         farther(above, below, 0.16).point.isApprox(below));  // the nearer one need not be measured any closer
 }
 
-TEST_CASE("the limit of outliers follows the steps of late, once there are enough") {
-    RecentSteps steps;
-    for (int k = 0; k < 199; ++k) steps.add(4.0);
-    CHECK(steps.limit2() == std::numeric_limits<double>::infinity());
-    steps.add(4.0);
-    CHECK(steps.limit2() == Approx(2.5 * 2.5 * 4.0));
-    for (int k = 0; k < 20'000; ++k) steps.add(9.0);
-    CHECK(steps.limit2() == Approx(2.5 * 2.5 * 9.0));
-    for (int k = 0; k < 50'000; ++k) steps.add(0.0);
-    CHECK(steps.limit2() == Approx(1e-10));
+TEST_CASE("the limit of outliers follows the recent distances, once there are enough") {
+    RecentDistances distances;
+    for (int k = 0; k < 199; ++k) distances.add(4.0);
+    CHECK(distances.limit2() == std::numeric_limits<double>::infinity());
+    distances.add(4.0);
+    CHECK(distances.limit2() == Approx(2.5 * 2.5 * 4.0));
+    for (int k = 0; k < 20'000; ++k) distances.add(9.0);
+    CHECK(distances.limit2() == Approx(2.5 * 2.5 * 9.0));
+    for (int k = 0; k < 50'000; ++k) distances.add(0.0);
+    CHECK(distances.limit2() == Approx(1e-10));
 }
