@@ -7,7 +7,8 @@
 namespace sidewall::simplify {
 namespace {
 
-// Seams grow as blocks shrink; fewer than these and threads run dry.
+// Smaller blocks have more of their vertices on seams; with larger ones, meshes of some ten thousand vertices
+// would not keep all threads busy.
 constexpr std::size_t kBlockVertices = 6000;
 constexpr int kMostCuts = 10;
 
@@ -45,10 +46,10 @@ Blocks make_blocks(const CollapseMesh& mesh) {
     blocks.count = 1u << cuts;
 
     std::vector<Vec3> sample;
-    const std::uint32_t step = std::max(1u, used / (256u * blocks.count));
+    const std::uint32_t stride = std::max(1u, used / (256u * blocks.count));
     std::uint32_t at = 0;
     for (std::uint32_t v = 0; v < n; ++v)
-        if (mesh.leaving[v] != kNoHalfedge && at++ % step == 0) sample.push_back(mesh.position(v));
+        if (mesh.leaving[v] != kNoHalfedge && at++ % stride == 0) sample.push_back(mesh.position(v));
     std::vector<Cut> tree(blocks.count - 1);
     cut(tree, 0, sample.begin(), sample.end());
 

@@ -6,7 +6,8 @@
 
 namespace sidewall::simplify {
 
-/// Parts of a mesh in which edges collapse independently of each other.
+/// Parts of a mesh in which edges collapse independently of each other. Vertices between blocks are the
+/// seams, left for a pass over the whole mesh.
 struct Blocks {
     static constexpr std::uint32_t kSeam = 0xffffffffu;
     std::uint32_t count = 0;
@@ -17,7 +18,7 @@ struct Blocks {
 
 /// Cuts the mesh along axis-parallel planes into blocks of about as many vertices each. A collapse inside a
 /// block touches nothing that one in another block reads. The cuts depend on the mesh alone, never on
-/// threads. No blocks for a mesh too small to be worth it.
+/// the number of threads. No blocks for a mesh too small to be worth it.
 Blocks make_blocks(const CollapseMesh& mesh);
 
 }  // namespace sidewall::simplify

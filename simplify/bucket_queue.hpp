@@ -8,8 +8,8 @@
 namespace sidewall::simplify {
 
 /// A priority queue of edges sorted roughly: costs within an eighth of a power of two share a bucket, first
-/// in, first out. Twice as fast as a heap here, at the same error. Where an edge is queued is kept by the
-/// caller, in an array over all edges; entries that disagree with it are stale and skipped.
+/// in, first out. Twice as fast as a heap here, at the same distance to the input. Where an edge is queued is
+/// kept by the caller, in an array over all edges; entries that disagree with it are stale and skipped.
 class BucketQueue {
   public:
     using Bucket = std::uint16_t;

@@ -158,7 +158,7 @@ struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
     }
 };
 
-/// CGAL collapses edges of no length unasked; those the pass must leave alone are declared constrained.
+/// CGAL collapses edges of no length without asking Placement; those that must not are declared constrained.
 struct UntouchableZeroEdges {
     using key_type = Mesh::Edge_index;
     using value_type = bool;

@@ -18,9 +18,10 @@ struct CollapsePass {
     bool keep_region = false;         ///< edges with an end in the region stay as they are
     /// No vertex of the input may come to lie farther from the simplified surface, nor the other way round.
     double max_error = std::numeric_limits<double>::infinity();
-    /// Ends where the bound refuses as many edges as collapse, instead of using it up to the last edge.
+    /// The pass ends as soon as max_error has refused more edges than have collapsed, instead of trying all.
     bool stop_when_refused = false;
-    /// Puts off collapses that would leave a point of the input much farther behind than is usual by then.
+    /// A collapse that would leave a point of the input much farther from the surface than recent ones did
+    /// waits until others cost twice as much (witness.hpp).
     bool defer_outliers = false;
     double length_factor = 1.0;  ///< applied to the graded lengths
 };
@@ -31,13 +32,13 @@ struct CollapsePass {
 ///
 /// What a pass keeps:
 /// - Boundary: its vertices move along it only; those in an x or y extreme of the mesh keep that coordinate
-/// to
-///   the last bit, corners stay, and an edge that ends on the boundary collapses onto its boundary vertex.
+///   to the last bit, corners stay, and an edge that ends on the boundary collapses onto its boundary vertex
+///   (vertex_kind.hpp).
 /// - Vertices where triangles of different `material` meet: edges that touch them stay.
 /// - Vertices fixed by the caller, likewise: both sides of a periodic domain must keep the same curve.
 /// - Orientation: no triangle turns by 90 degrees or more in a collapse.
 /// - Shape: the least angle around an edge gets no smaller once it is below 5 degrees, and no triangle
-/// becomes degenerate.
+///   becomes degenerate.
 /// - Manifoldness and Euler number (link condition).
 /// - Box: no vertex leaves that of the input.
 /// - Degree: no collapse makes a vertex of more than 64 neighbours.
@@ -46,8 +47,8 @@ struct CollapsePass {
 class CollapseEngine {
   public:
     /// Keeps a reference to \p mesh, none to \p fixed: one flag a vertex, or empty.
-    /// \throws GeometryError if the mesh is not an orientable manifold, `material` is not one number a triangle
-    ///         or \p fixed has another length than the vertices.
+    /// \throws GeometryError if the mesh is not an orientable manifold, `material` is not one number a
+    ///         triangle or \p fixed has another length than the vertices.
     CollapseEngine(const TriangleMesh& mesh, const Weights& weights, std::span<const std::uint8_t> fixed);
     ~CollapseEngine();
 
@@ -65,6 +66,7 @@ class CollapseEngine {
     /// thread.
     void report_to(std::function<void(std::size_t)> progress);
 
+    /// Makes the features the region again.
     void reset_region();
     /// Adds all neighbours to the region.
     /// \returns how many.

@@ -54,7 +54,7 @@ struct CollapseEngine::Impl {
     std::size_t vertices = 0;                ///< left
     std::vector<std::uint32_t> source;       ///< input vertex whose position it has, or kMoved
     std::vector<Vec3> witness;               ///< per vertex, a point of the original
-    RecentDistances distances;                       ///< of all workers
+    RecentDistances distances;               ///< of all workers
     std::vector<BucketQueue::Bucket> where;  ///< per halfedge: bucket its edge is queued in
     Blocks blocks;
 
@@ -62,22 +62,27 @@ struct CollapseEngine::Impl {
 
     // One worker (collapse_work.cpp)
 
+    /// Whether the pass may collapse an edge: what holds its ends, their degrees, its length.
     bool allows(std::uint32_t h, std::uint32_t zone) const;
     /// Queues an edge at its cost now, or takes it out.
     void update(CollapseWorker& worker, std::uint32_t h) const;
     /// Whether all stays within the error bound; can_collapse() has passed.
     bool within_bound(std::uint32_t h, const Vec3& place, Surroundings& s) const;
-    /// Puts an edge off until twice its cost if a collapse would leave a witness far behind; else its start
-    /// keeps the farther one. A bound on the error sees to all points itself.
+    /// Queues an edge again at twice its cost if a collapse would leave a witness (witness.hpp) far from the
+    /// surface; else its start keeps the farther of the two witnesses. Does nothing under a bound on the
+    /// error, which measures all points.
+    /// \returns whether it is queued again.
     bool defer(CollapseWorker& worker, std::uint32_t edge, const Candidate& candidate,
                BucketQueue::Bucket bucket);
-    /// Collapses an edge that passed both.
+    /// Collapses an edge that passed can_collapse() and within_bound().
     void collapse(std::uint32_t h, const Vec3& place, const Surroundings& s);
+    /// With stop_when_refused: whether the bound has refused clearly more edges than have collapsed. \p
+    /// removed are those of the call under way.
     bool refused_too_many(const CollapseWorker& worker, std::size_t removed) const;
     /// Collapses edges up to a bucket, cheapest first, at most \p quota. An edge whose cost has grown since
     /// it was queued goes back; one whose cost has sunk, without being next to a collapse, is found late.
     std::size_t work(CollapseWorker& worker, BucketQueue::Bucket limit, std::size_t quota);
-    /// Tells how many vertices are left; whoever comes while another one tells goes on.
+    /// Reports how many vertices are left, unless another thread is doing so just then.
     void report(std::size_t removed);
 
     // A pass (collapse_pass.cpp)
@@ -93,11 +98,14 @@ struct CollapseEngine::Impl {
     std::size_t run_round(std::vector<CollapseWorker>& workers, std::size_t wanted);
     /// Collapses anywhere until the target is met or nothing more can go.
     void run_everywhere();
+    /// One pass: blocks first, then the whole mesh.
     void run();
 
     // What the engine offers (collapse.cpp)
 
+    /// Neither end is frozen or in the region.
     bool transition_edge(std::uint32_t h) const;
+    /// In the input's unit.
     double edge_length(std::uint32_t h) const;
     template <class Visit>
     void each_edge(const Visit& visit) const {

@@ -45,7 +45,7 @@ bool CollapseEngine::Impl::within_bound(std::uint32_t h, const Vec3& place, Surr
 
 bool CollapseEngine::Impl::defer(CollapseWorker& worker, std::uint32_t edge, const Candidate& candidate,
                                  BucketQueue::Bucket bucket) {
-    constexpr int kTwice = 8;
+    constexpr int kTwice = 8;  // buckets an eighth of a power of two wide
     if (deviation || !pass.defer_outliers) return false;
     const std::uint32_t v0 = mesh.start(edge), v1 = mesh.end(edge);
     const double distance2 = candidate.area2 > 0.0 ? candidate.swept / candidate.area2 : 0.0;
@@ -73,8 +73,8 @@ void CollapseEngine::Impl::collapse(std::uint32_t h, const Vec3& place, const Su
 }
 
 bool CollapseEngine::Impl::refused_too_many(const CollapseWorker& worker, std::size_t removed) const {
-    constexpr std::size_t kPatience = 200;
-    return pass.stop_when_refused && worker.refused > worker.removed + removed + kPatience;
+    constexpr std::size_t kFew = 200;  // too few to tell how many are refused
+    return pass.stop_when_refused && worker.refused > worker.removed + removed + kFew;
 }
 
 std::size_t CollapseEngine::Impl::work(CollapseWorker& worker, BucketQueue::Bucket limit, std::size_t quota) {

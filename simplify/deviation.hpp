@@ -34,7 +34,7 @@ class Deviation {
     bool within(double limit, const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
                 std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone, Plan& plan) const;
 
-    /// Makes it so.
+    /// Follows the collapse that within() has just measured; \p a is the vertex that is left.
     void apply(std::uint32_t a, std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone,
                const Plan& plan);
 

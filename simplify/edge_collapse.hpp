@@ -12,21 +12,31 @@ struct Change {
     Vec3 before, after;
 };
 
-/// Everything around an edge that is about to collapse.
+/// Everything around an edge that is about to collapse: halfedge h from v0 to v1. v0 moves to the new place;
+/// v1 and the triangles tl and tr go. At a boundary edge there are only vl and tl.
+/// \verbatim
+///         vl
+///       .'  '.
+///     .'  tl  '.
+///   v0 ---h---> v1
+///     '.  tr  .'
+///       '.  .'
+///         vr
+/// \endverbatim
 struct Surroundings {
-    OneRing start, end;
+    OneRing start, end;  ///< around v0 and v1
     std::array<MovedTriangle, 2 * OneRing::kMost> moved;
     std::array<Change, 2 * OneRing::kMost> changes;
-    std::size_t count = 0;                ///< of the two above
-    std::array<std::uint32_t, 2> gone{};  ///< triangles that go
-    std::array<std::uint32_t, 2> apex{};  ///< third corners of the triangles that go
-    std::size_t apexes = 0;
-    Deviation::Plan plan;  ///< if the distance is bounded
+    std::size_t count = 0;                ///< entries of `moved` and of `changes`
+    std::array<std::uint32_t, 2> gone{};  ///< tl, tr
+    std::array<std::uint32_t, 2> apex{};  ///< vl, vr
+    std::size_t apexes = 0;               ///< 2, or 1 at a boundary edge
+    Deviation::Plan plan;                 ///< filled in by Deviation::within, if the distance is bounded
 };
 
 /// Whether an edge can go to \p place without damage: the link condition holds, no triangle turns by 90
-/// degrees or more, none becomes a sliver or a worse one, no neighbours fold that did not before. Fills in the surroundings, all but the plan.
-/// O(degree).
+/// degrees or more, none becomes a sliver or a worse one, no neighbours fold that did not before. Fills in
+/// the surroundings, all but the plan. O(degree).
 bool can_collapse(const CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, Surroundings& around);
 
 /// Collapses it: its start moves to \p place, its end and the one or two triangles beside it go, all sums

@@ -171,8 +171,9 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
     } else {
         boundary = boundary_form(mesh, h);
         const VertexKind kind_a = mesh.state[a].constraint.kind, kind_b = mesh.state[b].constraint.kind;
-        // One end off the boundary; then the stronger of two kinds; two vertices at one corner. Fewer
-        // branches would say the same, but this compiler then rounds the cost of every edge differently.
+        // One end off the boundary; the stronger of two kinds; two vertices at one corner; along the
+        // boundary. Fewer branches would say the same, but move the compiler's fused multiply-adds in all
+        // costs, and with them the last bits of every mesh.
         if ((kind_a == VertexKind::interior) != (kind_b == VertexKind::interior))
             x = place == MergedPlace::start ? Vec3(Vec3::Zero()) : f.along;
         else if (kind_a != kind_b)

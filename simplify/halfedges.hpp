@@ -20,9 +20,8 @@ void check_arrays(const TriangleMesh& mesh);
 
 /// Connects the triangles of an orientable 2-manifold with or without boundary. O(n).
 /// \throws GeometryError, naming the place and a remedy, as check_arrays does, and if an edge has more than
-/// two
-///         triangles, two neighbours are oriented against each other, or triangles at a vertex hang together
-///         by that vertex alone.
+///         two triangles, two neighbours are oriented against each other, or triangles at a vertex hang
+///         together by that vertex alone.
 Halfedges connect(const TriangleMesh& mesh);
 
 }  // namespace sidewall::simplify

@@ -48,8 +48,8 @@ struct LindstromTurkOptions {
     /// No vertex of the input comes to lie farther from the result than this, nor one of the result farther
     /// from the input.
     double max_error = std::numeric_limits<double>::infinity();
-    /// One flag an input vertex: no collapse touches those set, e.g. where a periodic side must keep the curve of
-    /// the opposite one. Empty for none.
+    /// One flag an input vertex: no collapse touches those set, e.g. where a periodic side must keep the
+    /// curve of the opposite one. Empty for none.
     std::span<const std::uint8_t> fixed{};
     Progress progress{};
 };
@@ -58,11 +58,12 @@ struct LindstromTurkOptions {
 struct RegionOptions {
     /// Edges shorter than this collapse everywhere, features included; 0 leaves features untouched.
     double l0 = 0.0;
-    /// Growth of that length per ring away from features; at most l0 keeps triangles well shaped.
+    /// Growth of that length per ring of neighbours away from features; at most l0 keeps triangles well
+    /// shaped.
     double step = 0.0;
     double l_max = 0.0;  ///< no longer edge is collapsed; ends the schedule unless there is a target
     /// Stops the schedule as soon as no more than this many vertices are left. l_max no longer ends it, and
-    /// where its rings end short of the target, they start again with l0 and step a quarter longer (l0 = 0
+    /// where its passes end short of the target, they start again with l0 and step a quarter longer (l0 = 0
     /// stays 0).
     std::optional<std::size_t> target_vertices{};
     Weights weights = kVolumeWeights;

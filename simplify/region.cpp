@@ -13,24 +13,25 @@ namespace sidewall::simplify {
 namespace {
 
 struct Schedule {
-    double l0, step, l_max, max_error;
+    double l0, growth, l_max, max_error;
     std::size_t target;
 };
 
-/// A step too short for the mesh would mean a pass for every single vertex.
-void check_step(const TriangleMesh& mesh, double step) {
+/// Too small a growth of the allowed length would mean a pass for every single vertex.
+void check_growth(const TriangleMesh& mesh, double growth) {
     constexpr double kShortest = 1e-3;
     const double mean = base_length(mesh, {}, {});
-    if (step < kShortest * mean)
+    if (growth < kShortest * mean)
         throw RecipeError(
             fmt::format("simplify.step = {}: less than {} of the mean edge length {:.4g}, which would take "
                         "thousands of passes; use a tenth of it or more",
-                        step, kShortest, mean));
+                        growth, kShortest, mean));
 }
 
-/// The next length of the schedule at which an edge of length \p shortest may collapse: spares empty passes.
+/// The next length of the schedule at which an edge of length \p shortest may collapse: no pass without
+/// effect before it.
 double length_beyond(double shortest, const Schedule& s) {
-    const double length = s.l0 + s.step * (std::floor((shortest - s.l0) / s.step) + 1.0);
+    const double length = s.l0 + s.growth * (std::floor((shortest - s.l0) / s.growth) + 1.0);
     return std::max(length, std::nextafter(shortest, std::numeric_limits<double>::infinity()));
 }
 
@@ -49,7 +50,7 @@ std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<
     };
     engine.reset_region();
     if (s.l0 > 0.0) run(std::min(s.l0, s.l_max), false);
-    double length = s.l0 + s.step;
+    double length = s.l0 + s.growth;
     while (engine.vertex_count() > s.target) {
         const double limit = std::min(length, s.l_max);
         const double shortest = engine.shortest_transition_edge();
@@ -57,7 +58,7 @@ std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<
         const std::size_t removed = can_collapse ? run(limit, true) : 0;
         if (limit >= s.l_max || (can_collapse && removed == 0) || std::isinf(shortest)) break;
         const bool stuck = engine.grow_region() == 0 && !can_collapse;
-        length = stuck ? length_beyond(shortest, s) : length + s.step;
+        length = stuck ? length_beyond(shortest, s) : length + s.growth;
     }
     return total;
 }
@@ -69,7 +70,7 @@ Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> 
     check(options);
     CollapseEngine engine(mesh, options.weights, options.fixed);
     engine.report_to(options.progress);
-    check_step(mesh, options.step);
+    check_growth(mesh, options.step);
     engine.set_features(features);
     Result result;
     Schedule schedule{options.l0, options.step, options.l_max, options.max_error,
@@ -83,9 +84,9 @@ Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> 
             const std::size_t removed = run_schedule(engine, schedule, result.passes);
             if (engine.vertex_count() <= schedule.target) break;
             engine.reset_region();
-            if (removed == 0 && schedule.l0 + schedule.step > engine.longest_transition_edge()) break;
+            if (removed == 0 && schedule.l0 + schedule.growth > engine.longest_transition_edge()) break;
             schedule.l0 *= kLonger;
-            schedule.step *= kLonger;
+            schedule.growth *= kLonger;
         }
     }
     result.mesh = engine.take_mesh();

@@ -9,32 +9,31 @@ namespace sidewall::simplify {
 
 /// Coarsens \p mesh away from its features, ring by ring (Lenz 2023, section 8.2): the whole mesh with edge
 /// length l0; then, outside of the feature region, with l0 + step; then the region takes in its neighbours,
-/// the length grows by another step, and so on, until it reaches l_max or nothing collapses although an edge
-/// is short enough. An edge belongs to the transition region if neither end is in the feature region.
+/// the length grows by options.step again, and so on, until it reaches l_max or nothing collapses although an
+/// edge is short enough. An edge belongs to the transition region if neither end is in the feature region.
 /// Vertices where materials meet count as features that l0 does not touch either.
 ///
 /// \param mesh      orientable manifold, open or closed; its boundary, material borders, orientation and
-/// Euler
-///                  number are kept as CollapseEngine says.
+///                  Euler number are kept as CollapseEngine says.
 /// \param features  one flag a vertex: true keeps the resolution l0 there; with l0 = 0 such vertices stay bit
 ///                  for bit.
-/// \returns the simplified mesh and how many vertices each ring removed.
+/// \returns the simplified mesh and how many vertices each pass removed.
 /// \throws GeometryError on another mesh, or if \p features has another length than the vertices; RecipeError
-///         on options out of range, a step below a thousandth of the mean edge included.
-/// \note O(n) a ring; deterministic for a given mesh, whatever the number of threads.
+///         on options out of range, options.step below a thousandth of the mean edge included.
+/// \note O(n) a pass; deterministic for a given mesh, whatever the number of threads.
 Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                         const RegionOptions& options);
 
 /// A region simplification that is safe where features are missed: every edge keeps to options.max_error, and
-/// the length allowed to it grows with its distance to the nearest feature, by \p options.step an edge from
+/// the length allowed to it grows with its distance to the nearest feature, by options.step an edge from
 /// l0 at the feature itself, up to l_max, and is nowhere more than max_length_at. Within these bounds the
 /// cheapest edge goes first, all over the mesh at once. With a target vertex count the bounds start tight,
 /// below a hundredth of l0 + step for the error, and all but max_error and max_length_at are relaxed where
 /// they stand in the way of the target: the vertices that are left go where the surface needs them.
 ///
 /// \param features  one flag a vertex, as above; may be empty: then only max_error and max_length_at bound.
-/// \returns the simplified mesh; its rings are the rounds of relaxation, their lengths those allowed farthest
-///          from features, infinite where nothing bounds them.
+/// \returns the simplified mesh; its passes are the rounds of relaxation, their lengths those allowed
+///          farthest from features, infinite where nothing bounds them.
 /// \throws as simplify_regions does; also if max_length_at has another length than the vertices.
 /// \note O(n) a round; deterministic for a given mesh, whatever the number of threads.
 Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::uint8_t> features,

@@ -73,7 +73,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             if (engine.vertex_count() <= *options.target_vertices) break;
             const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
-            // Near the target a large step would be more than it takes.
+            // Near the target a large factor would remove more than it takes.
             const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <
                               static_cast<double>(*options.target_vertices);
             const double looser = near ? kLittleLooser : kLooser;

@@ -7,8 +7,8 @@
 
 namespace sidewall::simplify {
 
-/// What holds a vertex in an edge collapse, the weaker before the stronger: a merged vertex is of the stronger
-/// kind of the two.
+/// What holds a vertex in an edge collapse, the weaker before the stronger: a merged vertex is of the
+/// stronger kind of the two.
 enum class VertexKind : std::uint8_t {
     interior,  ///< off the open boundary: nothing holds it
     boundary,  ///< on the open boundary, in no side plane, e.g. around a hole: it may move along the boundary
@@ -57,8 +57,8 @@ inline constexpr MergedPlace kMergedPlace[5][5] = {
 }  // namespace detail
 
 /// Where the vertex that an edge collapses into may lie, by what holds the edge's ends. Nowhere, too, if both
-/// lie on the boundary but the edge runs through the interior, where the collapse would pinch the surface; and
-/// if no end lies in all the planes that hold either, e.g. across from one side to the next.
+/// lie on the boundary but the edge runs through the interior, where the collapse would pinch the surface;
+/// and if no end lies in all the planes that hold either, e.g. across from one side to the next.
 /// \param boundary_edge  the edge itself is one of the open boundary.
 inline MergedPlace merged_place(const VertexConstraint& start, const VertexConstraint& end,
                                 bool boundary_edge) {

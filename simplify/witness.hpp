@@ -18,7 +18,7 @@ struct Witness {
 Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<const MovedTriangle> moved,
                         const Vec3& first, const Vec3& second, double enough2);
 
-/// How far the collapses that come up would take the surface these days, which tells outliers. Not a bound in
+/// A running mean of how far the latest collapses moved the surface, which tells outliers. Not a bound in
 /// lengths: it grows as the mesh gets coarser.
 struct RecentDistances {
     double mean2 = 0.0;  ///< squared distance, a running mean

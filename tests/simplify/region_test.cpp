@@ -106,7 +106,7 @@ TEST_CASE("edges grow with the number of rings from the features") {
         CHECK(bins[i].first / bins[i].second > bins[i - 1].first / bins[i - 1].second);
 }
 
-TEST_CASE("each ring allows one step more, no more than l_max, and counts what it removed") {
+TEST_CASE("each pass allows one growth more, no more than l_max, and counts what it removed") {
     const Case c = trench_case();
     const RegionOptions options{.l0 = kSpacing, .step = 0.5 * kSpacing, .l_max = 2.2 * kSpacing};
     const auto result = simplify_regions(c.mesh, c.features, options);
@@ -137,7 +137,7 @@ TEST_CASE("a target is met to the vertex, whatever l_max") {
     }
 }
 
-TEST_CASE("schedules end even where steps are short and targets out of reach") {
+TEST_CASE("schedules end even where the growth is small and targets out of reach") {
     const TriangleMesh mesh = square_mesh(10, 1.0);
     std::vector<std::uint8_t> features(mesh.vertices.size(), 0);
     CHECK(simplify_regions(mesh, features, {.l0 = 0.0, .step = 0.01, .l_max = 3.0}).mesh.vertices.size() <
