@@ -30,7 +30,7 @@ std::string library() {
 
 }  // namespace
 
-TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and scaled") {
+TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and scaled", "[foreign]") {
     const GdsLibrary gds = parse_gds(library(), "memory");
     CHECK(gds.metres == Approx(1e-9).epsilon(1e-12));
     CHECK(top_cells(gds) == std::vector<std::string>{"TOP"});
@@ -55,7 +55,7 @@ TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and
     CHECK_THROWS_AS(flatten(loop, "A", 1, 0), FileError);
 }
 
-TEST_CASE("a damaged GDSII file is refused, wherever the damage is") {
+TEST_CASE("a damaged GDSII file is refused, wherever the damage is", "[foreign]") {
     const std::string good = library();
     for (std::size_t size = 0; size < good.size(); ++size)
         CHECK_THROWS_AS(parse_gds(std::string_view(good).substr(0, size), "cut"), FileError);

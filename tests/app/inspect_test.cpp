@@ -21,7 +21,8 @@ Json inspect(const std::string& input, const std::filesystem::path& scratch) {
 
 }  // namespace
 
-TEST_CASE("inspecting a folder finds its last surface, the interfaces of that time and the summary") {
+TEST_CASE("inspecting a folder finds its last surface, the interfaces of that time and the summary",
+          "[foreign]") {
     const test::Folder folder;
     test::write_result_folder(folder.path);
     const Result result = read_result(folder.path);
@@ -45,7 +46,7 @@ TEST_CASE("inspecting a folder finds its last surface, the interfaces of that ti
     CHECK(surface["attributes"][1]["max"].get<double>() == Approx(1.2));
 }
 
-TEST_CASE("attributes that are not finite are counted and make no bad JSON") {
+TEST_CASE("attributes that are not finite are counted and make no bad JSON", "[foreign]") {
     const test::Folder folder;
     TriangleMesh mesh = test::trench_surface();
     mesh.vertex_attributes.push_back(
@@ -56,7 +57,7 @@ TEST_CASE("attributes that are not finite are counted and make no bad JSON") {
     CHECK(json["surface"]["attributes"][0]["not_finite"] == mesh.vertices.size());
 }
 
-TEST_CASE("a folder that is no result, or a damaged one, is refused by name") {
+TEST_CASE("a folder that is no result, or a damaged one, is refused by name", "[foreign]") {
     const test::Folder folder;
     const auto write = [&](const char* name, const char* text) { std::ofstream(folder.path / name) << text; };
     CHECK_THROWS_WITH(read_result(folder.path), Contains("has no surface.pvd"));
@@ -78,7 +79,7 @@ TEST_CASE("a folder that is no result, or a damaged one, is refused by name") {
     CHECK_NOTHROW(inspect(folder.path.string(), folder.path));
 }
 
-TEST_CASE("a file's own names and colours of materials come before the built-in ones") {
+TEST_CASE("a file's own names and colours of materials come before the built-in ones", "[foreign]") {
     const surface::MeshMetadata metadata{
         {{"materials", "Si,Unobtainium,W"}, {"material_colours", ",#102030"}}, {}};
     const Materials materials = materials_of(metadata);

@@ -134,7 +134,7 @@ cut = "x=0.5"
 
 }  // namespace
 
-TEST_CASE("what a recipe leaves out has the documented default") {
+TEST_CASE("what a recipe leaves out has the documented default", "[foreign]") {
     const Recipe recipe = with({});
     CHECK(recipe.domain.boundary[0] == levelset::Side::reflective);
     CHECK(recipe.domain.length_unit == "um");
@@ -151,7 +151,7 @@ TEST_CASE("what a recipe leaves out has the documented default") {
     CHECK(domain_of(recipe).cells == std::array<int, 2>{42, 42});
 }
 
-TEST_CASE("the effective recipe parses back to an equal recipe") {
+TEST_CASE("the effective recipe parses back to an equal recipe", "[foreign]") {
     for (const std::string& text : {kBase, kRich}) {
         const Recipe recipe = parse_recipe(text, "x.toml");
         const std::string written = effective_recipe(recipe);
@@ -161,7 +161,7 @@ TEST_CASE("the effective recipe parses back to an equal recipe") {
     }
 }
 
-TEST_CASE("recipes that differ are not equal") {
+TEST_CASE("recipes that differ are not equal", "[foreign]") {
     const Recipe recipe = with({});
     for (const char* setting :
          {"flux.seed=2", "step[0].sticking=0.3", "layer[0].width=3", "advection.cfl=0.4",
@@ -169,7 +169,7 @@ TEST_CASE("recipes that differ are not equal") {
         CHECK_FALSE(with({setting}) == recipe);
 }
 
-TEST_CASE("every shipped recipe is valid and its effective recipe too") {
+TEST_CASE("every shipped recipe is valid and its effective recipe too", "[foreign]") {
     int count = 0;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(SIDEWALL_SOURCE_DIR "/configs")) {
         if (entry.path().extension() != ".toml") continue;
@@ -181,7 +181,7 @@ TEST_CASE("every shipped recipe is valid and its effective recipe too") {
     CHECK(count >= 12);
 }
 
-TEST_CASE("overrides change keys before the recipe is checked") {
+TEST_CASE("overrides change keys before the recipe is checked", "[foreign]") {
     CHECK(with({"step[0].duration=2"}).steps[0].duration == 2.0);
     CHECK(with({"flux.rays=1000"}).flux.rays == 1000);  // the section is not in the recipe
     CHECK(with({"domain.grid_spacing=0.5"}).domain.grid_spacing == 0.5);
@@ -199,7 +199,7 @@ TEST_CASE("overrides change keys before the recipe is checked") {
     CHECK_NOTHROW(parse_recipe("flux = 1\n" + kBase, "x.toml", {"flux={ rays = 10 }"}));
 }
 
-TEST_CASE("a wrong override is named in the message") {
+TEST_CASE("a wrong override is named in the message", "[foreign]") {
     const auto of = [](const std::string& setting) { return message(kBase, {setting}); };
     CHECK(of("step[0].sticking=1.4") ==
           "--set step[0].sticking=1.4: step[0].sticking = 1.4: must be in [0, 1]");
@@ -214,7 +214,8 @@ TEST_CASE("a wrong override is named in the message") {
           std::string::npos);
 }
 
-TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that sides would mirror") {
+TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that sides would mirror",
+          "[foreign]") {
     CHECK(notes_on(parse_recipe(kBase, "base.toml", {"domain.grid_spacing=0.25"})).empty());
     const auto rounded = notes_on(parse_recipe(kBase, "base.toml", {"domain.grid_spacing=0.3"}));
     REQUIRE(rounded.size() == 1);
@@ -232,7 +233,7 @@ TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that side
     CHECK(of("periodic").empty());
 }
 
-TEST_CASE("an error names file, line, key, value and rule") {
+TEST_CASE("an error names file, line, key, value and rule", "[foreign]") {
     const auto of = [](const std::string& from, const std::string& to) {
         std::string text = kBase;
         text.replace(text.find(from), from.size(), to);
@@ -247,7 +248,7 @@ TEST_CASE("an error names file, line, key, value and rule") {
           "bad.toml:4: layer[0].depth: missing: a trench or hole in the first layer must end somewhere");
 }
 
-TEST_CASE("layers stand on each other and stacks expand bottom up") {
+TEST_CASE("layers stand on each other and stacks expand bottom up", "[foreign]") {
     const Recipe recipe = parse_recipe(kRich, "x.toml");
     const std::vector<MaterialLayer> layers = expanded_layers(recipe);
     REQUIRE(layers.size() == 1 + 8 + 3);
@@ -268,7 +269,7 @@ TEST_CASE("layers stand on each other and stacks expand bottom up") {
     CHECK(recipe.materials.size() == default_materials().size() + 1);
 }
 
-TEST_CASE("loops unroll in the order they run") {
+TEST_CASE("loops unroll in the order they run", "[foreign]") {
     const std::vector<Step> steps = expanded_steps(parse_recipe(kRich, "x.toml"));
     REQUIRE(steps.size() == 3 * (2 + 1) + 2);
     CHECK(steps[0].name == "1.1.1 isotropic (cycle 1 of 3, cycle 1 of 2)");
@@ -279,7 +280,7 @@ TEST_CASE("loops unroll in the order they run") {
     for (const Step& step : steps) CHECK((step.repeat == 1 && step.steps.empty()));
 }
 
-TEST_CASE("every key that a section reads is documented, with a default or as required") {
+TEST_CASE("every key that a section reads is documented, with a default or as required", "[foreign]") {
     for (const SectionDoc& section : recipe_documentation()) {
         INFO(section.name);
         CHECK_FALSE(section.keys.empty());
@@ -291,7 +292,7 @@ TEST_CASE("every key that a section reads is documented, with a default or as re
     }
 }
 
-TEST_CASE("the nearest name is the one with the fewest edits") {
+TEST_CASE("the nearest name is the one with the fewest edits", "[foreign]") {
     const std::vector<std::string> names = {"sticking", "rate", "duration"};
     CHECK(nearest("stiking", names) == "sticking");
     CHECK(nearest("Rate", names) == "rate");

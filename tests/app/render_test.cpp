@@ -72,7 +72,7 @@ TEST_CASE("a picture has the same bits on one and on two threads") {
     CHECK(draw(1) == draw(2));
 }
 
-TEST_CASE("a cut shows the material inside, seen from either side") {
+TEST_CASE("a cut shows the material inside, seen from either side", "[slow]") {
     const Result result = trench_result();
     RenderOptions options;
     options.width = 720;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "app/common/json.hpp"
 #include "app/pictures/svg_plot.hpp"
 #include "app/study/study_flux.hpp"
 

@@ -13,6 +13,7 @@
 #include <limits>
 #include <optional>
 
+#include "app/common/json.hpp"
 #include "app/process/flux_gradient.hpp"
 #include "app/study/study_flux.hpp"
 #include "flux/smoothing.hpp"
@@ -72,15 +73,13 @@ TriangleMesh simplified(const Scene& raw, const simplify::Options& options) {
 // The edges that a time step before leaves to this one: its flux, traced on the default mesh, bounds them.
 std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& options, double sticking) {
     const Scene before("", simplified(raw, options), raw.spacing);
-    app::SurfaceFlux surface;
-    surface.raw = before.mesh;
-    surface.wedges = before.wedges;
-    surface.fluxes = {before.trace(sticking, kRays / 4, 30)};
-    const flux::FluxResult& result = surface.fluxes.front();
-    surface.wedge_flux = {flux::smoothed_flux(before.mesh, before.wedges, result.wedge, result.arrivals)};
-    surface.wedge_error = {result.wedge.error};
-    const app::CoverageField field =
-        app::coverage_field(before.mesh, before.wedges, {app::kFluxGradient}, {app::flux_gradient(surface)});
+    const flux::FluxResult result = before.trace(sticking, kRays / 4, 30);
+    app::SurfaceFlux arriving;
+    arriving.wedges = before.wedges;
+    arriving.flux = {flux::smoothed_flux(before.mesh, before.wedges, result.wedge, result.arrivals)};
+    arriving.trace.emplace().error = {result.wedge.error};
+    const app::SurfaceField field = app::surface_field(before.mesh, before.wedges, {app::kFluxGradient},
+                                                       {app::flux_gradient(before.mesh, arriving)});
     constexpr double kChange = 0.1;  // the recipes' default
     return app::resolving_lengths(field, raw.mesh, kChange, raw.spacing);
 }

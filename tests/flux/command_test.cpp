@@ -73,7 +73,7 @@ TriangleMesh disk(std::uint32_t corners) {
 
 }  // namespace
 
-TEST_CASE("the flux command writes what the library computes: JSON, CSV and VTP") {
+TEST_CASE("the flux command writes what the library computes: JSON, CSV and VTP", "[foreign]") {
     const Workshop shop;
     const auto mesh = two_materials();
     shop.write("trench.vtp", mesh);
@@ -135,7 +135,8 @@ TEST_CASE("the flux command writes what the library computes: JSON, CSV and VTP"
     CHECK(nlohmann::json::parse(slurp(shop.folder / "flux.json"))["segments"] == expected.segments);
 }
 
-TEST_CASE("a surface that does not end on a rectangle is traced with open sides, and the user is told") {
+TEST_CASE("a surface that does not end on a rectangle is traced with open sides, and the user is told",
+          "[foreign]") {
     const Workshop shop;
     auto mesh = height_field(4, 4, 1.0, 1.0, [](auto, auto) { return 0.0; });
     mesh.triangles.erase(mesh.triangles.begin() + 10);
@@ -146,7 +147,8 @@ TEST_CASE("a surface that does not end on a rectangle is traced with open sides,
     CHECK(nlohmann::json::parse(outcome.out)["boundary"] == nlohmann::json{"open", "open"});
 }
 
-TEST_CASE("a mesh some or all of whose triangles are turned over is mended, and the user is told") {
+TEST_CASE("a mesh some or all of whose triangles are turned over is mended, and the user is told",
+          "[foreign]") {
     const Workshop shop;
     const auto mesh = two_materials();
     auto twisted = mesh, inverted = mesh;
@@ -169,7 +171,8 @@ TEST_CASE("a mesh some or all of whose triangles are turned over is mended, and 
     }
 }
 
-TEST_CASE("a surface whose outline is no rectangle is traced with open sides, and the user is told why") {
+TEST_CASE("a surface whose outline is no rectangle is traced with open sides, and the user is told why",
+          "[foreign]") {
     const Workshop shop;
     shop.write("disk.ply", disk(32));
     const auto outcome = shop.run("disk.ply --rays 3200 --json -");
@@ -178,7 +181,7 @@ TEST_CASE("a surface whose outline is no rectangle is traced with open sides, an
                Contains("taken as open") && Contains("not on a side of its bounding rectangle"));
 }
 
-TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is written") {
+TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is written", "[foreign][slow]") {
     const Workshop shop;
     shop.write("deep.vtp", extrude(trench_profile(20.0, 0.1, {0.5}, {0.5}), 1.0, 4));
     // In the foreground: else timeout signals twice, itself and by the group, and a second Ctrl-C kills.
@@ -203,7 +206,8 @@ TEST_CASE("Ctrl-C ends a trace within a second, with code 130, and nothing is wr
     CHECK_FALSE(std::filesystem::exists(shop.folder / "flux.json"));
 }
 
-TEST_CASE("bad meshes and options of the flux command end with their code and a message, and write nothing") {
+TEST_CASE("bad meshes and options of the flux command end with their code and a message, and write nothing",
+          "[foreign][slow]") {
     const Workshop shop;
     shop.write("trench.vtp", two_materials());
     auto torn = two_materials();
@@ -273,7 +277,8 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
           (arguments.find("--json /proc") != std::string::npos));
 }
 
-TEST_CASE("a target error out of reach ends with code 4 and says so, and what was traced is kept") {
+TEST_CASE("a target error out of reach ends with code 4 and says so, and what was traced is kept",
+          "[foreign]") {
     const Workshop shop;
     shop.write("trench.vtp", two_materials());
     const auto outcome =
@@ -284,7 +289,7 @@ TEST_CASE("a target error out of reach ends with code 4 and says so, and what wa
     CHECK_THAT(slurp(shop.folder / "result.csv"), Contains("triangle,x,y,z,area,flux,flux_error"));
 }
 
-TEST_CASE("vertices without triangle and triangles listed again do not change the flux") {
+TEST_CASE("vertices without triangle and triangles listed again do not change the flux", "[foreign]") {
     const Workshop shop;
     const auto mesh = two_materials();
     auto untidy = mesh;
@@ -304,7 +309,8 @@ TEST_CASE("vertices without triangle and triangles listed again do not change th
     CHECK(nlohmann::json::parse(outcome.out)["segments"] == nlohmann::json::parse(expected.out)["segments"]);
 }
 
-TEST_CASE("what flies past the rim of a round plate has escaped, and through a hole it has leaked") {
+TEST_CASE("what flies past the rim of a round plate has escaped, and through a hole it has leaked",
+          "[foreign]") {
     const Workshop shop;
     TriangleMesh plate = disk(32);  // with a pit as wide as half of it
     for (std::uint32_t k = 1; k <= 32; ++k) plate.vertices.push_back(0.5 * plate.vertices[k]);

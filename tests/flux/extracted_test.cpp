@@ -96,7 +96,8 @@ bool is_wall(const TriangleMesh& mesh, std::size_t t) {
 
 }  // namespace
 
-TEST_CASE("an extracted trench, raw or simplified, has the exact radiosity's flux wherever it is placed") {
+TEST_CASE("an extracted trench, raw or simplified, has the exact radiosity's flux wherever it is placed",
+          "[slow]") {
     const auto method = any_method();
     const TriangleMesh mesh = simplified(raw_trench(), method);
     Comparison comparison;
@@ -136,7 +137,8 @@ TEST_CASE("an extracted trench, raw or simplified, has the exact radiosity's flu
 }
 
 TEST_CASE(
-    "an extracted hole, raw or simplified, transmits what Clausing computed and its floor sees the opening") {
+    "an extracted hole, raw or simplified, transmits what Clausing computed and its floor sees the opening",
+    "[slow]") {
     const auto method = any_method();
     const int length = GENERATE(1, 4);
     const TriangleMesh mesh = simplified(raw_hole(length), method);

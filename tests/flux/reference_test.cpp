@@ -35,7 +35,7 @@ TEST_CASE("an open plane receives flux 1 whatever the source, the sides and the 
     CHECK(squares < 12.0 + 5.0 * std::sqrt(2.0 * 12.0));
 }
 
-TEST_CASE("the trench quadrature that tests integrate agrees with the radiosity table") {
+TEST_CASE("the trench quadrature that tests integrate agrees with the radiosity table", "[slow]") {
     const auto rows = radiosity_rows();
     REQUIRE(rows.size() == 90);
     for (const double aspect : {1.0, 2.0, 5.0})
@@ -53,7 +53,8 @@ TEST_CASE("the trench quadrature that tests integrate agrees with the radiosity 
         }
 }
 
-TEST_CASE("flux in an infinite trench agrees with exact radiosity on every wall and floor position") {
+TEST_CASE("flux in an infinite trench agrees with exact radiosity on every wall and floor position",
+          "[slow]") {
     const auto rows = radiosity_rows();
     // The three aspect ratios also exercise the three ways to close the sides.
     struct Case {
@@ -107,7 +108,7 @@ TEST_CASE("a cylinder transmits what Clausing computed") {
     CHECK(std::abs(floor.flux - transmission) < 3.5 * floor.error + 5e-4 * transmission);
 }
 
-TEST_CASE("the floor centre of a cylinder of sticking 1 sees the view factor of its opening") {
+TEST_CASE("the floor centre of a cylinder of sticking 1 sees the view factor of its opening", "[slow]") {
     const double depth = GENERATE(1.0, 3.0);
     // Disk to parallel coaxial disk (Howell, configuration factor C-41); its limit for a small core is the
     // centre's.

@@ -67,7 +67,7 @@ ChiSquare compare_to_density(const Vec3& axis, double max_angle,
 
 }  // namespace
 
-TEST_CASE("sampled directions follow their density about any axis") {
+TEST_CASE("sampled directions follow their density about any axis", "[slow]") {
     const Vec3 axis =
         GENERATE(Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0.3, -0.5, -0.2), Vec3(1e-9, 0, -1))
             .normalized();

@@ -86,7 +86,7 @@ struct Sample {
 
 }  // namespace
 
-TEST_CASE("species traced together have the fluxes and the errors of species traced alone") {
+TEST_CASE("species traced together have the fluxes and the errors of species traced alone", "[slow]") {
     const auto stickings = GENERATE(std::vector{1.0, 0.3, 0.02}, std::vector{0.3, 0.02});
     const Place place = GENERATE(0, 1) == 0 ? trench() : hole();
     const std::vector<Species> species = neutrals(stickings);
@@ -130,7 +130,7 @@ TEST_CASE("species traced together have the fluxes and the errors of species tra
     }
 }
 
-TEST_CASE("of species traced together, each has the exact flux of an infinite trench") {
+TEST_CASE("of species traced together, each has the exact flux of an infinite trench", "[slow]") {
     constexpr double kAspect = 2.0;
     const auto mesh = extrude(trench_profile(kAspect, 0.01, kCuts, kCuts), 2.0);
     const auto species = neutrals({1.0, 0.5, 0.1});
@@ -205,7 +205,8 @@ TEST_CASE("every species' ledger balances to the last bit, and each of its histo
     }
 }
 
-TEST_CASE("fluxes of several species have the same bits for any number of threads and any task size") {
+TEST_CASE("fluxes of several species have the same bits for any number of threads and any task size",
+          "[slow]") {
     const Place place = trench(3.0);
     const auto species = neutrals({1.0, 0.3, 0.02});
     constexpr std::uint64_t kRays = 200'000;

@@ -42,7 +42,7 @@ bool same_bits(const FluxField& a, const FluxField& b) {
 
 }  // namespace
 
-TEST_CASE("every particle is absorbed or escapes, and none leaks") {
+TEST_CASE("every particle is absorbed or escapes, and none leaks", "[slow]") {
     SECTION("from a deep trench") {
         const auto mesh = trench(20.0);
         for (const auto& boundary : {kReflective, kPeriodic}) {
@@ -152,7 +152,7 @@ void check_same_bits(const FluxResult& a, const FluxResult& b) {
 
 }  // namespace
 
-TEST_CASE("the flux has the same bits for any number of threads and any task size") {
+TEST_CASE("the flux has the same bits for any number of threads and any task size", "[slow]") {
     const auto mesh = trench(3.0, 20);
     const surface::RayScene scene(mesh);
     const auto box = lateral_box(mesh, kPeriodic);

@@ -38,7 +38,7 @@ TEST_CASE("the quadratures that tests compare with have converged") {
     CHECK(coarse.floor_mean == Approx(fine.floor_mean).epsilon(1e-4));
 }
 
-TEST_CASE("a cylinder transmits what Clausing's integral equation says, for any length") {
+TEST_CASE("a cylinder transmits what Clausing's integral equation says, for any length", "[slow]") {
     const auto [length, rays] = GENERATE(table<double, std::uint64_t>({{0.5, 500'000},
                                                                        {1.0, 500'000},
                                                                        {2.0, 1'000'000},
@@ -57,7 +57,8 @@ TEST_CASE("a cylinder transmits what Clausing's integral equation says, for any 
 }
 
 TEST_CASE(
-    "sticking 0.001 in a deep trench: any roulette is unbiased, and every ledger balances to the last bit") {
+    "sticking 0.001 in a deep trench: any roulette is unbiased, and every ledger balances to the last bit",
+    "[slow]") {
     constexpr double kDepth = 10.0, kSticking = 0.001;
     const TrenchFlux truth = trench_flux(kDepth, kSticking, 200, 60);
     const auto mesh = extrude(trench_profile(kDepth, 0.05, {0.5}, {0.5}), 1.0);
@@ -78,7 +79,8 @@ TEST_CASE(
     CHECK(std::abs(floor.flux - truth.floor_mean) < 0.015 * truth.floor_mean);
 }
 
-TEST_CASE("sticking 0.001 in a deep hole: its floor gets what any roulette lets through, without bias") {
+TEST_CASE("sticking 0.001 in a deep hole: its floor gets what any roulette lets through, without bias",
+          "[slow]") {
     constexpr double kLength = 20.0, kSticking = 0.001;
     const double truth = clausing_transmission(kLength, kSticking);
     const auto hole = round_hole(1.0, kLength, 1.02, 64, 0.5);
@@ -94,7 +96,7 @@ TEST_CASE("sticking 0.001 in a deep hole: its floor gets what any roulette lets 
     CHECK(std::abs(mean.flux - truth) < 3.5 * mean.error + 5e-4 * truth);
 }
 
-TEST_CASE("weights that play roulette late agree with analog absorption") {
+TEST_CASE("weights that play roulette late agree with analog absorption", "[slow]") {
     constexpr double kDepth = 3.0;
     const double sticking = GENERATE(0.9, 0.3);
     const TrenchFlux truth = trench_flux(kDepth, sticking, 200, 60);

@@ -78,7 +78,7 @@ std::string layer(const std::string& lines) {
 
 }  // namespace
 
-TEST_CASE("the recipe that the bad ones are made from is good") {
+TEST_CASE("the recipe that the bad ones are made from is good", "[foreign]") {
     const Folder folder;
     std::ofstream(folder.path / "good.toml") << kGood;
     const Outcome outcome = run(folder.path, "check good.toml");
@@ -87,7 +87,7 @@ TEST_CASE("the recipe that the bad ones are made from is good") {
     CHECK(contents(folder.path).size() == 1);
 }
 
-TEST_CASE("a bad recipe is refused with file, line, key and remedy") {
+TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][slow]") {
     const std::string fins = "material = \"Si\"\nshape = \"fin\"\n";
     check_rows({
         recipe("syntax", kDomain + "[[layer]\n", "4: ", "not valid TOML"),
@@ -242,7 +242,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy") {
     });
 }
 
-TEST_CASE("a bad override is refused by name") {
+TEST_CASE("a bad override is refused by name", "[foreign]") {
     check_rows({
         override_row("step[0].duration=-1", "step[0].duration = -1: ", "greater than 0"),
         override_row("step[1].duration=1", "step[1]: ", "counted from 0"),
@@ -253,7 +253,7 @@ TEST_CASE("a bad override is refused by name") {
     });
 }
 
-TEST_CASE("a bad command line is a usage error") {
+TEST_CASE("a bad command line is a usage error", "[foreign]") {
     check_rows({
         {"no command", "", "", "", 2, {"subcommand"}},
         {"unknown command", "", "", "chekc x.toml", 2, {"subcommand"}},
@@ -267,7 +267,7 @@ TEST_CASE("a bad command line is a usage error") {
     });
 }
 
-TEST_CASE("a run that cannot start leaves no output") {
+TEST_CASE("a run that cannot start leaves no output", "[foreign]") {
     check_rows({
         {"run: recipe missing", "", "", "run none.toml -o out", 3, {"none.toml: no such file"}},
         {"run: bad recipe",
@@ -280,7 +280,7 @@ TEST_CASE("a run that cannot start leaves no output") {
     });
 }
 
-TEST_CASE("a damaged mesh is a bad input file, whatever reads it") {
+TEST_CASE("a damaged mesh is a bad input file, whatever reads it", "[foreign]") {
     const std::string header =
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
         "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -322,7 +322,7 @@ TEST_CASE("a damaged mesh is a bad input file, whatever reads it") {
     check_rows(rows);
 }
 
-TEST_CASE("bad options of simplify and flux are refused by name") {
+TEST_CASE("bad options of simplify and flux are refused by name", "[foreign]") {
     const std::string triangle =
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
         "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"

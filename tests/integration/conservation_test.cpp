@@ -61,7 +61,7 @@ double film_error(const std::string& name, const std::vector<std::string>& overr
 
 }  // namespace
 
-TEST_CASE("the film's volume is the integral of flux times rate times area, and converges to it") {
+TEST_CASE("the film's volume is the integral of flux times rate times area, and converges to it", "[slow]") {
     struct Row {
         const char* name;
         std::vector<std::string> overrides;

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <string>
@@ -53,9 +54,8 @@ std::vector<Include> includes(const std::string& folder) {
 }
 
 std::string part(const std::string& path, int index) {
-    auto name = fs::path(path).begin();
-    std::advance(name, index);
-    return name->string();
+    const fs::path names(path);
+    return std::next(names.begin(), index)->string();
 }
 
 // Number of a room, none for what lies in app/ itself.
@@ -99,7 +99,7 @@ TEST_CASE("OpenVDB is named in levelset/ and in marching cubes alone, CGAL in si
         for (const fs::path& file : sources(folder)) {
             std::ifstream in(file);
             for (std::string line; std::getline(in, line);)
-                if (line.starts_with(text)) {
+                if (line.starts_with(text) && line != "#include <openvdb/version.h>") {
                     files.push_back(fs::relative(file, kRoot).string());
                     break;
                 }

@@ -109,7 +109,7 @@ top = 0.02
 
 }  // namespace
 
-TEST_CASE("a blanket wafer moves at every model's formula") {
+TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
     // On a plane every particle arrives once: the mean flux is 1 to the last ray, and what is left of noise
     // enters the models that are not linear in it by its square.
     constexpr double kTolerance = 3e-3;
@@ -250,7 +250,8 @@ measures = ["film"]
 }
 
 TEST_CASE(
-    "a film of a fifth to half a cell guards silicon and the mask flush with it, wherever the walls lie") {
+    "a film of a fifth to half a cell guards silicon and the mask flush with it, wherever the walls lie",
+    "[slow]") {
     for (const double thickness : {0.01, 0.02, 0.025})
         for (int k = 0; k < 10; ++k) {
             const std::string width = "width = " + std::to_string(0.8 + 0.01 * k) + "\n";
@@ -325,7 +326,7 @@ const double kGroove = 0.5 * (kTop + kBottom) * kDepth;
 const double kPyramid = (kTop * kTop + kTop * kBottom + kBottom * kBottom) * kDepth / 3.0;
 }  // namespace wet
 
-TEST_CASE("wet etching leaves the {111} walls of a groove, which hardly move") {
+TEST_CASE("wet etching leaves the {111} walls of a groove, which hardly move", "[slow]") {
     for (const double dx : {0.2, 0.1}) {
         const Outcome strip = run(R"([domain]
 extent = [10.0, 0.8]
@@ -362,7 +363,7 @@ measures = ["sidewall_angle"]
     }
 }
 
-TEST_CASE("the pit under a square window is an inverted pyramid, and its mask stays what it is") {
+TEST_CASE("the pit under a square window is an inverted pyramid, and its mask stays what it is", "[slow]") {
     const Outcome coarse =
         run_quick("wet_etch_pit.toml", {"domain.grid_spacing=0.2", "step[0].duration=4.0"});
     CAPTURE(coarse.metrology("removed_volume_Si"), wet::kPyramid);
@@ -396,7 +397,7 @@ TEST_CASE("the pit under a square window is an inverted pyramid, and its mask st
         if (height(t) < -0.5 * dx) REQUIRE(material[t] == material[floor]);
 }
 
-TEST_CASE("fluxes traced at every Runge-Kutta stage take most of a time step's error away") {
+TEST_CASE("fluxes traced at every Runge-Kutta stage take most of a time step's error away", "[slow]") {
     // A trench that narrows by a cell a second; the film's volume against that of time steps ten times
     // shorter.
     const auto volume = [](const std::vector<std::string>& settings) {

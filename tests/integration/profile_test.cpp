@@ -104,7 +104,8 @@ void compare_hole(const std::string& method) {
 }  // namespace
 
 TEST_CASE(
-    "the trench deposition closes over the void that another simulator finds with either of its tracers") {
+    "the trench deposition closes over the void that another simulator finds with either of its tracers",
+    "[slow]") {
     for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
         const Run result = run("trench_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]",
                                                           "flux.rays=50000", "simplify.method=" + method});
@@ -128,19 +129,19 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's, raw") {
+TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's, raw", "[slow]") {
     compare_hole("none");
 }
 
-TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's, lindstrom-turk") {
+TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's, lindstrom-turk", "[slow]") {
     compare_hole("lindstrom-turk");
 }
 
-TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's, region-bounded") {
+TEST_CASE("the SF6/O2 hole is as deep and as wide as another simulator's, region-bounded", "[slow]") {
     compare_hole("region-bounded");
 }
 
-TEST_CASE("profiles at dx, dx/2 and dx/4 converge at first order") {
+TEST_CASE("profiles at dx, dx/2 and dx/4 converge at first order", "[slow]") {
     struct Row {
         const char* name;
         std::vector<std::string> overrides;
@@ -189,7 +190,8 @@ TEST_CASE("isotropic deposition is the trench's exact offset") {
     CHECK(corners / result.dx < 1.0);
 }
 
-TEST_CASE("the directional etch of a hole has straight walls, its closed-form floor and an untouched mask") {
+TEST_CASE("the directional etch of a hole has straight walls, its closed-form floor and an untouched mask",
+          "[slow]") {
     const Run result = run("directional_hole_etch.toml", {});
     double wall = 0, floor = 0, mask = 0;
     for (const Vec3& p : result.surface.vertices) {

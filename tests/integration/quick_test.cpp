@@ -95,14 +95,14 @@ void check_all(const std::string& method) {
 
 }  // namespace
 
-TEST_CASE("every quick recipe ends with physical metrology, raw") {
+TEST_CASE("every quick recipe ends with physical metrology, raw", "[foreign][slow]") {
     check_all("none");
 }
 
-TEST_CASE("every quick recipe ends with physical metrology, lindstrom-turk") {
+TEST_CASE("every quick recipe ends with physical metrology, lindstrom-turk", "[foreign][slow]") {
     check_all("lindstrom-turk");
 }
 
-TEST_CASE("every quick recipe ends with physical metrology, region-bounded") {
+TEST_CASE("every quick recipe ends with physical metrology, region-bounded", "[foreign][slow]") {
     check_all("region-bounded");
 }

@@ -34,7 +34,8 @@ const std::string kRecipe = config("quick/trench_deposition.toml") + " --set flu
 
 }  // namespace
 
-TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, and interrupted and resumed") {
+TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, and interrupted and resumed",
+          "[slow]") {
     const Folder folder;
     // The last carries coverages from step to step, so through the checkpoint, too.
     for (const std::string& recipe :

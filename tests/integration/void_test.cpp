@@ -31,7 +31,7 @@ double void_volume(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TEST_CASE("a void that deposition has closed off keeps its volume while the film grows on") {
+TEST_CASE("a void that deposition has closed off keeps its volume while the film grows on", "[slow]") {
     const test::Folder folder;
     for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
         // The recipe ends with the second surface after the first, on a closed void.
@@ -53,7 +53,7 @@ TEST_CASE("a void that deposition has closed off keeps its volume while the film
     }
 }
 
-TEST_CASE("speeds without particles do not reach into a closed void either") {
+TEST_CASE("speeds without particles do not reach into a closed void either", "[slow]") {
     const test::Folder folder;
     std::ifstream file(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml");
     const std::string text{std::istreambuf_iterator<char>(file), {}};

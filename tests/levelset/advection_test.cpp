@@ -45,7 +45,8 @@ TEST_CASE("a sphere grows and shrinks with the order of the scheme") {
         }
 }
 
-TEST_CASE("a sphere of 100 dx grown by 3 dx keeps its radius to 0.005 dx and its roundness to 0.01 dx") {
+TEST_CASE("a sphere of 100 dx grown by 3 dx keeps its radius to 0.005 dx and its roundness to 0.01 dx",
+          "[slow]") {
     const Domain domain = test::unit_domain(214);
     for (const Scheme scheme : {Scheme::weno3, Scheme::weno5}) {
         MaterialStack stack{domain, {{0, test::sphere_grid(domain, 100)}}};

@@ -70,7 +70,8 @@ TEST_CASE("a film grows on all materials and leaves the interfaces below where t
 }
 
 TEST_CASE(
-    "a mask that does not etch keeps its volume to 1e-3 over 500 time steps of an etch beside and under it") {
+    "a mask that does not etch keeps its volume to 1e-3 over 500 time steps of an etch beside and under it",
+    "[slow]") {
     const Domain domain = make_domain({64.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
     // Wherever the mask's bottom lies between the nodes; straight down with a little undercut, and isotropic.
     for (const double bottom : {0.0, 0.3, 0.8})
@@ -96,8 +97,8 @@ TEST_CASE(
         }
 }
 
-TEST_CASE(
-    "a mask undercut by four times its thickness loses no more than its lower edges, and less on nodes") {
+TEST_CASE("a mask undercut by four times its thickness loses no more than its lower edges, and less on nodes",
+          "[slow]") {
     const Domain domain = make_domain({128.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
     struct Row {
         double bottom, cfl;

@@ -95,7 +95,7 @@ void fuzz(const std::string& valid, Decode decode, unsigned seed, int rounds) {
 
 }  // namespace
 
-TEST_CASE("a damaged VTP file is refused with its name, the fault and a remedy") {
+TEST_CASE("a damaged VTP file is refused with its name, the fault and a remedy", "[foreign]") {
     const auto [bytes, message] = GENERATE(table<std::string, std::string>({
         {"<VTKFile", "well-formed"},
         {"solid cube\n", "well-formed"},
@@ -125,7 +125,7 @@ TEST_CASE("a damaged VTP file is refused with its name, the fault and a remedy")
     REQUIRE_THROWS_WITH(decode_vtp(bytes, "dir/part.vtp"), Contains("dir/part.vtp") && Contains(message));
 }
 
-TEST_CASE("a damaged PLY file is refused with its name, the fault and a remedy") {
+TEST_CASE("a damaged PLY file is refused with its name, the fault and a remedy", "[foreign]") {
     const std::string xyz = "0 0 0\n1 0 0\n0 1 0\n";
     const auto [bytes, message] = GENERATE_COPY(table<std::string, std::string>({
         {"plywood", "ends within its header"},
@@ -153,7 +153,7 @@ TEST_CASE("a damaged PLY file is refused with its name, the fault and a remedy")
     REQUIRE_THROWS_WITH(decode_ply(bytes, "dir/part.ply"), Contains("dir/part.ply") && Contains(message));
 }
 
-TEST_CASE("a damaged STL file is refused with its name, the fault and a remedy") {
+TEST_CASE("a damaged STL file is refused with its name, the fault and a remedy", "[foreign]") {
     std::string binary(80, 'x');
     binary += std::string("\2\0\0\0", 4) + std::string(50, '\0');
     const auto [bytes, message] = GENERATE_COPY(table<std::string, std::string>({
@@ -172,7 +172,7 @@ TEST_CASE("a damaged STL file is refused with its name, the fault and a remedy")
     REQUIRE_THROWS_WITH(decode_stl(bytes, "dir/part.stl"), Contains("dir/part.stl") && Contains(message));
 }
 
-TEST_CASE("a damaged OBJ file is refused with its name, the fault and a remedy") {
+TEST_CASE("a damaged OBJ file is refused with its name, the fault and a remedy", "[foreign]") {
     const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
     const auto [bytes, message] = GENERATE_COPY(table<std::string, std::string>({
         {"hello\n", "no triangle"},
@@ -192,7 +192,7 @@ TEST_CASE("a damaged OBJ file is refused with its name, the fault and a remedy")
     REQUIRE_THROWS_WITH(decode_obj(bytes, "dir/part.obj"), Contains("dir/part.obj") && Contains(message));
 }
 
-TEST_CASE("a path that is missing, a folder, empty or of another format is refused by name") {
+TEST_CASE("a path that is missing, a folder, empty or of another format is refused by name", "[foreign]") {
     const auto folder = std::filesystem::temp_directory_path() / "sidewall_mesh_damage_test";
     std::filesystem::create_directories(folder / "folder.vtp");
     std::ofstream(folder / "empty.ply");
@@ -204,7 +204,7 @@ TEST_CASE("a path that is missing, a folder, empty or of another format is refus
     CHECK_THROWS_AS(read_mesh("part"), FileError);
 }
 
-TEST_CASE("random truncations and flipped bytes never get past the readers") {
+TEST_CASE("random truncations and flipped bytes never get past the readers", "[foreign]") {
     TriangleMesh mesh = test::sphere_mesh(1, 1.0);
     mesh.vertex_attributes.push_back(
         {"height", 1, Scalar::float32, std::vector<double>(mesh.vertices.size(), 0.5)});

@@ -53,7 +53,7 @@ std::filesystem::path scratch(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("a mesh written as VTP reads back to the last bit, attributes and units included") {
+TEST_CASE("a mesh written as VTP reads back to the last bit, attributes and units included", "[foreign]") {
     const TriangleMesh mesh = decorated_mesh();
     const MeshMetadata said{{{"length_unit", "um"}, {"note", "a < b & \"c\""}}, {{"time", 0.1}}};
     MeshMetadata heard;
@@ -72,18 +72,19 @@ TEST_CASE("a mesh written as VTP reads back to the last bit, attributes and unit
     CHECK_FALSE(std::filesystem::exists(path.string() + ".partial"));
 }
 
-TEST_CASE("a VTP array longer than one compressed block reads back to the last bit") {
+TEST_CASE("a VTP array longer than one compressed block reads back to the last bit", "[foreign]") {
     const TriangleMesh mesh = test::torus_mesh(150, 1.0, 0.3);
     require_same_shape(mesh, decode_vtp(encode_vtp(mesh), "memory"));
 }
 
-TEST_CASE("the same mesh gives the same file bytes") {
+TEST_CASE("the same mesh gives the same file bytes", "[foreign]") {
     const TriangleMesh mesh = decorated_mesh();
     CHECK(encode_vtp(mesh) == encode_vtp(decorated_mesh()));
     CHECK(encode_ply(mesh) == encode_ply(decorated_mesh()));
 }
 
-TEST_CASE("a mesh written as PLY reads back to the last bit, components as properties of their own") {
+TEST_CASE("a mesh written as PLY reads back to the last bit, components as properties of their own",
+          "[foreign]") {
     const TriangleMesh mesh = decorated_mesh();
     const auto path = scratch("round.ply");
     write_mesh(path, mesh, {{{"length_unit", "um"}}, {{"time", 5.0}}});
@@ -100,7 +101,7 @@ TEST_CASE("a mesh written as PLY reads back to the last bit, components as prope
     CHECK(back.triangle_attributes[1].values == mesh.triangle_attributes[1].values);
 }
 
-TEST_CASE("every dialect of VTP holds the same surface") {
+TEST_CASE("every dialect of VTP holds the same surface", "[foreign]") {
     const std::vector<Vec3> points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 2, 0.1},
                                       {2, 0, 0}, {3, 0, 0}, {2, 1, 0}, {3, 1, 0}, {4, 4, 4}};
     const std::vector<Triangle> triangles = {{0, 1, 2}, {0, 2, 3}, {3, 2, 4},
@@ -126,7 +127,7 @@ TEST_CASE("every dialect of VTP holds the same surface") {
     CHECK(rate->values == std::vector<double>{0.5, 1.5, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 4.5, 5.5, 6.5, 7.5});
 }
 
-TEST_CASE("ascii, little and big endian PLY hold the same surface") {
+TEST_CASE("ascii, little and big endian PLY hold the same surface", "[foreign]") {
     const std::string properties =
         "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
         "element face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n"
@@ -165,7 +166,7 @@ TEST_CASE("ascii, little and big endian PLY hold the same surface") {
     }
 }
 
-TEST_CASE("an attribute of the wrong length is refused before anything is written") {
+TEST_CASE("an attribute of the wrong length is refused before anything is written", "[foreign]") {
     TriangleMesh mesh = test::plane_mesh(1);
     mesh.triangle_attributes.push_back({"flux", 1, Scalar::float64, {1.0}});
     const auto path = scratch("never.vtp");
@@ -174,7 +175,7 @@ TEST_CASE("an attribute of the wrong length is refused before anything is writte
     CHECK_FALSE(std::filesystem::exists(path));
 }
 
-TEST_CASE("a mesh that cannot be written is an i/o error and leaves nothing behind") {
+TEST_CASE("a mesh that cannot be written is an i/o error and leaves nothing behind", "[foreign]") {
     const auto blocker = scratch("blocker");
     std::ofstream(blocker) << "a file, not a folder";
     CHECK_THROWS_AS(write_mesh(blocker / "mesh.vtp", test::plane_mesh(1)), IoError);
@@ -184,7 +185,7 @@ TEST_CASE("a mesh that cannot be written is an i/o error and leaves nothing behi
     CHECK_FALSE(std::filesystem::exists(folder.string() + ".partial"));
 }
 
-TEST_CASE("a mesh written as STL reads back in single precision, its surface closed again") {
+TEST_CASE("a mesh written as STL reads back in single precision, its surface closed again", "[foreign]") {
     const TriangleMesh fine = test::sphere_mesh(2, 1.0);
     TriangleMesh mesh = decode_stl(encode_stl(fine), "memory");  // rounded
     REQUIRE(mesh.vertices.size() == fine.vertices.size());
@@ -207,7 +208,7 @@ TEST_CASE("a mesh written as STL reads back in single precision, its surface clo
                  decode_stl(encode_stl(mesh), "memory").triangle_attributes.at(0));
 }
 
-TEST_CASE("ascii STL is read as programs write it, coinciding corners named") {
+TEST_CASE("ascii STL is read as programs write it, coinciding corners named", "[foreign]") {
     MeshMetadata said;
     const TriangleMesh mesh = decode_stl(
         "solid a name with facet in it\r\n  facet normal 0 0 1\r\n    outer loop\r\n      vertex 0 0 +0\r\n"
@@ -221,7 +222,7 @@ TEST_CASE("ascii STL is read as programs write it, coinciding corners named") {
     CHECK(said.dropped == std::vector<std::string>{"1 facets with coinciding corners"});
 }
 
-TEST_CASE("a mesh written as OBJ reads back to the last bit, with its materials") {
+TEST_CASE("a mesh written as OBJ reads back to the last bit, with its materials", "[foreign]") {
     TriangleMesh mesh = decorated_mesh();
     const auto path = scratch("round.obj");
     write_mesh(path, mesh);
@@ -239,7 +240,8 @@ TEST_CASE("a mesh written as OBJ reads back to the last bit, with its materials"
     CHECK(unwritable("x.vtp", mesh).empty());
 }
 
-TEST_CASE("OBJ of other programs: polygons, all index forms, negative numbers, materials by name") {
+TEST_CASE("OBJ of other programs: polygons, all index forms, negative numbers, materials by name",
+          "[foreign]") {
     MeshMetadata said;
     const TriangleMesh mesh = decode_obj(
         "# made elsewhere\nmtllib x.mtl\no part\nv 0 0 0 1.0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nvt 0 0\n"
