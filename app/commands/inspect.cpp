@@ -19,11 +19,6 @@ Json vector_json(const Vec3& v) {
     return Json::array({v.x(), v.y(), v.z()});
 }
 
-/// Numbers JSON has no word for become null.
-Json finite(double value) {
-    return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
 Json attribute_json(const Attribute& attribute, const char* where) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     std::size_t odd = 0;
@@ -35,8 +30,12 @@ Json attribute_json(const Attribute& attribute, const char* where) {
         low = std::min(low, v);
         high = std::max(high, v);
     }
-    return {{"name", attribute.name}, {"on", where},         {"components", attribute.components},
-            {"min", finite(low)},     {"max", finite(high)}, {"not_finite", odd}};
+    return {{"name", attribute.name},
+            {"on", where},
+            {"components", attribute.components},
+            {"min", number_or_null(low)},
+            {"max", number_or_null(high)},
+            {"not_finite", odd}};
 }
 
 Json mesh_json(const TriangleMesh& mesh) {
@@ -164,7 +163,8 @@ void inspect(const std::string& input, const std::string& json_file) {
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
     for (const auto& [name, text] : result.metadata.texts) json["metadata"][name] = text;
-    for (const auto& [name, number] : result.metadata.numbers) json["metadata"][name] = finite(number);
+    for (const auto& [name, number] : result.metadata.numbers)
+        json["metadata"][name] = number_or_null(number);
     if (result.folder) json["interfaces"] = result.interfaces.size();
     if (result.summary) json["summary"] = *result.summary;
     // Standard output belongs to the JSON alone if it goes there.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "app/common/files.hpp"
@@ -18,6 +19,10 @@ void write_json(const std::string& path, const Json& json) {
     } else {
         write_file(path, text);
     }
+}
+
+Json number_or_null(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
 Json read_json(const std::filesystem::path& path, const std::string& advice) {

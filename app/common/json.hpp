@@ -11,6 +11,9 @@ namespace sidewall::app {
 /// \throws IoError naming the path and the system's reason.
 void write_json(const std::string& path, const Json& json);
 
+/// A number, or null where it is not finite, for which JSON has no word.
+Json number_or_null(double value);
+
 /// The JSON in a file.
 /// \throws FileError if the file is missing or no JSON; the message ends with \p advice.
 Json read_json(const std::filesystem::path& path, const std::string& advice);

@@ -1,14 +1,8 @@
 #include "app/models/ions.hpp"
 
 #include <cmath>
-#include <numbers>
 
 namespace sidewall::app {
-namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-}  // namespace
 
 std::vector<Key> ion_keys(double source_exponent) {
     return {{"energy",
@@ -52,19 +46,19 @@ std::vector<Key> ion_keys(double source_exponent) {
 flux::Species ion_species(const Values& values, double threshold) {
     flux::Species ion = flux::ion("ion", {values.get<double>("energy"), values.get<double>("energy_spread")},
                                   values.get<double>("ion_exponent"));
-    ion.reflection.from = kDegree * values.get<double>("reflect_from_deg");
-    ion.reflection.to = kDegree * values.get<double>("reflect_to_deg");
+    ion.reflection.from = kRadiansPerDegree * values.get<double>("reflect_from_deg");
+    ion.reflection.to = kRadiansPerDegree * values.get<double>("reflect_to_deg");
     if (ion.reflection.to <= ion.reflection.from)
         throw KeyError("reflect_to_deg", "must be greater than reflect_from_deg");
-    ion.reflection.cone = kDegree * values.get<double>("cone");
-    ion.reflection.inflection = kDegree * values.get<double>("inflection");
+    ion.reflection.cone = kRadiansPerDegree * values.get<double>("cone");
+    ion.reflection.inflection = kRadiansPerDegree * values.get<double>("inflection");
     ion.reflection.exponent = values.get<double>("energy_exponent");
     ion.stop_energy = threshold;
     return ion;
 }
 
 Vec3 tilted_beam(double tilt_deg, double azimuth_deg) {
-    const double tilt = tilt_deg * kDegree, azimuth = azimuth_deg * kDegree;
+    const double tilt = tilt_deg * kRadiansPerDegree, azimuth = azimuth_deg * kRadiansPerDegree;
     Vec3 beam(std::sin(tilt) * std::cos(azimuth), std::sin(tilt) * std::sin(azimuth), -std::cos(tilt));
     for (int axis = 0; axis < 2; ++axis)
         if (std::abs(beam[axis]) < 1e-12) beam[axis] = 0.0;  // cos(90 degrees) is not quite 0

@@ -1,8 +1,12 @@
 #pragma once
+#include <numbers>
+
 #include "app/models/model.hpp"
 
 // What the plasma models share: the keys of their ions, and the numbers by material.
 namespace sidewall::app {
+
+inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
 /// energy, energy_spread, ion_exponent and the angles of reflection.
 std::vector<Key> ion_keys(double source_exponent = 500.0);

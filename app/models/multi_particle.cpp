@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/models/ions.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180.0;
 
 // What `auto` stands for, by kind.
 constexpr double kThermal = 1.0, kCollimated = 1000.0, kIon = 500.0;  // source exponents
@@ -55,8 +52,8 @@ void make_ion(flux::Species& species, const Values& values, std::size_t k) {
     if (species.energy.sigma > species.energy.mean)
         throw KeyError(key(k, "energy_spread"), "is larger than the energy; make it smaller");
     species.reflection = flux::ion("").reflection;
-    species.reflection.from = values.get<Number>("reflect_from_deg").value_or(70.0) * kDegree;
-    species.reflection.to = values.get<Number>("reflect_to_deg").value_or(90.0) * kDegree;
+    species.reflection.from = values.get<Number>("reflect_from_deg").value_or(70.0) * kRadiansPerDegree;
+    species.reflection.to = values.get<Number>("reflect_to_deg").value_or(90.0) * kRadiansPerDegree;
     if (species.reflection.from > species.reflection.to)
         throw KeyError(key(k, "reflect_from_deg"), "is above reflect_to_deg; swap them");
     if (auto yield = yield_of(values, species, k)) {

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/process/species_flux.hpp"
@@ -75,8 +76,7 @@ double mean_change(const flux::Wedges& wedges, const std::vector<std::vector<dou
 }  // namespace
 
 SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                           SurfaceFlux parts, const SurfaceField& carried, const TraceRequest& request) {
-    SurfaceFlux& arriving = parts;
+                           SurfaceFlux arriving, const SurfaceField& carried, const TraceRequest& request) {
     const std::vector<std::int32_t> materials = wedge_materials(arriving);
     const Coverages& coverages = model.coverages;
     const bool pulsed = coverages.pulse > 0.0, any = !coverages.names.empty();
@@ -89,12 +89,12 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
     for (int traces = 1;; ++traces) {
         trace_species(recipe, model, surface, sticking_of(model, arriving, materials), request, arriving);
         arriving.trace->traces = traces;
-        if (!any) return parts;
+        if (!any) return arriving;
         std::vector<std::vector<double>> next = reacted(model, time, arriving, materials);
         arriving.trace->coverage_change = mean_change(arriving.wedges, arriving.coverage, next);
         arriving.coverage = std::move(next);
         const bool settled = !pulsed && !(arriving.trace->coverage_change > coverages.tolerance);
-        if (settled || traces >= most) return parts;
+        if (settled || traces >= most) return arriving;
     }
 }
 

@@ -5,14 +5,14 @@ namespace sidewall::app {
 
 /// Traces every species and lets the coverages react, in turn, until they have settled: fluxes depend on the
 /// sticking that coverages leave, coverages on the fluxes. The random numbers of all turns are the same, so
-/// that what is left of a change is not noise. A pulsed process instead takes its parts of a pulse one after
+/// that what is left of a change is not noise. Unless request.settle asks for that, one turn does. A pulsed process instead takes its parts of a pulse one after
 /// the other, from a bare surface.
 /// \param surface  with its meshes, box and scene.
-/// \param parts    materials and wedges of surface.traced().
+/// \param arriving  materials and wedges of surface.traced().
 /// \param carried  coverages to start from.
-/// \returns \p parts with fluxes, coverages and trace.
+/// \returns \p arriving with fluxes, coverages and trace.
 /// \throws LeakError, Interrupted as trace_species.
 SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                           SurfaceFlux parts, const SurfaceField& carried, const TraceRequest& request);
+                           SurfaceFlux arriving, const SurfaceField& carried, const TraceRequest& request);
 
 }  // namespace sidewall::app

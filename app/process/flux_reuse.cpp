@@ -64,12 +64,13 @@ std::uint32_t time_steps_within(double tolerance, double change, std::uint32_t s
     return static_cast<std::uint32_t>(std::min(kMost, steps));
 }
 
-FluxReuse next_reuse(double tolerance, const Model& model, const FluxReuse& reuse, const SurfaceField& field,
+FluxReuse next_reuse(double tolerance, const Model& model, const FluxReuse& reuse, const SurfaceField* before,
                      const TracedSurface& surface) {
     if (surface.arriving && !surface.arriving->trace) return {reuse.left - 1, reuse.since + 1};
-    if (!surface.arriving || field.mesh.triangles.empty() || tolerance == 0.0) return {0, 1};
-    const std::uint32_t steps = time_steps_within(tolerance, flux_change(model, field, surface), reuse.since);
-    return {steps > 0 ? steps - 1 : 0, 1};
+    if (!surface.arriving || before == nullptr || tolerance == 0.0) return {0, 1};
+    const std::uint32_t more =
+        time_steps_within(tolerance, flux_change(model, *before, surface), reuse.since);
+    return {more > 0 ? more - 1 : 0, 1};
 }
 
 }  // namespace sidewall::app

@@ -37,9 +37,9 @@ std::uint32_t time_steps_within(double tolerance, double change, std::uint32_t s
 /// For how long the fluxes just used will do: \p reuse counted down if they were carried over; after a trace
 /// as many time steps as their change since the last one allows.
 /// \param tolerance  [flux] reuse.
-/// \param field      fluxes of the trace before; empty at the start of a step of the recipe, where nothing
+/// \param before     fluxes of the trace before; null at the start of a step of the recipe, where nothing
 ///                   is known yet of how fast they change.
-FluxReuse next_reuse(double tolerance, const Model& model, const FluxReuse& reuse, const SurfaceField& field,
+FluxReuse next_reuse(double tolerance, const Model& model, const FluxReuse& reuse, const SurfaceField* before,
                      const TracedSurface& surface);
 
 }  // namespace sidewall::app

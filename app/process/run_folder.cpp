@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <regex>
+#include <optional>
+#include <string_view>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
@@ -22,12 +23,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The text less `start` and the digits that follow it, of which there must be at least \p digits.
+std::optional<std::string_view> after_number(std::string_view text, std::string_view start,
+                                             std::size_t digits) {
+    if (!text.starts_with(start)) return std::nullopt;
+    text.remove_prefix(start.size());
+    const std::size_t count = std::min(text.size(), text.find_first_not_of("0123456789"));
+    if (count < digits) return std::nullopt;
+    return text.substr(count);
+}
+
 // Everything a run writes but its recipe, so that a new one leaves nothing of an old one behind.
-bool is_ours(const std::string& name) {
-    static const std::regex names(
-        R"((surface|traced)_\d{4,}\.vtp|interface_\d{4,}_\d+\.vtp|profile_\d{4,}(_\d+)?\.csv|)"
-        R"(summary\.json|timeline\.csv|surface\.pvd|checkpoint\.vdb)");
-    return std::regex_match(name, names);
+bool is_ours(std::string_view name) {
+    for (const char* whole : {"summary.json", "timeline.csv", "surface.pvd", "checkpoint.vdb"})
+        if (name == whole) return true;
+    for (const char* mesh : {"surface_", "traced_"})
+        if (after_number(name, mesh, 4) == ".vtp") return true;
+    if (const auto rest = after_number(name, "profile_", 4))
+        return rest == ".csv" || after_number(*rest, "_", 1) == ".csv";
+    if (const auto rest = after_number(name, "interface_", 4)) return after_number(*rest, "_", 1) == ".vtp";
+    return false;
 }
 
 // The user's own recipe must not be replaced by the effective one, which has no comments.

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <tbb/tick_count.h>
 
-#include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "app/common/interrupt.hpp"
 #include "app/common/progress.hpp"
@@ -24,10 +24,10 @@
 namespace sidewall::app {
 namespace {
 
-// What stays the same all through a run, and those who watch it.
+// What stays the same all through a run, its folder and its progress bar.
 struct Run {
     const Recipe& recipe;
-    std::vector<Step> steps;  // loops unrolled
+    const std::vector<Step>& steps;  // loops unrolled
     RunFolder& folder;
     ProgressBar& progress;
     tbb::tick_count start;      // of this part of the run,
@@ -37,12 +37,6 @@ struct Run {
         timing.total = seconds_before + (tbb::tick_count::now() - start).seconds();
     }
 };
-
-double total_duration(const std::vector<Step>& steps) {
-    double total = 0.0;
-    for (const Step& step : steps) total += step.duration;
-    return total;
-}
 
 // A geometric step happens at once. False if the step takes time.
 bool reshape(const Recipe& recipe, const Step& step, RunState& state) {
@@ -128,16 +122,16 @@ void make_steps(const Run& run, RunState& state) {
             if (run.folder.due(state)) run.folder.save(state, model, surface);
 
             const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
-            const bool carried_over = surface.arriving && !surface.arriving->trace;
             const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
-                                               state.begins_step() ? SurfaceField{} : state.carried, surface);
-            SurfaceField carried = carried_over ? state.carried : field_to_carry(recipe, model, surface);
-            const std::vector<levelset::Motion> motions =
-                stage_motions(run, model, std::move(motion), surface, carried, next.dt, state);
+                                               state.begins_step() ? nullptr : &state.carried, surface);
+            std::optional<SurfaceField> fresh;  // what a trace leaves for the next time step
+            if (!surface.arriving || surface.arriving->trace) fresh = field_to_carry(recipe, model, surface);
+            const std::vector<levelset::Motion> motions = stage_motions(
+                run, model, std::move(motion), surface, fresh ? *fresh : state.carried, next.dt, state);
 
             run.folder.record(state, step, surface, next);
             state.reuse = reuse;
-            state.carried = std::move(carried);
+            if (fresh) state.carried = std::move(*fresh);
             advance(recipe, model, motions, next, state);
             end_time_step(run, step, state);
         }

@@ -27,7 +27,8 @@ struct RunResult {
 /// Runs a recipe and writes DIR/{recipe.toml, surface.pvd, surface_NNNN.vtp, profile_NNNN.csv, timeline.csv,
 /// checkpoint.vdb, summary.json}; summary.json comes last, so that a folder that has one is complete: resuming
 /// it changes nothing.
-/// \throws Interrupted after the current time step if the user asked to stop; the checkpoint then allows
+/// \throws Interrupted if the user asked to stop, after the current time step or, while tracing, at once: the
+///         checkpoint holds the last whole time step and allows
 ///         --resume, which ends in the same bits. Other errors as their parts throw them.
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options);
 

@@ -1,7 +1,6 @@
 #include "app/process/summary.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "app/common/json.hpp"
 #include "app/common/threads.hpp"
@@ -10,10 +9,6 @@
 
 namespace sidewall::app {
 namespace {
-
-Json number(double value) {
-    return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
 
 Json sizes(const TriangleMesh& mesh) {
     return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
@@ -38,7 +33,7 @@ Json flux_json(const TracedSurface& surface) {
                             {"pass_species", flux.pass_species},
                             {"pass_place", flux.pass_place},
                             {"leaked", flux.leaked},
-                            {"relative_error", number(flux.relative_error)}});
+                            {"relative_error", number_or_null(flux.relative_error)}});
     return list;
 }
 
@@ -87,7 +82,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"metrology", Json::object()},
                  {"metrology_units", Json::object()}};
     for (const Measure& m : final_measures(recipe, state, surface.raw)) {
-        summary["metrology"][m.name] = number(m.value);
+        summary["metrology"][m.name] = number_or_null(m.value);
         summary["metrology_units"][m.name] = m.unit;
     }
     if (surface.arriving && surface.arriving->trace && !surface.arriving->coverage.empty())

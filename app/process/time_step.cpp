@@ -16,7 +16,7 @@ double next_event(const Recipe& recipe, const Step& step, const RunState& state)
 // Equal parts of what is left, each moving the front at most cfl dx.
 double equal_parts(double left, double speed, double spacing, double cfl) {
     if (speed <= 0.0) return left;
-    // A hair's breadth over a whole number of time steps must not cost one more.
+    // Rounding just above a whole number of time steps must not cost one more.
     const double parts = std::ceil(left * speed / (cfl * spacing) * (1.0 - 1e-9));
     return left / std::max(1.0, parts);
 }

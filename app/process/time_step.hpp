@@ -14,7 +14,8 @@ struct TimeStep {
 };
 
 /// Equal time steps up to the end of the recipe's step or the next surface to save, each moving the front at
-/// most cfl grid spacings, and none past a stop condition.
+/// most cfl grid spacings, and none past a stop condition
+/// by more than a twentieth of a grid spacing.
 /// \param to_stop  how far the front may move before one holds, from distance_to_stop.
 /// \throws NumericsError if a speed is not finite.
 TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& model, const RunState& state,

@@ -49,7 +49,7 @@ std::vector<std::int32_t> materials_of(const levelset::MaterialStack& stack, con
 }
 
 // The traced mesh split at creases and material edges, no flux yet.
-SurfaceFlux split(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
+SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
     SurfaceFlux parts;
     parts.materials = materials_of(stack, mesh);
     parts.wedges = flux::make_wedges(mesh, parts.materials);
@@ -71,8 +71,8 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
         surface.scene = build_scene(surface.traced(), timing);
         const PhaseClock clock(timing.trace);
         try {
-            surface.arriving =
-                settled_fluxes(recipe, model, surface, split(stack, surface.traced()), carried, request);
+            surface.arriving = settled_fluxes(recipe, model, surface,
+                                              split_at_creases(stack, surface.traced()), carried, request);
             return surface;
         } catch (const LeakError& leak) {
             // A fold that coarsening left among thousands of time steps must not end the run.
@@ -80,6 +80,7 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
             fmt::print(stderr, "time step {}: {}: tracing the surface as extracted instead\n", request.key,
                        leak.what());
             surface.simplified.reset();
+            surface.scene.reset();
         }
     }
 }
@@ -89,7 +90,7 @@ TracedSurface carried_surface(const Model& model, const levelset::MaterialStack&
     TracedSurface surface = extracted(stack, timing);
     surface.scene = build_scene(surface.raw, timing);
     const PhaseClock clock(timing.rates);
-    surface.arriving = carried_fluxes(model, carried, surface.raw, split(stack, surface.raw));
+    surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface.raw));
     return surface;
 }
 

@@ -37,11 +37,12 @@ struct SurfaceFlux {
 
 /// The wafer's surface at one time, what is traced in its place, and what arrives on it.
 struct TracedSurface {
-    TriangleMesh raw;                                ///< as extracted
-    std::optional<TriangleMesh> simplified;          ///< what is traced instead, if anything
-    flux::LateralBox box;                            ///< sides of the domain
-    std::shared_ptr<const surface::RayScene> scene;  ///< of traced(); absent if the model looks at no surface
-    std::optional<SurfaceFlux> arriving;             ///< on traced(); absent if the model traces no species
+    TriangleMesh raw;                        ///< as extracted
+    std::optional<TriangleMesh> simplified;  ///< what is traced instead, if anything
+    flux::LateralBox box;                    ///< sides of the domain
+    std::shared_ptr<const surface::RayScene>
+        scene;  ///< of traced(); absent if the model neither traces nor asks for line of sight
+    std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };
@@ -62,7 +63,7 @@ struct TraceRequest {
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing);
 
-/// Extracts the surface and gives it the fluxes and coverages of an earlier one, from flux_field, in place of
+/// Extracts the surface and gives it the fluxes and coverages of an earlier one, from field_to_carry with [flux] reuse, in place of
 /// a trace: those of the closest points.
 /// \pre the model traces species.
 TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,

@@ -221,7 +221,7 @@ void read_fields(const toml::table& table, const std::string& path, std::string_
     for (const Field& field : fields) known.push_back(field.name);
     const auto former = [&](std::string_view key) {
         return std::any_of(fields.begin(), fields.end(),
-                           [&](const Field& field) { return field.former == key; });
+                           [&](const Field& field) { return !field.former.empty() && field.former == key; });
     };
     for (const auto& [key, node] : table)
         if (std::find(known.begin(), known.end(), key.str()) == known.end() && !former(key.str()))
@@ -229,7 +229,8 @@ void read_fields(const toml::table& table, const std::string& path, std::string_
                  fmt::format("unknown key of {}: did you mean {}? `sidewall models` lists all keys", what,
                              nearest(key.str(), known)));
     for (const Field& field : fields) {
-        if (field.rule.required && !table.contains(field.name) && !table.contains(field.former))
+        if (field.rule.required && !table.contains(field.name) &&
+            (field.former.empty() || !table.contains(field.former)))
             fail_missing(table, path_to(field.name),
                          fmt::format("missing: {} needs it ({}{}{})", what, field.doc,
                                      field.unit.empty() ? "" : "; ", field.unit));

@@ -129,12 +129,6 @@ surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, con
     return plane;
 }
 
-double total_duration(const Recipe& recipe) {
-    double total = 0.0;
-    for (const Step& step : expanded_steps(recipe)) total += step.duration;
-    return total;
-}
-
 }  // namespace
 
 Recipe parse_recipe(std::string_view text, const std::string& file,
@@ -163,7 +157,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
         const std::vector<std::string>& profiles = recipe.output.profiles;
         for (std::size_t i = 0; i < profiles.size(); ++i)
             vertical_plane(profiles[i], recipe, fmt::format("profiles[{}]", i));
-        if (recipe.output.every && total_duration(recipe) / *recipe.output.every > kMostSurfaces)
+        if (recipe.output.every &&
+            total_duration(expanded_steps(recipe)) / *recipe.output.every > kMostSurfaces)
             throw KeyError("every",
                            fmt::format("saves more than {:g} surfaces; use a longer time", kMostSurfaces));
     });

@@ -23,7 +23,7 @@ struct DomainSection {
     bool operator==(const DomainSection&) const = default;
 };
 
-/// A layer as the recipe writes it. Which members count depends on the shape; see recipe_sections.cpp and
+/// A layer as the recipe writes it. Which members count depends on the shape; see recipe/sections.cpp and
 /// levelset/shapes.hpp.
 struct Layer {
     std::string shape = "plane";
@@ -52,7 +52,7 @@ struct Layer {
 struct Step {
     std::string model;      ///< empty for a loop
     std::string name;       ///< what reports call it; empty: the model's name
-    double duration = 0.0;  ///< at most, if it has a stop condition (app/stop.hpp)
+    double duration = 0.0;  ///< at most, if it has a stop condition (process/stop.hpp)
     std::optional<double> stop_depth, stop_thickness;
     std::string stop_material;
     std::int64_t repeat = 1;
@@ -119,7 +119,7 @@ struct Recipe {
 
 /// Reads and validates a recipe.
 ///
-/// \param text       TOML; design of the format in recipe_sections.cpp, printed by `sidewall models`.
+/// \param text       TOML; design of the format in recipe/sections.cpp, printed by `sidewall models`.
 /// \param file       its name, for messages; mesh files are sought beside it.
 /// \param overrides  `key=value` settings such as `step[0].duration=2`, applied in order before validation.
 ///                   The value is TOML; bare words are strings.
@@ -131,7 +131,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
 /// \throws FileError if it cannot be read.
 Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
 
-/// The whole recipe as TOML with every default written out. Parses back to an equal recipe.
+/// The whole recipe as TOML with every default written out. Parses back to an equal recipe, but for the notes.
 std::string effective_recipe(const Recipe& recipe);
 
 /// The domain, its spacing rounded to divide both extents.
@@ -144,6 +144,9 @@ std::vector<std::string> notes_on(const Recipe& recipe);
 /// Loops unrolled: steps in the order they run, each with repeat 1 and a name such as "2.1 etch (cycle 3 of
 /// 10)".
 std::vector<Step> expanded_steps(const Recipe& recipe);
+
+/// Process time of all steps, loops unrolled.
+double total_duration(const std::vector<Step>& steps);
 
 /// The cuts of [output] profiles.
 std::vector<surface::Plane> profile_planes(const Recipe& recipe);

@@ -101,4 +101,10 @@ std::vector<Step> expanded_steps(const Recipe& recipe) {
     return list;
 }
 
+double total_duration(const std::vector<Step>& steps) {
+    double total = 0.0;
+    for (const Step& step : steps) total += step.duration;
+    return total;
+}
+
 }  // namespace sidewall::app

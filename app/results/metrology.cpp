@@ -73,7 +73,7 @@ double lowest(const Profile& profile) {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// Openings at equal steps from z = 0 down to the floor, none of them at the ends.
+// Openings at equal distances from z = 0 down to the floor, none of them at the ends.
 struct Wall {
     double step = 0.0;
     std::vector<double> opening;  // number k lies (k + 1/2) step below z = 0

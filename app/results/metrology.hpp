@@ -17,17 +17,16 @@ struct Measure {
 
 /// What [metrology] asks for, in the plane `cut`. An opening is the widest gap in the cut at a height.
 ///
-/// depth             of the lowest point below z = 0
-/// cd                opening at each of cd_depths
-/// sidewall_angle    of the walls between 25 and 75 % of the depth, 90 = vertical, less = narrowing downwards
-/// bow               widest opening below z = 0 less that just below z = 0
-/// undercut          of the mask: half the opening a grid spacing below mask_bottom less half that just above
-/// it aspect_ratio      depth over the opening at half the depth scallops          scallop_pitch and
-/// scallop_depth: mean distance of the maxima of the opening down the wall, and half
-///                   the mean of what lies between them and the minima
-/// film              film_top, film_side, film_bottom: thickness of the uppermost layer beside, halfway down
-/// and at the
-///                   floor of what it fills, and step_coverage_side, step_coverage_bottom over film_top
+/// - depth: of the lowest point below z = 0
+/// - cd: opening at each of cd_depths
+/// - sidewall_angle: of the walls between 25 and 75 % of the depth, 90 = vertical, less = narrowing downwards
+/// - bow: widest opening below z = 0 less that just below z = 0
+/// - undercut: of the mask, half the opening a grid spacing below mask_bottom less half that just above it
+/// - aspect_ratio: depth over the opening at half the depth
+/// - scallops: scallop_pitch and scallop_depth, mean distance of the maxima of the opening down the wall, and
+///   half the mean of what lies between them and the minima
+/// - film: film_top, film_side, film_bottom, thickness of the uppermost layer beside, halfway down and at the
+///   floor of what it fills, and step_coverage_side, step_coverage_bottom over film_top
 ///
 /// \param surface  as extracted from \p stack. O(n) in triangles.
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,

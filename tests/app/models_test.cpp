@@ -190,3 +190,27 @@ TEST_CASE("keys that do not fit together are refused with their place") {
                   "= 0 }]\n")
               .starts_with("step.toml:10: step[0].species[1].name = \"a\": is taken"));
 }
+
+TEST_CASE("a model that asks for a key it does not define, or of another type, ends with the key's name") {
+    Values values;
+    values.entries["sticking"] = ByMaterial{0.5};
+    CHECK(values.get<ByMaterial>("sticking").fallback == 0.5);
+    CHECK_THROWS_WITH(values.get<ByMaterial>("sticknig"),
+                      Catch::Contains("\"sticknig\"") && Catch::Contains("its keys: sticking"));
+    CHECK_THROWS_WITH(values.get<double>("sticking"), Catch::Contains("\"sticking\""));
+}
+
+TEST_CASE("a tilted beam between reflective sides is refused at the key that tilts it") {
+    const std::string wafer =
+        "[domain]\nextent = [1.0, 1.0]\ngrid_spacing = 0.1\nboundary = [\"reflective\", \"periodic\"]\n"
+        "[[layer]]\nmaterial = \"Si\"\n[[step]]\nduration = 1.0\nmodel = ";
+    const std::string several = wafer +
+                                "\"multi_particle\"\nspecies = [{ name = \"n\", rate = -1.0 },\n"
+                                "  { name = \"i\", kind = \"ion\", rate = -1.0, tilt_deg = 10.0";
+    CHECK_THROWS_WITH(parse_recipe(several + " }]\n", "beam.toml"),
+                      Catch::Contains("beam.toml:11: step[0].species[1].tilt_deg = 10.0") &&
+                          Catch::Contains("would mirror it"));
+    CHECK_NOTHROW(parse_recipe(several + ", azimuth_deg = 90.0 }]\n", "beam.toml"));
+    CHECK_THROWS_WITH(parse_recipe(wafer + "\"ion_beam\"\nrate = 1.0\ntilt_deg = 10.0\n", "beam.toml"),
+                      Catch::Contains("beam.toml:11: step[0].tilt_deg = 10.0"));
+}

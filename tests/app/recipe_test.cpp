@@ -233,6 +233,28 @@ TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that side
     CHECK(of("periodic").empty());
 }
 
+TEST_CASE("keys go by their former names, too, with a note that says the new one", "[foreign]") {
+    const auto beam = [](const std::string& keys) {
+        return parse_recipe(
+            "[domain]\nextent = [1.0, 1.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n"
+            "[[step]]\nmodel = \"ion_beam\"\nduration = 1.0\nrate = 1.0\n" +
+                keys,
+            "beam.toml");
+    };
+    const Recipe now = beam("energy = 250.0\nreflect_from_deg = 60.0\n"),
+                 before = beam("ion_energy = 250.0\nreflection_from = 60.0\n");
+    CHECK(now.steps == before.steps);
+    CHECK(notes_on(now).empty());
+    const std::vector<std::string> notes = notes_on(before);
+    REQUIRE(notes.size() == 2);
+    CHECK(notes[0] == "step[0].ion_energy is now called energy");
+    CHECK(notes[1] == "step[0].reflection_from is now called reflect_from_deg");
+    CHECK_THROWS_WITH(
+        beam("energy = 1.0\nion_energy = 2.0\n"),
+        Catch::Contains("beam.toml:11: step[0].ion_energy = 2.0: is now called energy; drop one"));
+    CHECK_THROWS_WITH(beam("ion_energy = -1.0\n"), Catch::Contains("step[0].ion_energy = -1.0: must be"));
+}
+
 TEST_CASE("an error names file, line, key, value and rule", "[foreign]") {
     const auto of = [](const std::string& from, const std::string& to) {
         std::string text = kBase;
