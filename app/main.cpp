@@ -8,8 +8,12 @@
 #include "app/common/version.hpp"
 #include "surface/error.hpp"
 
-int main(int argc, char** argv) {
-    using namespace sidewall;
+namespace {
+
+using namespace sidewall;
+
+// The program's exit code.
+int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");
     program.set_version_flag("--version", app::version());
@@ -44,6 +48,16 @@ int main(int argc, char** argv) {
         return 5;
     } catch (const std::exception& error) {
         fmt::print(stderr, "sidewall: internal error: {}\n", error.what());
+        return 4;
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (...) {  // not even a message got through
         return 4;
     }
 }

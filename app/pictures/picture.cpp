@@ -98,7 +98,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture) {
             const auto rgb =
                 to_srgb(picture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
                                        static_cast<std::size_t>(x)]);
-            std::copy(rgb.begin(), rgb.end(), row.begin() + 3 * x);
+            std::copy(rgb.begin(), rgb.end(), row.begin() + std::ptrdiff_t{3} * x);
         }
         png_write_row(png, row.data());
     }

@@ -74,7 +74,8 @@ TracedSurface current_surface(const Run& run, const Model& model, RunState& stat
 std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, levelset::Motion first,
                                             const TracedSurface& surface, const SurfaceField& carried,
                                             double dt, RunState& state) {
-    std::vector<levelset::Motion> motions(1, std::move(first));
+    std::vector<levelset::Motion> motions;
+    motions.push_back(std::move(first));
     if (run.recipe.flux.stages != "all" || !surface.arriving || !surface.arriving->trace) return motions;
     constexpr int kStageBit = 30;  // of the random numbers' key
     const levelset::AdvectionOptions scheme = scheme_for(model, run.recipe.advection);

@@ -18,7 +18,7 @@ struct RunOptions {
 };
 
 /// What a finished run leaves behind besides its files.
-struct RunResult {
+struct RunResult {         // NOLINT(bugprone-exception-escape): moving JSON only asserts
     TriangleMesh surface;  ///< the final surface as extracted
     Timing timing;
     Json summary;  ///< what summary.json holds

@@ -67,7 +67,7 @@ std::string read_string(const toml::node& node, const std::string& path, const R
                         const Materials& materials) {
     if (!rule.choices.empty()) return read_word(node, path, rule.choices);
     if (!node.is_string()) fail(node, path, "must be a string, in quotes");
-    const std::string text = node.as_string()->get();
+    std::string text = node.as_string()->get();
     if (text.empty()) fail(node, path, "must not be empty");
     if (rule.material) check_material(node, path, text, materials);
     return text;

@@ -20,6 +20,7 @@ Overloaded(Ts...) -> Overloaded<Ts...>;
 template <class Range, class Text>
 std::string list_text(const Range& range, Text&& text) {
     std::vector<std::string> items;
+    items.reserve(std::size(range));
     for (const auto& item : range) items.push_back(text(item));
     return fmt::format("[{}]", fmt::join(items, ", "));
 }
@@ -68,9 +69,9 @@ std::string words_text(const std::vector<std::string>& words) {
 }
 
 std::string type_text(const Field& field) {
-    const std::string string_type = field.rule.material          ? "material"
-                                    : field.rule.choices.empty() ? "string"
-                                                                 : words_text(field.rule.choices);
+    std::string string_type = field.rule.material          ? "material"
+                              : field.rule.choices.empty() ? "string"
+                                                           : words_text(field.rule.choices);
     return std::visit(
         Overloaded{
             [](const bool*) -> std::string { return "boolean"; },

@@ -16,6 +16,7 @@ constexpr std::array kTimes{Unit{"ms", 1e-3}, Unit{"s", 1.0}, Unit{"min", 60.0},
 template <class Units>
 std::vector<std::string> names_of(const Units& units) {
     std::vector<std::string> names;
+    names.reserve(units.size());
     for (const Unit& unit : units) names.emplace_back(unit.first);
     return names;
 }
