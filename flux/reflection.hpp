@@ -63,11 +63,11 @@ inline double sample_cone_angle(double alpha, Stream& random) {
 /// the full cone's density, its azimuth is uniform over those that lead away from the surface. Unit vectors.
 inline Vec3 sample_coned(const Reflection& reflection, const Vec3& direction, const Vec3& normal,
                          double theta, Stream& random) {
-    const Vec3 axis = mirrored(direction, normal).normalized();
+    Vec3 axis = mirrored(direction, normal).normalized();
     const double alpha = std::numbers::pi / 2.0 - std::min(theta, reflection.cone);
     const double psi = sample_cone_angle(alpha, random);
     for (int trial = 0; trial < 1000; ++trial) {
-        const Vec3 out = direction_around(axis, std::cos(psi), std::sin(psi), random.uniform());
+        Vec3 out = direction_around(axis, std::cos(psi), std::sin(psi), random.uniform());
         if (out.dot(normal) > 0.0) return out;
     }
     return axis;  // an axis along the surface, to rounding
