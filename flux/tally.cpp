@@ -40,6 +40,7 @@ void allocate(std::vector<std::uint64_t>& bins, std::size_t count) {
     constexpr std::uintptr_t kPage = 4096;
     const auto begin = reinterpret_cast<std::uintptr_t>(bins.data()) / kPage * kPage + kPage;
     const auto end = reinterpret_cast<std::uintptr_t>(bins.data() + count) / kPage * kPage;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): madvise wants whole pages
     if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
 #endif
     bins.resize(count, 0);

@@ -345,7 +345,9 @@ double max_speed(const MaterialStack& stack, const Motion& motion) {
     if (motion.depends_on_normal) {
         normals.clear();
         for (int n = 0; n < 27; ++n)
-            if (n != 13) normals.push_back(Vec3(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1).normalized());
+            if (n != 13)
+                normals.push_back(
+                    Eigen::Vector3i(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1).cast<double>().normalized());
     }
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, samples.size(), 1024), 0.0,

@@ -26,7 +26,7 @@ double profile_distance(const std::vector<Vec2>& profile, double s, double z, bo
     double squared = std::numeric_limits<double>::infinity();
     const Vec2 p(s, z);
     for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
-        const Vec2 a = profile[k], ab = profile[k + 1] - a;
+        const Vec2 &a = profile[k], ab = profile[k + 1] - a;
         const double t = std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
         squared = std::min(squared, (p - a - t * ab).squaredNorm());
     }

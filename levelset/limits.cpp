@@ -97,7 +97,8 @@ Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, co
     const auto unlimited = [&] {
         return std::make_shared<Grid::TreeType>(before.tree(), kUnlimited, openvdb::TopologyCopy());
     };
-    const Grid::TreeType::Ptr own = unlimited(), result = unlimited();
+    const Grid::TreeType::Ptr own = unlimited();
+    Grid::TreeType::Ptr result = unlimited();
     LeafManager(*own).foreach ([&](Leaf& leaf, std::size_t) {
         const Bodies bodies(stack, before, motion, duration);
         for (auto it = leaf.beginValueOn(); it; ++it) it.setValue(bodies.limit(it.getCoord()));
