@@ -87,7 +87,8 @@ Vec3 place_inside(const Form& f) {
     }
     const double inverse = 1.0 / std::sqrt(square);
     const Vec3 n = f.normal * inverse, base = n * (f.offset * inverse);
-    // A frame of the plane: Duff et al., Building an orthonormal basis, revisited (2017).
+    // A frame of the plane, as surface/basis.hpp makes it. Written out: a call would move the compiler's
+    // fused multiply-adds, and with them the last bits of every mesh.
     const double sign = std::copysign(1.0, n.z()), p = -1.0 / (sign + n.z()), q = n.x() * n.y() * p;
     const Vec3 u(1.0 + sign * n.x() * n.x() * p, sign * q, -sign * n.x());
     const Vec3 v(q, sign + n.y() * n.y() * p, -n.y());
@@ -174,6 +175,7 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
         // One end off the boundary; the stronger of two kinds; two vertices at one corner; along the
         // boundary. Fewer branches would say the same, but move the compiler's fused multiply-adds in all
         // costs, and with them the last bits of every mesh.
+        // NOLINTNEXTLINE(bugprone-branch-clone)
         if ((kind_a == VertexKind::interior) != (kind_b == VertexKind::interior))
             x = place == MergedPlace::start ? Vec3(Vec3::Zero()) : f.along;
         else if (kind_a != kind_b)
