@@ -175,7 +175,7 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
         // One end off the boundary; the stronger of two kinds; two vertices at one corner; along the
         // boundary. Fewer branches would say the same, but move the compiler's fused multiply-adds in all
         // costs, and with them the last bits of every mesh.
-        // NOLINTNEXTLINE(bugprone-branch-clone)
+        // NOLINTBEGIN(bugprone-branch-clone)
         if ((kind_a == VertexKind::interior) != (kind_b == VertexKind::interior))
             x = place == MergedPlace::start ? Vec3(Vec3::Zero()) : f.along;
         else if (kind_a != kind_b)
@@ -184,6 +184,7 @@ Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t h, const Weights& we
             x = Vec3::Zero();
         else
             x = place_on_boundary(f, boundary, weights);
+        // NOLINTEND(bugprone-branch-clone)
     }
     // Within reach of the midpoint, measured by the neighbours' mean distance; NaN is caught, too.
     const Vec3 half = 0.5 * f.along;
