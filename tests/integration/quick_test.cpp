@@ -95,11 +95,11 @@ void check_all(const std::string& method) {
 
 }  // namespace
 
-TEST_CASE("every quick recipe ends with physical metrology, raw", "[foreign][slow]") {
+TEST_CASE("every quick recipe ends with physical metrology, raw", "[slow]") {
     check_all("none");
 }
 
-TEST_CASE("every quick recipe ends with physical metrology, lindstrom-turk", "[foreign][slow]") {
+TEST_CASE("every quick recipe ends with physical metrology, lindstrom-turk", "[slow]") {
     check_all("lindstrom-turk");
 }
 

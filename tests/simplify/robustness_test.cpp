@@ -107,7 +107,7 @@ TriangleMesh moebius(std::uint32_t n) {
 
 }  // namespace
 
-TEST_CASE("noisy copies of a trench stay sound and unflipped", "[foreign]") {
+TEST_CASE("noisy copies of a trench stay sound and unflipped") {
     const Field field = trench_field();
     for (const double roughness : {0.03, 0.1, 0.2}) {
         const TriangleMesh mesh = trench_mesh(0.4, roughness);
@@ -123,7 +123,7 @@ TEST_CASE("noisy copies of a trench stay sound and unflipped", "[foreign]") {
     }
 }
 
-TEST_CASE("a mesh large enough for blocks stays sound, and threads do not matter", "[foreign][slow]") {
+TEST_CASE("a mesh large enough for blocks stays sound, and threads do not matter", "[slow]") {
     const TriangleMesh mesh = trench_mesh(0.16, 0.05);
     REQUIRE(mesh.vertices.size() > 20'000);
     const auto features = features_of(mesh, 0.16);
@@ -145,7 +145,7 @@ TEST_CASE("a mesh large enough for blocks stays sound, and threads do not matter
         }
 }
 
-TEST_CASE("a hard bound holds in both directions, at any target", "[foreign][slow]") {
+TEST_CASE("a hard bound holds in both directions, at any target", "[slow]") {
     for (const double roughness : {0.0, 0.05}) {
         const TriangleMesh mesh = trench_mesh(0.2, roughness);
         const auto features = features_of(mesh, 0.2);
@@ -166,7 +166,7 @@ TEST_CASE("a hard bound holds in both directions, at any target", "[foreign][slo
     }
 }
 
-TEST_CASE("no method moves a fixed vertex, nor removes one", "[foreign]") {
+TEST_CASE("no method moves a fixed vertex, nor removes one") {
     const TriangleMesh mesh = trench_mesh(0.5, 0.05);
     const Box3 box = bounding_box(mesh);
     std::vector<std::uint8_t> fixed;
@@ -192,7 +192,7 @@ TEST_CASE("no method moves a fixed vertex, nor removes one", "[foreign]") {
     }
 }
 
-TEST_CASE("region-bounded keeps to the lengths it is given", "[foreign]") {
+TEST_CASE("region-bounded keeps to the lengths it is given") {
     const TriangleMesh mesh = square_mesh(60, 1.0);
     std::vector<double> lengths(mesh.vertices.size(), std::numeric_limits<double>::infinity());
     for (std::size_t v = 0; v < lengths.size(); ++v)
@@ -210,7 +210,7 @@ TEST_CASE("region-bounded keeps to the lengths it is given", "[foreign]") {
         GeometryError);
 }
 
-TEST_CASE("region-bounded is no farther from the surface than region at equal vertices", "[foreign]") {
+TEST_CASE("region-bounded is no farther from the surface than region at equal vertices") {
     const TriangleMesh mesh = trench_mesh(0.2, 0.03);
     const auto features = surface::feature_flags(mesh, 0.2, 0.5);
     for (const double kept : {0.8, 0.5, 0.3, 0.2, 0.1}) {
@@ -226,7 +226,7 @@ TEST_CASE("region-bounded is no farther from the surface than region at equal ve
     }
 }
 
-TEST_CASE("holes, components and closed surfaces stay what they are", "[foreign]") {
+TEST_CASE("holes, components and closed surfaces stay what they are") {
     const TriangleMesh ball = sphere_mesh(1.0, 16), ring = torus_mesh(1.0, 0.4, 20);
     simplify_all(ball, features_of(ball, 0.16), 0.16);
     simplify_all(ring, features_of(ring, 0.14), 0.14);
@@ -240,7 +240,7 @@ TEST_CASE("holes, components and closed surfaces stay what they are", "[foreign]
     simplify_all(many, features_of(many, 0.16), 0.16);
 }
 
-TEST_CASE("fans, single triangles and a strip with half a turn", "[foreign][slow]") {
+TEST_CASE("fans, single triangles and a strip with half a turn", "[slow]") {
     for (const std::uint32_t spokes : {3u, 4u, 7u, 300u, 70'000u})
         simplify_all(fan(spokes), {std::vector<std::uint8_t>(spokes + 1, 0)}, 0.1);
     TriangleMesh one;
@@ -257,7 +257,7 @@ TEST_CASE("fans, single triangles and a strip with half a turn", "[foreign][slow
                           Catch::Contains("oriented against each other"));
 }
 
-TEST_CASE("a thousand random meshes stay sound", "[foreign][slow]") {
+TEST_CASE("a thousand random meshes stay sound", "[slow]") {
     std::mt19937 random(7);
     const auto uniform = [&](double low, double high) {
         return low + (high - low) * double(random() >> 5) / double(1u << 27);
