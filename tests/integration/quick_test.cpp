@@ -103,6 +103,6 @@ TEST_CASE("every quick recipe ends with physical metrology, lindstrom-turk", "[s
     check_all("lindstrom-turk");
 }
 
-TEST_CASE("every quick recipe ends with physical metrology, region-bounded", "[foreign][slow]") {
+TEST_CASE("every quick recipe ends with physical metrology, region-bounded", "[slow]") {
     check_all("region-bounded");
 }
