@@ -253,6 +253,7 @@ TEST_CASE("keys go by their former names, too, with a note that says the new one
         beam("energy = 1.0\nion_energy = 2.0\n"),
         Catch::Contains("beam.toml:11: step[0].ion_energy = 2.0: is now called energy; drop one"));
     CHECK_THROWS_WITH(beam("ion_energy = -1.0\n"), Catch::Contains("step[0].ion_energy = -1.0: must be"));
+    CHECK_THROWS_WITH(beam("\"\" = 5\n"), Catch::Contains("unknown key"));  // most keys have no former name
 }
 
 TEST_CASE("an error names file, line, key, value and rule", "[foreign]") {
