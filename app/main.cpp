@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <new>
 #include <system_error>
@@ -7,6 +8,7 @@
 #include "app/commands/commands.hpp"
 #include "app/common/version.hpp"
 #include "surface/error.hpp"
+#include "surface/printable.hpp"
 
 namespace {
 
@@ -38,7 +40,7 @@ int run(int argc, char** argv) {
         // CLI11 throws for --help and --version, too; only those end well.
         return program.exit(error) == 0 ? 0 : 2;
     } catch (const Error& error) {
-        fmt::print(stderr, "sidewall: {}\n", error.what());
+        fmt::print(stderr, "sidewall: {}\n", surface::printable(error.what()));
         return error.exit_code();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "sidewall: out of memory: use a larger grid_spacing or a smaller extent\n");
@@ -55,6 +57,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {
         return run(argc, argv);
     } catch (...) {  // not even a message got through

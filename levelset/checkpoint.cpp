@@ -1,14 +1,23 @@
 #include "levelset/checkpoint.hpp"
 
 #include <fmt/format.h>
-#include <openvdb/io/File.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/tree/LeafManager.h>
+
+#include <atomic>
+#include <cmath>
+#include <new>
 
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/printable.hpp"
+#include "surface/sealed_file.hpp"
 
 namespace sidewall::levelset {
 namespace {
+
+// Raised with every change of what a checkpoint holds, the caller's text included.
+constexpr std::uint32_t kVersion = 1;
 
 constexpr const char* kText = "sidewall";
 constexpr const char* kMaterial = "material";
@@ -19,31 +28,44 @@ std::string domain_text(const Domain& domain) {
                        static_cast<int>(domain.side[0]), static_cast<int>(domain.side[1]));
 }
 
+// What everything that reads a level set relies on.
+void check(const Grid& grid, const Domain& domain) {
+    if (grid.background() != static_cast<float>(kHalfWidth * domain.spacing))
+        throw FileError("a layer's narrow band has another width");
+    std::atomic<bool> good = true;
+    openvdb::tree::LeafManager<const Grid::TreeType> leaves(grid.tree());
+    leaves.foreach ([&](const Leaf& leaf, std::size_t) {
+        for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
+            if (!std::isfinite(leaf.getValue(n))) good = false;
+    });
+    if (!good) throw FileError("a layer holds a distance that is not finite");
+}
+
+Layer layer_of(const openvdb::GridBase::Ptr& grid, const Domain& domain) {
+    const GridPtr phi = openvdb::gridPtrCast<Grid>(grid);
+    if (!phi) throw FileError("it holds something other than layers");
+    check(*phi, domain);
+    return {grid->metaValue<std::int32_t>(kMaterial), phi};
+}
+
 }  // namespace
 
 void save_checkpoint(const std::filesystem::path& path, const MaterialStack& stack, const std::string& text) {
-    try {
-        surface::write_through_partial(path, [&](const std::filesystem::path& partial) {
-            openvdb::GridPtrVec grids;
-            for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-                // Shares the tree.
-                const GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());
-                grid->setName(fmt::format("layer_{}", k));
-                grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
-                grid->setSaveFloatAsHalf(false);
-                grids.push_back(grid);
-            }
-            openvdb::MetaMap meta;
-            meta.insertMeta(kText, openvdb::StringMetadata(text));
-            meta.insertMeta("domain", openvdb::StringMetadata(domain_text(stack.domain)));
-            openvdb::io::File file(partial.string());
-            file.write(grids, meta);
-            file.close();
-        });
-    } catch (const std::exception& error) {
-        throw IoError(fmt::format("{}: cannot write the checkpoint: {}; check space and permissions",
-                                  path.string(), error.what()));
+    openvdb::GridPtrVec grids;
+    for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+        // Shares the tree.
+        const GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());
+        grid->setName(fmt::format("layer_{}", k));
+        grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
+        grid->setSaveFloatAsHalf(false);
+        grids.push_back(grid);
     }
+    openvdb::MetaMap meta;
+    meta.insertMeta(kText, openvdb::StringMetadata(text));
+    meta.insertMeta("domain", openvdb::StringMetadata(domain_text(stack.domain)));
+    // OpenVDB's own files do not notice a full disk.
+    surface::write_sealed_file(path, kVersion,
+                               [&](std::ostream& out) { openvdb::io::Stream(out).write(grids, meta); });
 }
 
 Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& domain) {
@@ -52,8 +74,8 @@ Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& doma
         throw FileError(fmt::format("{}: there is no checkpoint; run without --resume", path.string()));
     Checkpoint checkpoint{{domain, {}}, {}};
     try {
-        openvdb::io::File file(path.string());
-        file.open(false);  // no delayed loading: the file will be replaced
+        std::ifstream in = surface::open_sealed_file(path, kVersion);
+        openvdb::io::Stream file(in, false);  // no delayed loading: the file will be replaced
         const openvdb::MetaMap::Ptr meta = file.getMetadata();
         checkpoint.text = meta->metaValue<std::string>(kText);
         if (meta->metaValue<std::string>("domain") != domain_text(domain))
@@ -62,13 +84,14 @@ Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& doma
         for (std::size_t k = 0; k < grids->size(); ++k)
             for (const auto& grid : *grids)
                 if (grid->getName() == fmt::format("layer_{}", k))
-                    checkpoint.stack.layers.push_back(
-                        {grid->metaValue<std::int32_t>(kMaterial), openvdb::gridPtrCast<Grid>(grid)});
+                    checkpoint.stack.layers.push_back(layer_of(grid, domain));
         if (checkpoint.stack.layers.empty() || checkpoint.stack.layers.size() != grids->size())
             throw FileError("it does not hold a stack of layers");
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& error) {
         throw FileError(fmt::format("{}: not a usable checkpoint: {}; run without --resume", path.string(),
-                                    error.what()));
+                                    surface::printable(error.what())));
     }
     return checkpoint;
 }

@@ -7,7 +7,7 @@
 
 #include "surface/chain.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/output_file.hpp"
 
 namespace sidewall::surface {
 namespace {

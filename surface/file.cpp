@@ -30,39 +30,4 @@ std::string read_whole_file(const std::filesystem::path& path) {
     return bytes;
 }
 
-void write_through_partial(const std::filesystem::path& path,
-                           const std::function<void(const std::filesystem::path& partial)>& write) {
-    std::filesystem::path partial = path;
-    partial += ".partial";
-    try {
-        write(partial);
-        std::filesystem::rename(partial, path);
-    } catch (...) {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
-        throw;
-    }
-}
-
-void write_whole_file(const std::filesystem::path& path, std::string_view bytes) {
-    const auto fail = [&](const std::string& reason) {
-        return IoError(
-            fmt::format("{}: cannot write: {}; check space and permissions", path.string(), reason));
-    };
-    std::error_code failure;
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), failure);
-    if (failure) throw fail(failure.message());
-    try {
-        write_through_partial(path, [&](const std::filesystem::path& partial) {
-            errno = 0;
-            std::ofstream out(partial, std::ios::binary);
-            out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-            out.close();
-            if (!out) throw fail(errno ? std::strerror(errno) : "write error");
-        });
-    } catch (const std::filesystem::filesystem_error& error) {
-        throw fail(error.code().message());
-    }
-}
-
 }  // namespace sidewall::surface

@@ -7,6 +7,7 @@
 
 #include "surface/file.hpp"
 #include "surface/mesh_bytes.hpp"
+#include "surface/output_file.hpp"
 
 namespace sidewall::surface {
 namespace {

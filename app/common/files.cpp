@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/output_file.hpp"
 
 namespace sidewall::app {
 
 void write_file(const std::filesystem::path& path, std::string_view text) {
     if (path.has_parent_path()) make_folder(path.parent_path(), "choose another output folder");
     surface::write_whole_file(path, text);
+}
+
+void append_to_file(const std::filesystem::path& path, std::string_view text) {
+    surface::append_to_file(path, text);
 }
 
 void make_folder(const std::filesystem::path& folder, std::string_view advice) {

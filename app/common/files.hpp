@@ -4,10 +4,14 @@
 
 namespace sidewall::app {
 
-/// Writes \p text to \p path through a temporary file that is renamed: a reader never sees half a file.
-/// Missing folders are made.
+/// Writes \p text to \p path through a temporary file that is synced, verified and renamed: a reader never sees
+/// half a file, and the old one stays if anything fails. Missing folders are made.
 /// \throws IoError naming the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view text);
+
+/// Adds \p text to the end of a file, which is made if it is missing, and syncs it: all of it or none.
+/// \throws IoError naming the path and the system's reason.
+void append_to_file(const std::filesystem::path& path, std::string_view text);
 
 /// Makes a folder and those above it, where they are missing.
 /// \throws IoError naming it and the system's reason; the message ends with \p advice.

@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 
 #include "app/common/files.hpp"
 #include "surface/error.hpp"
@@ -12,10 +14,13 @@
 namespace sidewall::app {
 
 void write_json(const std::string& path, const Json& json) {
-    const std::string text = json.dump(2) + "\n";
+    // A path need not be UTF-8, JSON must.
+    const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (path == "-") {
-        std::fwrite(text.data(), 1, text.size(), stdout);
-        std::fflush(stdout);
+        if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+            throw IoError(
+                fmt::format("standard output: cannot write: {}; check space on the device it goes to",
+                            std::strerror(errno)));
     } else {
         write_file(path, text);
     }

@@ -168,11 +168,8 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
     for (const Measure& m : measures)  // none of something that is not there
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
-    std::ofstream out(path, std::ios::app | std::ios::binary);
-    if (state.rows == 0) out << timeline_header(recipe_, measures);
-    out << row << "\n";
-    out.flush();
-    if (!out) throw IoError(fmt::format("{}: cannot write; check space and permissions", path.string()));
+    if (state.rows == 0) row = timeline_header(recipe_, measures) + row;
+    append_to_file(path, row + "\n");
     ++state.rows;
 }
 

@@ -186,6 +186,10 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         run.count_seconds(state.timing);
         folder.checkpoint(state);
         throw Interrupted(how_to_go_on(run, options, state));
+    } catch (const IoError& error) {
+        if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
+            throw;
+        throw IoError(fmt::format("{}; then go on with: {}", error.what(), options.resume_command));
     }
 }
 

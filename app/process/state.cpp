@@ -3,13 +3,31 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <new>
 
 #include "app/common/json.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/checkpoint.hpp"
 #include "surface/error.hpp"
+#include "surface/printable.hpp"
 
 namespace sidewall::app {
+namespace {
+
+// What the time loop relies on, of a state whose layers are of so many materials.
+void check(const RunState& state, std::size_t materials) {
+    const bool times = state.step_start >= 0.0 && state.time >= state.step_start && std::isfinite(state.time);
+    if (!times || state.time_steps.size() != state.step + 1)
+        throw FileError("its steps and times do not fit together");
+    for (const levelset::Layer& layer : state.stack.layers)
+        if (layer.material < 0 || static_cast<std::size_t>(layer.material) >= materials)
+            throw FileError("it holds a layer of an unknown material");
+    for (const SavedFile& file : state.files)
+        if (std::filesystem::path(file.name).filename() != file.name || !std::isfinite(file.time))
+            throw FileError("it lists a file that no run saves");
+}
+
+}  // namespace
 
 void RunState::advance(double dt, double stop) {
     const double after = time + dt;
@@ -57,9 +75,12 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
             state.files.push_back({file.at("time").get<double>(), file.at("part").get<int>(),
                                    file.at("file").get<std::string>()});
         state.timing = timing_from_json(json.at("timing"));
+        check(state, recipe.materials.size());
+    } catch (const std::bad_alloc&) {
+        throw;
     } catch (const std::exception& error) {
         throw FileError(fmt::format("{}: not a checkpoint of this recipe: {}; run without --resume",
-                                    path.string(), error.what()));
+                                    path.string(), surface::printable(error.what())));
     }
     return state;
 }

@@ -48,10 +48,11 @@ struct RunState {
 RunState initial_state(const Recipe& recipe);
 
 /// The state in DIR/checkpoint.vdb.
-/// \throws FileError if there is none, or it belongs to another recipe.
+/// \throws FileError if there is none, it is damaged or it belongs to another recipe.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 
 /// Writes DIR/checkpoint.vdb.
+/// \throws IoError; the old one stays whole.
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state);
 
 }  // namespace sidewall::app

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "app/common/json.hpp"
@@ -124,6 +125,11 @@ SurfaceField surface_field_from_json(const Json& json) {
     for (const Triangle& triangle : field.mesh.triangles)
         for (const std::uint32_t v : triangle) good = good && v < field.mesh.vertices.size();
     if (!good) throw FileError("its coverages do not fit their surface");
+    bool finite = true;
+    for (const auto& values : field.corner)
+        for (const double value : values) finite = finite && std::isfinite(value);
+    for (const Vec3& vertex : field.mesh.vertices) finite = finite && vertex.allFinite();
+    if (!finite) throw FileError("its coverages are not finite");
     field.scene = scene_of(field.mesh);
     return field;
 }

@@ -115,6 +115,19 @@ TEST_CASE("OpenVDB is named in levelset/ and in marching cubes alone, CGAL in si
         CHECK(named(folder, "#include <CGAL/").empty());
 }
 
+TEST_CASE("files are written in surface/output_file.cpp alone, which notices what a disk refuses") {
+    for (const auto& [folder, allowed] : kLibraries)
+        for (const fs::path& file : sources(folder)) {
+            if (file.stem() == "output_file") continue;
+            std::ifstream in(file);
+            for (std::string line; std::getline(in, line);)
+                for (const char* writer : {"ofstream", "std::fstream", "fopen(", "io::File "}) {
+                    CAPTURE(file.string(), line);
+                    CHECK(line.find(writer) == std::string::npos);
+                }
+        }
+}
+
 TEST_CASE("a source of the product has one subject: no more than 400 lines") {
     for (const auto& [folder, allowed] : kLibraries)
         for (const fs::path& file : sources(folder)) {

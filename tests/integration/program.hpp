@@ -19,14 +19,10 @@ struct Outcome {
     std::string output;  ///< standard output and standard error
 };
 
-/// Runs `sidewall ARGUMENTS` in \p folder under a time limit, which shows as exit code 124; a crash as 128
-/// and more.
-inline Outcome run_program(const std::filesystem::path& folder, const std::string& arguments,
-                           int seconds = 30) {
-    const std::string command = "cd '" + folder.string() + "' && timeout -k 1 " + std::to_string(seconds) +
-                                " '" SIDEWALL_PROGRAM "' " + arguments + " 2>&1 </dev/null";
+/// Runs a shell command in \p folder.
+inline Outcome run_command(const std::filesystem::path& folder, const std::string& command) {
     Outcome outcome;
-    FILE* pipe = popen(command.c_str(), "r");
+    FILE* pipe = popen(("cd '" + folder.string() + "' && " + command).c_str(), "r");
     REQUIRE(pipe != nullptr);
     char buffer[4096];
     for (std::size_t n = 0; (n = fread(buffer, 1, sizeof buffer, pipe)) > 0;)
@@ -34,6 +30,14 @@ inline Outcome run_program(const std::filesystem::path& folder, const std::strin
     const int status = pclose(pipe);
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
     return outcome;
+}
+
+/// Runs `sidewall ARGUMENTS` in \p folder under a time limit, which shows as exit code 124; a crash as 128
+/// and more.
+inline Outcome run_program(const std::filesystem::path& folder, const std::string& arguments,
+                           int seconds = 30) {
+    return run_command(folder, "timeout -k 1 " + std::to_string(seconds) + " '" SIDEWALL_PROGRAM "' " +
+                                   arguments + " 2>&1 </dev/null");
 }
 
 inline std::string read_bytes(const std::filesystem::path& path) {

@@ -1,0 +1,41 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+namespace sidewall::surface {
+
+/// What a file ends with, made of the number and the CRC-32 of the bytes before it.
+using Trailer = std::function<std::string(std::uint64_t size, std::uint32_t checksum)>;
+
+/// Writes a file so that under its name there is always a whole one: the old one or the new one.
+///
+/// \p write fills a file beside it, `NAME.PROCESS.partial`, which is then synced to the disk, read back,
+/// compared by checksum and renamed; at last the folder is synced. If anything fails, the partial file is
+/// removed and the old one stays. Missing folders are made, links are followed. A device or a pipe is written
+/// to directly.
+///
+/// \param write    gets a stream that throws as soon as the disk refuses; what it throws itself comes through.
+/// \param trailer  written after what \p write wrote, if given.
+/// \throws IoError naming the path and the system's reason.
+void write_file(const std::filesystem::path& path, const std::function<void(std::ostream& out)>& write,
+                const Trailer& trailer = {});
+
+/// write_file for bytes that are at hand.
+void write_whole_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Adds \p bytes to the end of a file, which is made if it is missing, and syncs it. If that fails, the file
+/// is cut back to what it was.
+/// \throws IoError naming the path and the system's reason.
+void append_to_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Called, where it is set, before every operation on a file that is written: "folder", "open", "write",
+/// "sync", "verify", "close", "rename", "sync folder", "remove". A number other than 0 becomes the error
+/// (errno) with which the operation fails. For tests of full disks and of programs killed at any moment.
+using FileOperationHook = int (*)(const char* operation, const std::filesystem::path& path);
+extern FileOperationHook file_operation_hook;
+
+}  // namespace sidewall::surface

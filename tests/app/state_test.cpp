@@ -1,0 +1,78 @@
+#include "app/process/state.hpp"
+
+#include <catch2/catch.hpp>
+#include <functional>
+#include <limits>
+
+#include "surface/error.hpp"
+#include "tests/folder.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string kRecipe = R"([domain]
+extent = [2.0, 2.0]
+grid_spacing = 0.25
+[[layer]]
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = 1.0
+rate = -0.1
+)";
+
+// A flat sheet with a coverage of one half.
+SurfaceField half_covered() {
+    SurfaceField field;
+    field.mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    field.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    field.names = {"theta"};
+    field.corner = {std::vector<double>(6, 0.5)};
+    return field;
+}
+
+}  // namespace
+
+TEST_CASE("a state comes back from its checkpoint; one that no run can be in is refused by name") {
+    const test::Folder folder;
+    const Recipe recipe = parse_recipe(kRecipe, "plane.toml");
+    RunState good = initial_state(recipe);
+    good.carried = half_covered();
+    good.advance(0.25, 1.0);
+    save_state(folder.path, recipe, good);
+    const RunState back = resume_state(folder.path, recipe);
+    CHECK(back.time == 0.25);
+    CHECK(back.time_steps == good.time_steps);
+    CHECK(back.carried.corner == good.carried.corner);
+
+    const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = 1e308 * 10.0;
+    const std::vector<std::function<void(RunState&)>> faults = {
+        [&](RunState& s) { s.carried.corner[0][3] = nan; },
+        [&](RunState& s) { s.carried.corner[0][0] = -infinity; },
+        [&](RunState& s) { s.carried.mesh.vertices[1].z() = nan; },
+        [&](RunState& s) { s.carried.mesh.triangles[1][2] = 4; },
+        [&](RunState& s) { s.step = 2; },
+        [&](RunState& s) { s.step = std::numeric_limits<std::size_t>::max(); },
+        [&](RunState& s) { s.time_steps.clear(); },
+        [&](RunState& s) { s.time = nan; },
+        [&](RunState& s) { s.time = infinity; },
+        [&](RunState& s) { s.step_start = 0.5; },
+        [&](RunState& s) { s.stack.layers[0].material = 1000; },
+        [&](RunState& s) { s.stack.layers[0].material = -1; },
+        [&](RunState& s) {
+            s.files = {{0.0, 0, "../../surface_0000.vtp"}};
+        },
+    };
+    for (std::size_t k = 0; k < faults.size(); ++k) {
+        CAPTURE(k);
+        RunState bad = good;
+        faults[k](bad);
+        save_state(folder.path, recipe, bad);
+        CHECK_THROWS_AS(resume_state(folder.path, recipe), FileError);
+        CHECK_THROWS_WITH(resume_state(folder.path, recipe),
+                          Contains((folder.path / "checkpoint.vdb").string() + ": "));
+    }
+}
