@@ -356,10 +356,10 @@ void add_flux_command(CLI::App& program) {
     command
         ->add_option(
             "--boundary", arguments->boundary,
-            "Sides of the domain: reflective, periodic or open; X,Y sets them apart (default reflective if "
-            "the surface ends on a rectangle, else open). No particle comes in through open sides: the source "
-            "is the surface's bounding rectangle")
-        ->type_name("KIND");
+            "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "
+            "else open). No particle comes in through open sides: the source is the surface's bounding "
+            "rectangle")
+        ->type_name("{reflective,periodic,open}");
     command->add_option("--seed", arguments->seed, "Of the random numbers (default 1)")->type_name("k");
     command->add_option("--json", arguments->json, "Write a summary; - prints it, and nothing else")
         ->type_name("FILE");

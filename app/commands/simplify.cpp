@@ -154,11 +154,8 @@ void add_simplify_command(CLI::App& program) {
         ->required()
         ->type_name("MESH");
     command->add_option("-o,--output", a->output, "Output mesh, same formats")->required()->type_name("MESH");
-    command
-        ->add_option(
-            "--method", a->method,
-            "none, lindstrom-turk, region, region-bounded or cgal-lindstrom-turk (default: region-bounded)")
-        ->type_name("NAME");
+    command->add_option("--method", a->method, "How edges to collapse are chosen (default: region-bounded)")
+        ->type_name("{none,lindstrom-turk,region,region-bounded,cgal-lindstrom-turk}");
     command
         ->add_option(
             "--l0", a->options.l0,

@@ -128,10 +128,14 @@ std::vector<Field> bind(const std::vector<Key>& keys, Values& values);
 /// A row of the documentation.
 struct KeyDoc {
     std::string name, type, unit, fallback, doc;
+    std::vector<std::string> words = {};  ///< what the value may be, where it is, or may be, a single word
 };
 
 /// The rows of \p fields, whose targets hold the defaults; keys of listed tables follow as `list[].key`.
 std::vector<KeyDoc> document(const std::vector<Field>& fields);
+
+/// Type, unit and default of a key in one line, e.g. "number, length, default 0.5".
+std::string type_line(const KeyDoc& key);
 
 /// "in [0, 1]", "greater than 0" and the like.
 std::string range_text(const Rule& rule);
