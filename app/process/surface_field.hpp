@@ -14,10 +14,9 @@ namespace sidewall::app {
 /// Named values on a surface, by triangle corner: linear over triangles, with jumps at creases and material
 /// edges. What one time step leaves for the next: coverages, fluxes, how steeply they vary.
 struct SurfaceField {
-    TriangleMesh mesh;  ///< vertices and triangles only; empty if there are no values
     std::vector<std::string> names;
     std::vector<std::vector<double>> corner;         ///< one list a name: corner k of triangle t at 3 t + k
-    std::shared_ptr<const surface::RayScene> scene;  ///< of the mesh; absent if that is empty
+    std::shared_ptr<const surface::RayScene> scene;  ///< of the surface's mesh; absent if there are no values
 };
 
 /// The field of values that are known by wedge.
