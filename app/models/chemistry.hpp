@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
 
 // Surface kinetics as pure functions. Rates in sites per area and time, all in the same unit; any of them may

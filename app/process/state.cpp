@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "app/common/json.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/checkpoint.hpp"
