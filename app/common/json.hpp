@@ -12,7 +12,7 @@ namespace sidewall::app {
 /// \throws IoError naming the path and the system's reason.
 void write_json(const std::string& path, const Json& json);
 
-/// A number, or null where it is not finite, for which JSON has no word.
+/// A number, or null where it is not finite, which JSON cannot hold.
 Json number_or_null(double value);
 
 /// {"vertices": ..., "triangles": ...}: how many there are.

@@ -33,7 +33,7 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
                                        std::span<const Vec3> points);
 
 /// Values on another surface, one list of \p names by wedge of \p mesh. The look-up starts a little
-/// inside each wedge's own fan, so that values do not leak over creases.
+/// inside each wedge's own fan, so that it finds values of its own side of a crease.
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
                                        const TriangleMesh& mesh, const flux::Wedges& wedges);
 

@@ -51,7 +51,7 @@ struct Values {
     [[noreturn]] void refuse(std::string_view key) const;
 };
 
-/// Largest length, time or rate accepted anywhere: a typing error, not a wafer, lies beyond.
+/// Largest length, time or rate accepted anywhere: more is a typing error.
 inline constexpr double kHuge = 1e9;
 
 struct Key;
