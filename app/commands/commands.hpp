@@ -4,7 +4,9 @@
 #include <string>
 
 // One function a subcommand: adds it to the program, with its options and what it does. Each lives in
-// app/commands/<name>.cpp.
+// app/commands/<name>.cpp. The type of an option's value says what a shell completes there: FILE or MESH
+// (files), DIR (folders), MODEL (what `sidewall models` takes), KEY=... (recipe keys) or {this,that} (these
+// words).
 namespace sidewall::app {
 
 void add_run_command(CLI::App& program);
@@ -16,6 +18,8 @@ void add_simplify_command(CLI::App& program);
 void add_flux_command(CLI::App& program);
 void add_inspect_command(CLI::App& program);
 void add_render_command(CLI::App& program);
+void add_completion_command(CLI::App& program);
+void add_man_command(CLI::App& program);
 
 /// Adds `--threads N` (default: all cores) to a subcommand; takes effect when the command line is parsed.
 void add_threads_option(CLI::App& command);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -13,7 +12,9 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
+#include "app/common/text.hpp"
 #include "app/common/threads.hpp"
+#include "app/common/timing.hpp"
 #include "flux/leaks.hpp"
 #include "flux/mend.hpp"
 #include "flux/tracer.hpp"
@@ -33,17 +34,6 @@ struct FluxArguments {
 
 constexpr double kDefaultRays = 1e6;
 constexpr double kMostRays = 1e10;  // that --relative-error spends unless --rays says otherwise
-
-std::vector<std::string> split(const std::string& text, char separator) {
-    std::vector<std::string> parts(1);
-    for (const char c : text) {
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    }
-    return parts;
-}
 
 template <typename Number>
 Number parse_number(const std::string& text, const std::string& where) {
@@ -283,9 +273,9 @@ void run_flux(const FluxArguments& arguments) {
                                 parse_sticking(arguments.sticking, materials.ids, arguments.mesh)};
     const flux::LateralBox box = find_box(mesh, arguments);
     const flux::Wedges wedges = flux::make_wedges(mesh, materials.of_triangle);
-    const auto start = std::chrono::steady_clock::now();
+    const double start = now();
     const surface::RayScene scene(mesh);
-    const double bvh = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double bvh = now() - start;
 
     flux::TraceOptions options{.rays = parse_rays(arguments),
                                .seed = parse_number<std::uint64_t>(arguments.seed, "--seed")};
@@ -356,10 +346,10 @@ void add_flux_command(CLI::App& program) {
     command
         ->add_option(
             "--boundary", arguments->boundary,
-            "Sides of the domain: reflective, periodic or open; X,Y sets them apart (default reflective if "
-            "the surface ends on a rectangle, else open). No particle comes in through open sides: the source "
-            "is the surface's bounding rectangle")
-        ->type_name("KIND");
+            "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "
+            "else open). No particle comes in through open sides: the source is the surface's bounding "
+            "rectangle")
+        ->type_name("{reflective,periodic,open}");
     command->add_option("--seed", arguments->seed, "Of the random numbers (default 1)")->type_name("k");
     command->add_option("--json", arguments->json, "Write a summary; - prints it, and nothing else")
         ->type_name("FILE");

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "app/commands/commands.hpp"
@@ -12,9 +11,7 @@ namespace {
 void print_section(const SectionDoc& section) {
     fmt::print("{}\n  {}\n", section.header, section.doc);
     for (const KeyDoc& key : section.keys) {
-        fmt::print("  {:<18} {}{}{}", key.name, key.type, key.unit.empty() ? "" : ", ", key.unit);
-        if (!key.fallback.empty())
-            fmt::print("{}{}", key.fallback == "required" ? ", " : ", default ", key.fallback);
+        fmt::print("  {:<18} {}", key.name, type_line(key));
         if (!key.doc.empty()) fmt::print("\n  {:<18} {}", "", key.doc);
         fmt::print("\n");
     }
@@ -46,7 +43,8 @@ void add_models_command(CLI::App& program) {
     CLI::App* command =
         program.add_subcommand("models", "List every model and recipe key with type, unit and default");
     const auto name = std::make_shared<std::string>();
-    command->add_option("NAME", *name, "Only this model or section, e.g. single_particle or flux");
+    command->add_option("NAME", *name, "Only this model or section, e.g. single_particle or flux")
+        ->type_name("MODEL");
     command->callback([name] { print_documentation(*name); });
 }
 

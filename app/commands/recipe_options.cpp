@@ -6,7 +6,7 @@ namespace sidewall::app {
 
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
     auto options = std::make_shared<RecipeOptions>();
-    command.add_option("RECIPE", options->file, "Recipe in TOML")->required();
+    command.add_option("RECIPE", options->file, "Recipe in TOML")->required()->type_name("FILE");
     // Through a callback: CLI11 would take "[1,2]" apart.
     command
         .add_option_function<std::string>(

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
-#include <filesystem>
 
 #include "app/commands/commands.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
+#include "app/common/timing.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
@@ -25,10 +24,6 @@ struct Arguments {
     std::vector<double> weights;
     simplify::Options options;
 };
-
-double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 simplify::Options resolve(const Arguments& arguments) {
     simplify::Options options = arguments.options;
@@ -53,18 +48,14 @@ Json one_way(const surface::Distance& distance) {
     return {{"max", distance.max}, {"mean", distance.mean}};
 }
 
-Json counts(const TriangleMesh& mesh) {
-    return {{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
-}
-
 Json report(const Arguments& arguments, const TriangleMesh& mesh, const simplify::Result& result,
             double grid_spacing) {
     const surface::TwoSidedDistance distance = surface::two_sided_distance(mesh, result.mesh);
     const surface::Quality quality = surface::measure_quality(result.mesh);
     Json json;
     json["method"] = arguments.method;
-    json["input"] = counts(mesh);
-    json["output"] = counts(result.mesh);
+    json["input"] = mesh_sizes(mesh);
+    json["output"] = mesh_sizes(result.mesh);
     json["grid_spacing"] = grid_spacing;
     json["seconds"] = {{"features", result.seconds.features},
                        {"collapse", result.seconds.collapse},
@@ -154,11 +145,8 @@ void add_simplify_command(CLI::App& program) {
         ->required()
         ->type_name("MESH");
     command->add_option("-o,--output", a->output, "Output mesh, same formats")->required()->type_name("MESH");
-    command
-        ->add_option(
-            "--method", a->method,
-            "none, lindstrom-turk, region, region-bounded or cgal-lindstrom-turk (default: region-bounded)")
-        ->type_name("NAME");
+    command->add_option("--method", a->method, "How edges to collapse are chosen (default: region-bounded)")
+        ->type_name("{none,lindstrom-turk,region,region-bounded,cgal-lindstrom-turk}");
     command
         ->add_option(
             "--l0", a->options.l0,

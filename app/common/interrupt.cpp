@@ -9,7 +9,7 @@ volatile std::sig_atomic_t interrupt_count = 0;
 
 extern "C" void on_interrupt(int signal) {
     interrupt_count = interrupt_count + 1;
-    // The second Ctrl-C means it: fall back to the default action.
+    // A second one ends the program at once, by the default action.
     std::signal(signal, SIG_DFL);
 }
 

@@ -30,6 +30,10 @@ Json number_or_null(double value) {
     return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
+Json mesh_sizes(const TriangleMesh& mesh) {
+    return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
+}
+
 Json read_json(const std::filesystem::path& path, const std::string& advice) {
     Json json = Json::parse(surface::read_whole_file(path), nullptr, false);
     if (json.is_discarded()) throw FileError(fmt::format("{}: is no JSON: {}", path.string(), advice));

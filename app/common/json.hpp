@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/common/json_fwd.hpp"
+#include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
 
@@ -11,8 +12,11 @@ namespace sidewall::app {
 /// \throws IoError naming the path and the system's reason.
 void write_json(const std::string& path, const Json& json);
 
-/// A number, or null where it is not finite, for which JSON has no word.
+/// A number, or null where it is not finite, which JSON cannot hold.
 Json number_or_null(double value);
+
+/// {"vertices": ..., "triangles": ...}: how many there are.
+Json mesh_sizes(const TriangleMesh& mesh);
 
 /// The JSON in a file.
 /// \throws FileError if the file is missing or no JSON; the message ends with \p advice.

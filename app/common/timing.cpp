@@ -1,8 +1,14 @@
 #include "app/common/timing.hpp"
 
+#include <chrono>
+
 #include "app/common/json.hpp"
 
 namespace sidewall::app {
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 Json to_json(const Timing& timing) {
     Json json;

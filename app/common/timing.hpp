@@ -27,6 +27,9 @@ void for_each_phase(Use&& use) {
     use("total", &Timing::total);
 }
 
+/// Seconds of a clock that never goes back; only differences mean something.
+double now();
+
 Json to_json(const Timing& timing);
 Timing timing_from_json(const Json& json);
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "app/models/chemistry.hpp"
 #include "app/models/model.hpp"

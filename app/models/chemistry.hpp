@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <cmath>
 
 // Surface kinetics as pure functions. Rates in sites per area and time, all in the same unit; any of them may
@@ -22,7 +21,7 @@ inline PassivatedCoverage passivated_coverage(double etchant_gain, double etchan
     if (etchant_gain <= 0.0) return {0.0, alone(passivant_gain, passivant_loss)};
     if (passivant_loss <= 0.0 && etchant_loss > 0.0) return {0.0, 1.0};
     if (etchant_loss <= 0.0 && passivant_loss > 0.0) return {1.0, 0.0};
-    if (etchant_loss <= 0.0)  // nothing ever leaves: first come, first served
+    if (etchant_loss <= 0.0)  // nothing ever leaves: the sites are shared as they were taken
         return {etchant_gain / (etchant_gain + passivant_gain),
                 passivant_gain / (etchant_gain + passivant_gain)};
     const double e = etchant_gain / etchant_loss, p = passivant_gain / passivant_loss;

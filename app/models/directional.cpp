@@ -36,7 +36,7 @@ Model make(const Values& values, const Materials& materials) {
         return beam[m] * facing + chemical[m];
     };
     model.max_etch_rate = [beam, chemical](const SurfacePoint& point) {
-        // At the extremes of n.d; out of the beam's sight it is 0.
+        // At the extremes of n.d, which counts as 0 in the shadow.
         const auto m = static_cast<std::size_t>(point.material);
         const double facing = point.visible ? beam[m] + chemical[m] : chemical[m];
         return std::max({0.0, -chemical[m], -facing});

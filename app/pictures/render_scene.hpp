@@ -8,7 +8,7 @@
 #include "app/results/result.hpp"
 #include "surface/ray_scene.hpp"
 
-// The world that render() looks at: shapes, colours and normals, no pixels.
+// What render() draws: meshes, their colours and normals, no pixels.
 namespace sidewall::app {
 
 /// A mesh with its hierarchy and the material of each triangle, -1 if it says none.

@@ -3,7 +3,7 @@
 
 namespace sidewall::app {
 
-/// For how long the fluxes of the last trace will do; part of the run's state.
+/// For how many time steps the fluxes of the last trace serve; part of the run's state.
 struct FluxReuse {
     std::uint32_t left = 0;   ///< time steps still to be made with them
     std::uint32_t since = 0;  ///< time steps made with them
@@ -34,7 +34,7 @@ double flux_change(const Model& model, const SurfaceField& field, const TracedSu
 /// every \p since time steps; no more than 8.
 std::uint32_t time_steps_within(double tolerance, double change, std::uint32_t since);
 
-/// For how long the fluxes just used will do: \p reuse counted down if they were carried over; after a trace
+/// For how many time steps more the fluxes just used serve: \p reuse counted down if they were carried over; after a trace
 /// as many time steps as their change since the last one allows.
 /// \param tolerance  [flux] reuse.
 /// \param before     fluxes of the trace before; null at the start of a step of the recipe, where nothing

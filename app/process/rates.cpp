@@ -127,7 +127,8 @@ bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal
             const auto a = static_cast<std::size_t>(axis);
             position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
         }
-    // A path this flat crosses more sides than any wafer is wide.
+    // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
+    // 0.006 degrees where the surface is as high as the domain is wide); it counts as shadowed.
     constexpr int kMostSides = 10000;
     for (int sides = 0; sides < kMostSides; ++sides) {
         const flux::SideMeeting side = flux::next_side(surface.box, position, path);

@@ -10,10 +10,11 @@
 namespace sidewall::app {
 namespace {
 
-// Single leaks are rounding where two sheets touch; they must not end a run of few rays.
+// Single leaks are rounding where two sheets touch; they must not end a run of few rays. As many as
+// flux::kRoundingLeaks allows in the million rays that a species traces by default.
 constexpr double kSingleLeaks = 10.0;
 
-// Complains of a surface with holes and of noise.
+// Refuses a surface with holes, and tells of noise above what was asked for.
 void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
                  std::uint32_t time_step) {
     if (result.others.size() + 1 != flux::tally_count(species))

@@ -13,7 +13,9 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kNear = 1e-3;  // in grid spacings
+// In grid spacings. A front this near to where it is to stop has arrived: re-distancing keeps its place no
+// better.
+constexpr double kNear = 1e-3;
 
 double lowest(const TriangleMesh& surface) {
     double z = std::numeric_limits<double>::infinity();

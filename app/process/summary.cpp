@@ -10,10 +10,6 @@
 namespace sidewall::app {
 namespace {
 
-Json sizes(const TriangleMesh& mesh) {
-    return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
-}
-
 Json steps_json(const std::vector<Step>& steps, const RunState& state) {
     Json list = Json::array();
     for (std::size_t k = 0; k < steps.size(); ++k)
@@ -77,7 +73,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"time_steps", state.time_step},
                  {"steps", steps_json(steps, state)},
                  {"timing", to_json(state.timing)},
-                 {"mesh", {{"raw", sizes(surface.raw)}, {"simplified", sizes(surface.traced())}}},
+                 {"mesh", {{"raw", mesh_sizes(surface.raw)}, {"simplified", mesh_sizes(surface.traced())}}},
                  {"flux", flux_json(surface)},
                  {"metrology", Json::object()},
                  {"metrology_units", Json::object()}};

@@ -12,7 +12,9 @@
 namespace sidewall::app {
 namespace {
 
-// How far from its vertex towards the middle of its fan a wedge looks for its value.
+// How far from its vertex towards the middle of its fan a wedge looks for its value. On a crease's vertex
+// itself the closest point could lie on either side; farther in, the value is that of a point beside the
+// vertex: a tenth of the way costs at most a tenth of what the value changes by over the fan.
 constexpr double kInside = 0.1;
 
 // A point of each wedge that is surely its own.
@@ -38,8 +40,17 @@ std::shared_ptr<const surface::RayScene> scene_of(const TriangleMesh& mesh) {
     return mesh.triangles.empty() ? nullptr : std::make_shared<const surface::RayScene>(mesh);
 }
 
+double diagonal(std::span<const Vec3> vertices) {
+    Vec3 low = vertices[0], high = vertices[0];
+    for (const Vec3& p : vertices) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    return (high - low).norm();
+}
+
 template <class T>
-Json blob(const std::vector<T>& values) {
+Json blob(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T> || std::is_same_v<T, Vec3>);
     std::vector<std::uint8_t> bytes(values.size() * sizeof(T));
     if (!bytes.empty()) std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
@@ -63,14 +74,12 @@ SurfaceField surface_field(const TriangleMesh& mesh, const flux::Wedges& wedges,
                            std::shared_ptr<const surface::RayScene> scene) {
     SurfaceField field;
     if (names.empty()) return field;
-    field.mesh.vertices = mesh.vertices;
-    field.mesh.triangles = mesh.triangles;
     field.names = names;
     for (const std::vector<double>& values : by_wedge) {
         std::vector<double>& corner = field.corner.emplace_back(wedges.corner.size());
         for (std::size_t c = 0; c < corner.size(); ++c) corner[c] = values[wedges.corner[c]];
     }
-    field.scene = scene ? std::move(scene) : scene_of(field.mesh);
+    field.scene = scene ? std::move(scene) : scene_of(mesh);
     return field;
 }
 
@@ -86,8 +95,9 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
         known = true;
     }
     if (!known || !field.scene) return result;
-    const Box3 bounds = bounding_box(field.mesh);
-    const double reach = 1e-2 * bounds.size().norm();
+    // Only for speed: the points are those of a surface that has moved by less than a cell, and a short reach
+    // spares the search most of the hierarchy. What is farther is sought again without a bound.
+    const double reach = 1e-2 * diagonal(field.scene->vertices());
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t w) {
         surface::SurfaceHit hit = field.scene->closest_point(points[w], reach);
         if (!hit) hit = field.scene->closest_point(points[w], 1e30);
@@ -107,30 +117,32 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
 
 Json to_json(const SurfaceField& field) {
     Json json{{"names", field.names},
-              {"vertices", blob(field.mesh.vertices)},
-              {"triangles", blob(field.mesh.triangles)},
+              {"vertices", blob(field.scene ? field.scene->vertices() : std::span<const Vec3>())},
+              {"triangles", blob(field.scene ? field.scene->triangles() : std::span<const Triangle>())},
               {"corner", Json::array()}};
-    for (const std::vector<double>& values : field.corner) json["corner"].push_back(blob(values));
+    for (const std::vector<double>& values : field.corner)
+        json["corner"].push_back(blob(std::span<const double>(values)));
     return json;
 }
 
 SurfaceField surface_field_from_json(const Json& json) {
     SurfaceField field;
     json.at("names").get_to(field.names);
-    field.mesh.vertices = values_of<Vec3>(json.at("vertices"));
-    field.mesh.triangles = values_of<Triangle>(json.at("triangles"));
+    TriangleMesh mesh;
+    mesh.vertices = values_of<Vec3>(json.at("vertices"));
+    mesh.triangles = values_of<Triangle>(json.at("triangles"));
     for (const Json& values : json.at("corner")) field.corner.push_back(values_of<double>(values));
     bool good = field.corner.size() == field.names.size();
-    for (const auto& values : field.corner) good = good && values.size() == 3 * field.mesh.triangles.size();
-    for (const Triangle& triangle : field.mesh.triangles)
-        for (const std::uint32_t v : triangle) good = good && v < field.mesh.vertices.size();
+    for (const auto& values : field.corner) good = good && values.size() == 3 * mesh.triangles.size();
+    for (const Triangle& triangle : mesh.triangles)
+        for (const std::uint32_t v : triangle) good = good && v < mesh.vertices.size();
     if (!good) throw FileError("its coverages do not fit their surface");
     bool finite = true;
     for (const auto& values : field.corner)
         for (const double value : values) finite = finite && std::isfinite(value);
-    for (const Vec3& vertex : field.mesh.vertices) finite = finite && vertex.allFinite();
+    for (const Vec3& vertex : mesh.vertices) finite = finite && vertex.allFinite();
     if (!finite) throw FileError("its coverages are not finite");
-    field.scene = scene_of(field.mesh);
+    field.scene = scene_of(mesh);
     return field;
 }
 

@@ -14,10 +14,9 @@ namespace sidewall::app {
 /// Named values on a surface, by triangle corner: linear over triangles, with jumps at creases and material
 /// edges. What one time step leaves for the next: coverages, fluxes, how steeply they vary.
 struct SurfaceField {
-    TriangleMesh mesh;  ///< vertices and triangles only; empty if there are no values
     std::vector<std::string> names;
     std::vector<std::vector<double>> corner;         ///< one list a name: corner k of triangle t at 3 t + k
-    std::shared_ptr<const surface::RayScene> scene;  ///< of the mesh; absent if that is empty
+    std::shared_ptr<const surface::RayScene> scene;  ///< of the surface's mesh; absent if there are no values
 };
 
 /// The field of values that are known by wedge.
@@ -34,7 +33,7 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
                                        std::span<const Vec3> points);
 
 /// Values on another surface, one list of \p names by wedge of \p mesh. The look-up starts a little
-/// inside each wedge's own fan, so that values do not leak over creases.
+/// inside each wedge's own fan, so that it finds values of its own side of a crease.
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
                                        const TriangleMesh& mesh, const flux::Wedges& wedges);
 

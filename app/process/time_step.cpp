@@ -16,13 +16,15 @@ double next_event(const Recipe& recipe, const Step& step, const RunState& state)
 // Equal parts of what is left, each moving the front at most cfl dx.
 double equal_parts(double left, double speed, double spacing, double cfl) {
     if (speed <= 0.0) return left;
-    // Rounding just above a whole number of time steps must not cost one more.
+    // Rounding just above a whole number of time steps must not cost one more. 1e-9 is beyond the rounding of
+    // a time that 1e6 time steps added up to, and lengthens a time step by no more than that share.
     const double parts = std::ceil(left * speed / (cfl * spacing) * (1.0 - 1e-9));
     return left / std::max(1.0, parts);
 }
 
-// The longest time step towards a stop condition: it may overshoot by a twentieth of a grid spacing, but not
-// creep.
+// The longest time step towards a stop condition. Where the condition is met the front may be slower than the
+// fastest point, and what is left would shrink from time step to time step without end: so a time step is at
+// least a tenth of a full one, which may overshoot by a twentieth of a grid spacing (cfl is at most 0.5).
 double approach(double distance, double speed, double spacing, double cfl) {
     return speed > 0.0 ? std::max(distance, 0.1 * cfl * spacing) / speed
                        : std::numeric_limits<double>::infinity();

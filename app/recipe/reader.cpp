@@ -83,6 +83,11 @@ const toml::array& read_array(const toml::node& node, const std::string& path, s
     return *array;
 }
 
+// Set on the command line, where it replaces what the recipe says, under whichever of its names.
+bool is_override(const toml::node& node) {
+    return node.source().path && node.source().path->starts_with("--set ");
+}
+
 struct Reader {
     const toml::node& node;
     const std::string& path;
@@ -185,7 +190,7 @@ toml::table parse_toml(std::string_view text, const std::string& source) {
 std::string place_of(const toml::node& node) {
     const toml::source_region& source = node.source();
     if (!source.path) return "recipe";
-    if (source.path->starts_with("--set ")) return *source.path;
+    if (is_override(node)) return *source.path;
     return fmt::format("{}:{}", *source.path, source.begin.line);
 }
 
@@ -202,10 +207,11 @@ void read_field(const toml::table& table, const std::string& path, const Field& 
     std::string name = field.name;
     if (!field.former.empty() && table.contains(field.former)) {
         const std::string former_path = path + "." + field.former;
-        if (table.contains(name))
-            fail(*table.get(field.former), former_path,
-                 fmt::format("is now called {}; drop one of the two", name));
-        name = field.former;
+        const toml::node &former = *table.get(field.former), *node = table.get(name);
+        if (node == nullptr || (is_override(former) && !is_override(*node)))
+            name = field.former;
+        else if (is_override(former) || !is_override(*node))
+            fail(former, former_path, fmt::format("is now called {}; drop one of the two", name));
         reading.notes.push_back(fmt::format("{} is now called {}", former_path, field.name));
     }
     const std::string key_path = path + "." + name;

@@ -15,7 +15,7 @@ namespace {
 
 // In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
 constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
-constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would fill a machine
+constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would exceed its memory
 constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostBytes = 1 << 24;
 

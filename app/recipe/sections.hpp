@@ -31,4 +31,9 @@ struct SectionDoc {
 /// Every section, shape and model.
 std::vector<SectionDoc> recipe_documentation();
 
+/// The keys that `--set` can change, each by its path such as `step[0].duration`: those of a recipe, or of any.
+/// Of a list of tables within a step the first stands for all; of any recipe's layers and steps, too.
+std::vector<KeyDoc> settable_keys(Recipe recipe);
+std::vector<KeyDoc> settable_keys();
+
 }  // namespace sidewall::app

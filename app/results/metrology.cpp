@@ -29,7 +29,7 @@ struct Profile {
     }
 };
 
-// The widest opening in the cut at a height: gas and material take turns along the line.
+// The widest opening in the cut at a height: gas and material alternate along the line.
 double opening(const Profile& profile, double z) {
     std::vector<double> crossings;
     double left = std::numeric_limits<double>::infinity(), left_z = 0.0;

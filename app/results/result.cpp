@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <charconv>
 
+#include "app/common/text.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
 
@@ -18,16 +18,6 @@ std::string_view tag_attribute(std::string_view tag, std::string_view name) {
     if (at == std::string_view::npos) return {};
     const std::size_t begin = at + key.size();
     return tag.substr(begin, tag.find('"', begin) - begin);
-}
-
-std::vector<std::string> split(std::string_view text) {
-    std::vector<std::string> parts;
-    for (std::size_t begin = 0; begin <= text.size();) {
-        const std::size_t end = std::min(text.size(), text.find(',', begin));
-        parts.emplace_back(text.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return parts;
 }
 
 }  // namespace
@@ -98,9 +88,9 @@ std::string metadata_text(const surface::MeshMetadata& metadata, const std::stri
 Materials materials_of(const surface::MeshMetadata& metadata) {
     const std::string names = metadata_text(metadata, "materials", "");
     if (names.empty()) return default_materials();
-    const auto colours = split(metadata_text(metadata, "material_colours", ""));
+    const auto colours = split(metadata_text(metadata, "material_colours", ""), ',');
     Materials materials;
-    for (const std::string& name : split(names)) {
+    for (const std::string& name : split(names, ',')) {
         Material material;
         material.name = name;
         const auto known = material_id(default_materials(), name);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -95,6 +96,16 @@ std::string type_text(const Field& field) {
         field.target);
 }
 
+// What the value may be where it is a single word.
+std::vector<std::string> words_of(const Field& field) {
+    if (std::holds_alternative<bool*>(field.target)) return {"true", "false"};
+    if (const auto* choice = std::get_if<Choice>(&field.target)) return choice->words;
+    if (std::holds_alternative<std::string*>(field.target))
+        return field.rule.material ? material_names(default_materials()) : field.rule.choices;
+    if (field.rule.word.empty()) return {};
+    return {field.rule.word};
+}
+
 }  // namespace
 
 bool Values::operator==(const Values& other) const {
@@ -140,8 +151,8 @@ std::vector<KeyDoc> document(const std::vector<Field>& fields) {
         const std::string fallback = field.rule.required || tables ? "" : toml_text(field).value_or("");
         std::string doc = field.doc;
         if (const std::string range = range_text(field.rule); !range.empty()) doc += "; " + range;
-        rows.push_back(
-            {field.name, type_text(field), field.unit, field.rule.required ? "required" : fallback, doc});
+        rows.push_back({field.name, type_text(field), field.unit, field.rule.required ? "required" : fallback,
+                        doc, words_of(field)});
         Values values;
         for (KeyDoc row : document(bind(field.rule.keys, values))) {
             row.name = field.name + "[]." + row.name;
@@ -149,6 +160,13 @@ std::vector<KeyDoc> document(const std::vector<Field>& fields) {
         }
     }
     return rows;
+}
+
+std::string type_line(const KeyDoc& key) {
+    std::string line = key.type;
+    if (!key.unit.empty()) line += ", " + key.unit;
+    if (!key.fallback.empty()) line += (key.fallback == "required" ? ", " : ", default ") + key.fallback;
+    return line;
 }
 
 std::string range_text(const Rule& rule) {

@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -52,7 +51,7 @@ struct Values {
     [[noreturn]] void refuse(std::string_view key) const;
 };
 
-/// Largest length, time or rate accepted anywhere: a typing error, not a wafer, lies beyond.
+/// Largest length, time or rate accepted anywhere: more is a typing error.
 inline constexpr double kHuge = 1e9;
 
 struct Key;
@@ -128,10 +127,14 @@ std::vector<Field> bind(const std::vector<Key>& keys, Values& values);
 /// A row of the documentation.
 struct KeyDoc {
     std::string name, type, unit, fallback, doc;
+    std::vector<std::string> words = {};  ///< what the value may be, where it is, or may be, a single word
 };
 
 /// The rows of \p fields, whose targets hold the defaults; keys of listed tables follow as `list[].key`.
 std::vector<KeyDoc> document(const std::vector<Field>& fields);
+
+/// Type, unit and default of a key in one line, e.g. "number, length, default 0.5".
+std::string type_line(const KeyDoc& key);
 
 /// "in [0, 1]", "greater than 0" and the like.
 std::string range_text(const Rule& rule);

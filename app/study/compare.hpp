@@ -1,7 +1,6 @@
 #pragma once
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "app/common/json_fwd.hpp"
 #include "app/recipe/recipe.hpp"

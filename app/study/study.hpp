@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// What `sidewall study` measures, and how hard.
+/// What `sidewall study` measures, and with how many rays and repeats.
 struct StudyOptions {
     std::filesystem::path output;
     std::filesystem::path recipes;  ///< folder with surface1.toml and surface2.toml
