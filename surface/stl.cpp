@@ -37,13 +37,14 @@ class Soup {
   private:
     struct Key {
         std::array<double, 3> p;
-        bool operator==(const Key& other) const { return std::memcmp(&p, &other.p, sizeof p) == 0; }
+        std::array<std::uint64_t, 3> bits() const { return std::bit_cast<std::array<std::uint64_t, 3>>(p); }
+        bool operator==(const Key& other) const { return bits() == other.bits(); }
     };
     struct Hash {
         std::size_t operator()(const Key& key) const {
             std::uint64_t h = 0x9e3779b97f4a7c15u;
-            for (const double c : key.p) {
-                h ^= std::bit_cast<std::uint64_t>(c);
+            for (const std::uint64_t c : key.bits()) {
+                h ^= c;
                 h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
             }
             return static_cast<std::size_t>(h ^ (h >> 27));
@@ -123,13 +124,13 @@ TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMet
     // Binary files may begin with `solid`, too: their size tells.
     std::uint64_t facets = 0;
     if (bytes.size() >= kHeader + 4) facets = load<std::uint32_t>(bytes.data() + kHeader, false);
-    const bool sized = bytes.size() >= kHeader + 4 && bytes.size() == kHeader + 4 + facets * kFacet;
-    if (sized) {
+    const std::uint64_t whole = kHeader + 4 + facets * kFacet;
+    const bool solid = bytes.substr(0, 5) == "solid";
+    const bool trailed = bytes.size() > whole && facets > 0;  // some programs append a trailer
+    if (bytes.size() == whole || (!solid && trailed)) {
         read_binary(bytes, facets, soup);
-    } else if (bytes.substr(0, 5) == "solid") {
+    } else if (solid) {
         read_ascii(bytes, name, soup);
-    } else if (bytes.size() > kHeader + 4 + facets * kFacet && facets > 0) {
-        read_binary(bytes, facets, soup);  // some programs append a trailer
     } else {
         throw FileError(
             fmt::format("{}: {} bytes for {} facets of binary STL, and no ascii STL either: it is cut "
