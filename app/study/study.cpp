@@ -122,7 +122,7 @@ Json distance_json(surface::Distance distance, double spacing) {
     return json;
 }
 
-// Share of the vertices farther than each of a ladder of distances, for Figures 8.8 to 8.11.
+// Share of the vertices farther than each of a geometric series of distances, for Figures 8.8 to 8.11.
 Json exceedance(const surface::Distance& distance, double spacing) {
     Json json = Json::array();
     for (int n = -12; n <= 4; ++n) {
