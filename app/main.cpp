@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <csignal>
@@ -56,9 +57,18 @@ int run(int argc, char** argv) {
     }
 }
 
+// A file that is written must not get the number of a standard stream that is closed, or messages would go
+// into it. Writing to such a standard output stays an error; nobody reads such a standard error.
+void occupy_standard_streams() {
+    constexpr int kModes[] = {O_RDONLY, O_RDONLY, O_WRONLY};
+    for (int stream = 0; stream < 3; ++stream)
+        if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", kModes[stream]);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    occupy_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {
         return run(argc, argv);

@@ -96,7 +96,8 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
           "[slow]") {
     const Folder folder;
     std::ofstream(folder.path / "quick.toml") << kQuick;
-    const std::string run = "run quick.toml --set output.every=1 --quiet -o ";  // saves at its start and end
+    // Saves at its start and at its end.
+    const std::string run = "run quick.toml --set output.every=1 --threads 1 --quiet -o ";
     REQUIRE(run_program(folder.path, run + "whole").exit_code == 0);
     const Files whole = files_in(folder.path / "whole");
     const fs::path out = folder.path / "out";
@@ -195,4 +196,14 @@ TEST_CASE("what standard output or a device refuses is exit code 5, with a messa
         CHECK(outcome.output.find("check space") != std::string::npos);
     }
     CHECK(fs::is_character_file("/dev/full"));
+
+    // Closed streams: no file that the run writes takes their place.
+    CHECK(run_command(folder.path, "'" SIDEWALL_PROGRAM "' check quick.toml 2>&1 >&-").exit_code == 5);
+    REQUIRE(run_program(folder.path, "run quick.toml -o open --quiet").exit_code == 0);
+    CHECK(
+        run_command(folder.path, "'" SIDEWALL_PROGRAM "' run quick.toml -o closed >&- 2>&- <&-").exit_code ==
+        5);
+    check_holds(files_in(folder.path / "closed"), files_in(folder.path / "open"));
+    CHECK(run_command(folder.path, "'" SIDEWALL_PROGRAM "' run quick.toml -o quiet --quiet >&- 2>&-")
+              .exit_code == 0);
 }
