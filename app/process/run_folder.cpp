@@ -148,7 +148,6 @@ void RunFolder::write_pvd(const RunState& state) const {
 void RunFolder::record(RunState& state, const Step& step, const TracedSurface& surface,
                        const TimeStep& next) {
     const PhaseClock clock(state.timing.output);
-    const fs::path path = options_.output / "timeline.csv";
     const auto& traced = surface.traced();
     std::uint64_t segments = 0, leaked = 0;
     double error = 0.0;
@@ -168,8 +167,8 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
     for (const Measure& m : measures)  // none of something that is not there
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
-    if (state.rows == 0) row = timeline_header(recipe_, measures) + row;
-    append_to_file(path, row + "\n");
+    append_to_file(options_.output / "timeline.csv",
+                   (state.rows == 0 ? timeline_header(recipe_, measures) : "") + row + "\n");
     ++state.rows;
 }
 
