@@ -1,11 +1,14 @@
 #include "app/process/state.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <new>
 
 #include "app/common/json.hpp"
+#include "app/process/extension.hpp"
+#include "app/recipe/differences.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/checkpoint.hpp"
 #include "surface/error.hpp"
@@ -39,7 +42,8 @@ void RunState::advance(double dt, double stop) {
 void RunState::enter(std::size_t next) {
     step = next;
     step_start = time;
-    if (time_steps.size() <= next) time_steps.resize(next + 1, 0);
+    time_steps.resize(next + 1, 0);
+    starts.resize(next + 1, time);
 }
 
 RunState initial_state(const Recipe& recipe) {
@@ -52,17 +56,47 @@ RunState initial_state(const Recipe& recipe) {
     return state;
 }
 
+namespace {
+
+FileError unusable(const std::filesystem::path& folder, const std::string& reason) {
+    return FileError(
+        fmt::format("{}: this recipe cannot go on from it: {}; choose another folder with -o, or start "
+                    "anew with --overwrite",
+                    (folder / "checkpoint.vdb").string(), reason));
+}
+
+// A checkpoint of another domain cannot be read; the recipe beside it tells what is different.
+levelset::Checkpoint load(const std::filesystem::path& folder, const Recipe& recipe) {
+    try {
+        return levelset::load_checkpoint(folder / "checkpoint.vdb", domain_of(recipe));
+    } catch (const FileError& error) {
+        const auto copy = folder / "recipe.toml";
+        if (!std::filesystem::exists(copy)) throw;
+        DomainSection there;
+        try {
+            there = load_recipe(copy).domain;
+        } catch (const Error&) {
+            throw error;
+        }
+        if (there == recipe.domain) throw;
+        Recipe other = recipe;
+        other.domain = there;
+        throw unusable(folder,
+                       fmt::format("the recipes differ in {}", fmt::join(differences(recipe, other), ", ")));
+    }
+}
+
+}  // namespace
+
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe) {
-    const auto path = folder / "checkpoint.vdb";
-    levelset::Checkpoint checkpoint = levelset::load_checkpoint(path, domain_of(recipe));
+    levelset::Checkpoint checkpoint = load(folder, recipe);
     RunState state;
     state.stack = std::move(checkpoint.stack);
     try {
         const Json json = Json::from_cbor(checkpoint.text);
-        if (json.at("recipe").get<std::string>() != effective_recipe(recipe))
-            throw FileError("it was made by another recipe; compare with recipe.toml beside it");
         json.at("step").get_to(state.step);
         json.at("step_start").get_to(state.step_start);
+        json.at("starts").get_to(state.starts);
         json.at("time").get_to(state.time);
         json.at("time_step").get_to(state.time_step);
         json.at("saved").get_to(state.saved);
@@ -75,12 +109,15 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
             state.files.push_back({file.at("time").get<double>(), file.at("part").get<int>(),
                                    file.at("file").get<std::string>()});
         state.timing = timing_from_json(json.at("timing"));
+        if (state.starts.size() != state.step + 1) throw FileError("its steps do not fit together");
+        const auto began_with = json.at("recipe").get<std::string>();
+        if (began_with != effective_recipe(recipe))
+            extend(state, recipe, parse_recipe(began_with, (folder / "recipe.toml").string()));
         check(state, recipe.materials.size());
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        throw FileError(fmt::format("{}: not a checkpoint of this recipe: {}; run without --resume",
-                                    path.string(), surface::printable(error.what())));
+        throw unusable(folder, surface::printable(error.what()));
     }
     return state;
 }
@@ -92,6 +129,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
     const Json json{{"recipe", effective_recipe(recipe)},
                     {"step", state.step},
                     {"step_start", state.step_start},
+                    {"starts", state.starts},
                     {"time", state.time},
                     {"time_step", state.time_step},
                     {"saved", state.saved},

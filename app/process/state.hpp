@@ -24,6 +24,7 @@ struct RunState {
     levelset::MaterialStack stack;
     std::size_t step = 0;                 ///< of the recipe, loops unrolled
     double step_start = 0.0;              ///< process time at which it began
+    std::vector<double> starts;           ///< the same of every step so far
     double time = 0.0;                    ///< process time
     std::uint32_t time_step = 0;          ///< over the whole run
     std::size_t saved = 0;                ///< surfaces written
@@ -37,6 +38,8 @@ struct RunState {
     bool reached(double stop) const { return time >= stop; }
     /// No time step has been made yet of the step at hand.
     bool begins_step() const { return time == step_start; }
+    /// The surface of this time is saved.
+    bool is_saved() const { return !files.empty() && files.back().time == time; }
     /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
     /// it exactly.
     void advance(double dt, double stop);
@@ -47,8 +50,8 @@ struct RunState {
 /// The stack of the recipe's layers, at time 0.
 RunState initial_state(const Recipe& recipe);
 
-/// The state in DIR/checkpoint.vdb.
-/// \throws FileError if there is none, it is damaged or it belongs to another recipe.
+/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/extension.hpp).
+/// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 
 /// Writes DIR/checkpoint.vdb.
