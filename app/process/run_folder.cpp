@@ -93,6 +93,10 @@ RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
     if (!options.resume) make_folder(options.output, "choose another with -o");
     if (!is_there(options.output)) return;
     lock_.emplace(options.output);
+    std::error_code failure;
+    if (fs::equivalent(options.output, recipe.start.from, failure))
+        throw RecipeError(fmt::format("{}: start.from is the folder to write to: choose another with -o",
+                                      options.output.string()));
     spare_recipe(recipe.file, options.output / "recipe.toml", effective_);
     const std::optional<FileNames> listed = read_manifest(options.output);
     if (listed) names_ = *listed;
@@ -221,6 +225,9 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     write_meshes(state, model, surface);
     write_profiles(surface.raw, state.saved);
     ++state.saved;
+    std::vector<int> materials;
+    for (const levelset::Layer& layer : state.stack.layers) materials.push_back(layer.material);
+    state.stacks.push_back({state.time, state.step, std::move(materials)});
     write_pvd(state);
 }
 

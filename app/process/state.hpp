@@ -19,6 +19,13 @@ struct SavedFile {
     std::string name;
 };
 
+/// The wafer as a saved surface and its interfaces show it.
+struct SavedStack {
+    double time = 0.0;
+    std::size_t step = 0;        ///< that was at hand
+    std::vector<int> materials;  ///< of the layers, bottom up
+};
+
 /// Everything a run carries from one time step to the next; a checkpoint holds it all.
 struct RunState {
     levelset::MaterialStack stack;
@@ -33,6 +40,7 @@ struct RunState {
     SurfaceField carried;                 ///< what the last trace left on the surface
     FluxReuse reuse;                      ///< of its fluxes
     std::vector<SavedFile> files;         ///< what surface.pvd lists
+    std::vector<SavedStack> stacks;       ///< of the surfaces written
     Timing timing;
 
     bool reached(double stop) const { return time >= stop; }
@@ -47,8 +55,21 @@ struct RunState {
     void enter(std::size_t next);
 };
 
-/// The stack of the recipe's layers, at time 0.
+/// The stack of the recipe's layers, or of the run that it starts from, at time 0.
 RunState initial_state(const Recipe& recipe);
+
+/// What DIR/checkpoint.vdb holds.
+struct Checkpoint {
+    RunState state;
+    std::string recipe;                  ///< that made it
+    std::vector<std::string> materials;  ///< by id
+    std::string length_unit;
+};
+
+/// Reads DIR/checkpoint.vdb of a run in the recipe's domain.
+/// \throws FileError if there is none, or naming how the domains differ; the message ends with \p advice.
+Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
+                           const std::string& advice);
 
 /// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/extension.hpp).
 /// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
