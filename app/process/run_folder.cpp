@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string_view>
 
@@ -156,6 +157,11 @@ void RunFolder::refuse_other_runs() const {
 
 void RunFolder::begin(const RunState& state) {
     remove_partial_files(options_.output, names_);
+    if (options_.resume && !goes_on_ && !options_.quiet)
+        std::fputs(
+            fmt::format("{}: holds no checkpoint yet: the run begins at time 0\n", options_.output.string())
+                .c_str(),
+            stderr);
     if (goes_on_)
         go_on(state);
     else
@@ -202,8 +208,10 @@ void RunFolder::cut_timeline(std::size_t rows) const {
     for (std::size_t at = 0; lines <= rows && (at = text.find('\n', end)) != std::string::npos; ++lines)
         end = at + 1;
     if (lines <= rows)
-        fmt::print(stderr, "{}: lacks {} of the {} rows before the checkpoint\n", timeline.string(),
-                   rows + 1 - std::max<std::size_t>(lines, 1), rows);
+        std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline.string(),
+                               rows + 1 - std::max<std::size_t>(lines, 1), rows)
+                       .c_str(),
+                   stderr);
     if (end != text.size()) write_file(timeline, text.substr(0, end));
 }
 
