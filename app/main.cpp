@@ -43,7 +43,8 @@ int run(int argc, char** argv) {
         // CLI11 throws for --help and --version, too; only those end well.
         return program.exit(error) == 0 ? 0 : 2;
     } catch (const Error& error) {
-        fmt::print(stderr, "sidewall: {}\n", surface::printable(error.what()));
+        // The terminal may have been closed, which is no other error.
+        std::fputs(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(), stderr);
         return error.exit_code();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "sidewall: out of memory: use a larger grid_spacing or a smaller extent\n");

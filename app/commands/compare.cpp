@@ -14,6 +14,7 @@ namespace {
 
 struct CompareArguments {
     std::string output, json;
+    bool overwrite = false;
 };
 
 }  // namespace
@@ -27,6 +28,7 @@ void add_compare_command(CLI::App& program) {
         ->add_option("-o,--output", arguments->output,
                      "Folder for results (default: results/<recipe>-compare)")
         ->type_name("DIR");
+    command->add_flag("--overwrite", arguments->overwrite, "Replace other runs in the folder");
     command->add_option("--json", arguments->json, "Also write the comparison there; - for standard output")
         ->type_name("FILE");
     command->callback([recipe, arguments] {
@@ -36,7 +38,7 @@ void add_compare_command(CLI::App& program) {
                                                  : std::filesystem::path(arguments->output);
         const bool quiet = arguments->json == "-";
         install_interrupt_handler();
-        const Json comparison = compare_methods(parsed, output, quiet);
+        const Json comparison = compare_methods(parsed, output, quiet, arguments->overwrite);
         if (!arguments->json.empty()) write_json(arguments->json, comparison);
         if (quiet) return;
         fmt::print(

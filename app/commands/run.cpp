@@ -67,7 +67,13 @@ void add_run_command(CLI::App& program) {
     const auto options = std::make_shared<RunOptions>();
     command->add_option("-o,--output", options->output, "Folder for results (default: results/<recipe>)")
         ->type_name("DIR");
-    command->add_flag("--resume", options->resume, "Go on from the folder's checkpoint");
+    CLI::Option* resume = command->add_flag(
+        "--resume", options->resume,
+        "Go on from the folder's checkpoint; also from a finished run's, with a longer last step or more steps");
+    command
+        ->add_flag("--overwrite", options->overwrite,
+                   "Replace an unfinished run or another recipe's result in the folder")
+        ->excludes(resume);
     command->add_flag("--quiet", options->quiet, "No progress and no report");
     command->callback([recipe, options] {
         const Recipe parsed = load(*recipe);

@@ -14,7 +14,7 @@ namespace {
 struct StudyArguments {
     std::string output = "results/study", recipes = "configs/study", surface = "all", json;
     double rays = 1e7, sticking = 0.1;
-    bool quick = false;
+    bool quick = false, overwrite = false;
 };
 
 void run(const StudyArguments& arguments) {
@@ -25,6 +25,7 @@ void run(const StudyArguments& arguments) {
     options.rays = arguments.rays;
     options.sticking = arguments.sticking;
     options.quiet = arguments.json == "-";
+    options.overwrite = arguments.overwrite;
     if (arguments.quick) options.removals = {0.5, 0.9};
     install_interrupt_handler();
     const Json study = run_study(options);
@@ -57,6 +58,7 @@ void add_study_command(CLI::App& program) {
         ->check(CLI::Range(1e-3, 1.0))
         ->type_name("S");
     command->add_flag("--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
+    command->add_flag("--overwrite", a->overwrite, "Replace other runs in the folder");
     command->add_option("--json", a->json, "Also write the study there; - for standard output")
         ->type_name("FILE");
     command->callback([a] { run(*a); });

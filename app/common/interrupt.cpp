@@ -9,8 +9,8 @@ volatile std::sig_atomic_t interrupt_count = 0;
 
 extern "C" void on_interrupt(int signal) {
     interrupt_count = interrupt_count + 1;
-    // A second one ends the program at once, by the default action.
-    std::signal(signal, SIG_DFL);
+    // A second one ends the program at once, by the default action. A closed terminal hangs up more than once.
+    std::signal(signal, signal == SIGHUP ? SIG_IGN : SIG_DFL);
 }
 
 }  // namespace
@@ -22,6 +22,8 @@ bool interrupted() {
 void install_interrupt_handler() {
     std::signal(SIGINT, on_interrupt);
     std::signal(SIGTERM, on_interrupt);
+    // A program begun under nohup goes on.
+    if (std::signal(SIGHUP, on_interrupt) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
 }
 
 }  // namespace sidewall::app

@@ -28,7 +28,7 @@ ProgressBar::ProgressBar(std::string title, double total, std::string unit, bool
       last_draw_(0.0) {}
 
 ProgressBar::~ProgressBar() {
-    if (active_ && last_draw_ > 0.0) fmt::print(stderr, "\r\033[K");
+    if (active_ && last_draw_ > 0.0) std::fputs("\r\033[K", stderr);
 }
 
 void ProgressBar::update(double done, std::string_view note) {
@@ -40,8 +40,10 @@ void ProgressBar::update(double done, std::string_view note) {
     const int filled = static_cast<int>(fraction * kWidth);
     const std::string eta =
         fraction > 0.0 ? clock_text((time - start_) * (1.0 - fraction) / fraction) : "-:--";
-    fmt::print(stderr, "\r\033[K{} [{:#<{}}{:.<{}}] {:.4g}/{:.4g} {} ETA {} {}", title_, "", filled, "",
-               kWidth - filled, done, total_, unit_, eta, note);
+    const std::string text =
+        fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {:.4g}/{:.4g} {} ETA {} {}", title_, "", filled, "",
+                    kWidth - filled, done, total_, unit_, eta, note);
+    std::fputs(text.c_str(), stderr);  // the terminal may have been closed
     std::fflush(stderr);
 }
 

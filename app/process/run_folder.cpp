@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <cstdio>
 #include <optional>
 #include <string_view>
 
@@ -23,28 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The text less `start` and the digits that follow it, of which there must be at least \p digits.
-std::optional<std::string_view> after_number(std::string_view text, std::string_view start,
-                                             std::size_t digits) {
-    if (!text.starts_with(start)) return std::nullopt;
-    text.remove_prefix(start.size());
-    const std::size_t count = std::min(text.size(), text.find_first_not_of("0123456789"));
-    if (count < digits) return std::nullopt;
-    return text.substr(count);
-}
-
-// Everything a run writes but its recipe, so that a new one leaves nothing of an old one behind.
-bool is_ours(std::string_view name) {
-    for (const char* whole : {"summary.json", "timeline.csv", "surface.pvd", "checkpoint.vdb"})
-        if (name == whole) return true;
-    for (const char* mesh : {"surface_", "traced_"})
-        if (after_number(name, mesh, 4) == ".vtp") return true;
-    if (const auto rest = after_number(name, "profile_", 4))
-        return rest == ".csv" || after_number(*rest, "_", 1) == ".csv";
-    if (const auto rest = after_number(name, "interface_", 4)) return after_number(*rest, "_", 1) == ".vtp";
-    return false;
-}
-
 // The user's own recipe must not be replaced by the effective one, which has no comments.
 void spare_recipe(const std::string& file, const fs::path& copy, const std::string& effective) {
     std::error_code failure;
@@ -52,6 +30,42 @@ void spare_recipe(const std::string& file, const fs::path& copy, const std::stri
         throw RecipeError(fmt::format(
             "{}: the run would write its effective recipe over this file: choose another folder with -o",
             file));
+}
+
+// No run of the recipe saves as many surfaces.
+std::size_t above_saved(const Recipe& recipe) {
+    const std::vector<Step> steps = expanded_steps(recipe);
+    if (!recipe.output.every) return steps.size() + 1;
+    return static_cast<std::size_t>(total_duration(steps) / *recipe.output.every) + 2;
+}
+
+bool is_there(const fs::path& path) {
+    std::error_code failure;
+    return fs::exists(path, failure);
+}
+
+void remove_file(const fs::path& path) {
+    std::error_code failure;
+    fs::remove(path, failure);
+    if (failure)
+        throw IoError(
+            fmt::format("{}: cannot remove: {}; check permissions", path.string(), failure.message()));
+}
+
+std::string profile_name(const std::string& number, std::size_t plane) {
+    return plane == 0 ? fmt::format("profile_{}.csv", number)
+                      : fmt::format("profile_{}_{}.csv", number, plane);
+}
+
+// What save() may write; whether an interface has triangles is seen only then.
+std::vector<std::string> saved_names(const std::string& number, std::size_t layers, bool traced,
+                                     std::size_t profiles) {
+    std::vector<std::string> names{"surface_" + number + ".vtp"};
+    for (std::size_t k = 0; k + 1 < layers; ++k)
+        names.push_back(fmt::format("interface_{}_{}.vtp", number, k));
+    if (traced) names.push_back("traced_" + number + ".vtp");
+    for (std::size_t k = 0; k < profiles; ++k) names.push_back(profile_name(number, k));
+    return names;
 }
 
 std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
@@ -75,38 +89,154 @@ std::string field(const std::string& text) {
 
 }  // namespace
 
-RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe, const RunState& state)
-    : options_(options), recipe_(recipe) {
-    make_folder(options.output, "choose another with -o");
+RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
+    : options_(options), recipe_(recipe), effective_(effective_recipe(recipe)), goes_on_(options.resume) {
+    if (!options.resume) make_folder(options.output, "choose another with -o");
+    if (!is_there(options.output)) return;
+    lock_.emplace(options.output);
     std::error_code failure;
-    const fs::path timeline = options.output / "timeline.csv", copy = options.output / "recipe.toml";
-    const std::string effective = effective_recipe(recipe);
-    spare_recipe(recipe.file, copy, effective);
-    if (!options.resume) {
-        for (const auto& entry : fs::directory_iterator(options.output))
-            if (is_ours(entry.path().filename().string())) fs::remove(entry.path(), failure);
-    } else if (std::ifstream in(timeline); in) {
-        std::string kept, line;
-        for (std::size_t row = 0; row <= state.rows && std::getline(in, line); ++row) kept += line + "\n";
-        write_file(timeline, kept);
+    if (fs::equivalent(options.output, recipe.start.from, failure))
+        throw RecipeError(fmt::format("{}: start.from is the folder to write to: choose another with -o",
+                                      options.output.string()));
+    spare_recipe(recipe.file, options.output / "recipe.toml", effective_);
+    const std::optional<FileNames> listed = read_manifest(options.output);
+    if (listed) names_ = *listed;
+    // A run that was killed before its first checkpoint goes on at time 0.
+    if (listed && holds() == Held::nothing) goes_on_ = false;
+    if (options.overwrite) return;
+    if (!goes_on_ || listed) refuse_foreign_files(listed.has_value());
+    if (!goes_on_) refuse_other_runs();
+}
+
+bool RunFolder::finished() const {
+    return is_there(options_.output / "summary.json");
+}
+
+RunFolder::Held RunFolder::holds() const {
+    const fs::path copy = options_.output / "recipe.toml";
+    const bool same = is_there(copy) && surface::read_whole_file(copy) == effective_;
+    if (finished()) return same ? Held::result : Held::other_result;
+    if (is_there(options_.output / "checkpoint.vdb")) return same ? Held::run : Held::other_run;
+    const bool surfaces = std::any_of(names_.begin(), names_.end(), [&](const std::string& name) {
+        return saved_number(name) && is_there(options_.output / name);
+    });
+    return same || !surfaces ? Held::nothing : Held::other_run;
+}
+
+void RunFolder::refuse_foreign_files(bool has_manifest) const {
+    const std::size_t above = above_saved(recipe_);
+    std::string foreign;
+    for (const auto& entry : fs::directory_iterator(options_.output)) {
+        const std::string name = entry.path().filename().string();
+        const std::optional<std::size_t> number = saved_number(name);
+        const bool ours = run_file_names().contains(name) || (number && *number < above) ||
+                          (name == kManifest && !has_manifest);
+        if (!ours || names_.contains(name)) continue;
+        if (name == "recipe.toml" && surface::read_whole_file(entry.path()) == effective_) continue;
+        if (foreign.empty() || name < foreign) foreign = name;
     }
-    write_file(copy, effective);
+    if (!foreign.empty())
+        throw RecipeError(
+            fmt::format("{}: the run would write over this file, which is in no list of what a "
+                        "run wrote there ({}): choose another folder with -o, or --overwrite it",
+                        (options_.output / foreign).string(), kManifest));
+}
+
+void RunFolder::refuse_other_runs() const {
+    const Held held = holds();
+    if (held == Held::nothing || held == Held::result) return;
+    std::string ways = "choose another folder with -o, or replace it with --overwrite";
+    if (!options_.resume_command.empty())
+        ways = (held == Held::run ? "go on with --resume, "
+                                  : "go on from it with --resume, where the recipes agree, ") +
+               ways;
+    throw RecipeError(fmt::format("{}: holds {} of {} recipe: {}", options_.output.string(),
+                                  held == Held::other_result ? "the result" : "an unfinished run",
+                                  held == Held::run ? "this" : "another", ways));
+}
+
+void RunFolder::begin(const RunState& state) {
+    remove_partial_files(options_.output, names_);
+    if (options_.resume && !goes_on_ && !options_.quiet)
+        std::fputs(
+            fmt::format("{}: holds no checkpoint yet: the run begins at time 0\n", options_.output.string())
+                .c_str(),
+            stderr);
+    if (goes_on_)
+        go_on(state);
+    else
+        begin_anew();
+}
+
+// Killed at any point, it leaves a folder that holds an unfinished run or nothing to go on from.
+void RunFolder::begin_anew() {
+    const fs::path& folder = options_.output;
+    names_.insert(run_file_names().begin(), run_file_names().end());
+    write_manifest(folder, names_);
+    for (const char* first : {"summary.json", "checkpoint.vdb"}) remove_file(folder / first);
+    write_file(folder / "recipe.toml", effective_);
+    for (const std::string& name : names_)
+        if (name != "recipe.toml") remove_file(folder / name);
+    if (names_ == run_file_names()) return;
+    names_ = run_file_names();
+    write_manifest(folder, names_);
+}
+
+void RunFolder::go_on(const RunState& state) {
+    const fs::path& folder = options_.output;
+    remove_file(folder / "summary.json");
+    write_file(folder / "recipe.toml", effective_);
+    for (auto name = names_.begin(); name != names_.end();) {
+        const std::optional<std::size_t> number = saved_number(*name);
+        const bool later = number && *number >= state.saved;
+        if (later) remove_file(folder / *name);
+        name = later ? names_.erase(name) : std::next(name);
+    }
+    names_.insert(run_file_names().begin(), run_file_names().end());
+    for (const SavedFile& file : state.files) names_.insert(file.name);
+    write_manifest(folder, names_);
+    cut_timeline(state.rows);
+    if (!state.files.empty()) write_pvd(state);
+}
+
+// To the rows before the checkpoint, and the header.
+void RunFolder::cut_timeline(std::size_t rows) const {
+    const fs::path timeline = options_.output / "timeline.csv";
+    if (rows == 0) return remove_file(timeline);
+    const std::string text = is_there(timeline) ? surface::read_whole_file(timeline) : "";
+    std::size_t end = 0, lines = 0;
+    for (std::size_t at = 0; lines <= rows && (at = text.find('\n', end)) != std::string::npos; ++lines)
+        end = at + 1;
+    if (lines <= rows)
+        std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline.string(),
+                               rows + 1 - std::max<std::size_t>(lines, 1), rows)
+                       .c_str(),
+                   stderr);
+    if (end != text.size()) write_file(timeline, text.substr(0, end));
+}
+
+// Before the files are made.
+void RunFolder::list(std::vector<std::string> names) {
+    std::erase_if(names, [&](const std::string& name) { return !names_.insert(name).second; });
+    add_to_manifest(options_.output, names);
 }
 
 bool RunFolder::due(const RunState& state) const {
     if (recipe_.output.every) return state.time >= static_cast<double>(state.saved) * *recipe_.output.every;
-    return state.time == state.step_start;
+    return state.begins_step() && !state.is_saved();
 }
 
 void RunFolder::save(RunState& state, const Model& model, const TracedSurface& surface) {
-    {
-        const PhaseClock clock(state.timing.output);
-        write_meshes(state, model, surface);
-        write_profiles(surface.raw, state.saved);
-        ++state.saved;
-        write_pvd(state);
-    }
-    checkpoint(state);
+    const PhaseClock clock(state.timing.output);
+    list(saved_names(fmt::format("{:04}", state.saved), state.stack.layers.size(),
+                     surface.simplified.has_value(), recipe_.output.profiles.size()));
+    write_meshes(state, model, surface);
+    write_profiles(surface.raw, state.saved);
+    ++state.saved;
+    std::vector<int> materials;
+    for (const levelset::Layer& layer : state.stack.layers) materials.push_back(layer.material);
+    state.stacks.push_back({state.time, state.step, std::move(materials)});
+    write_pvd(state);
 }
 
 void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const {
@@ -128,8 +258,7 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
 void RunFolder::write_profiles(const TriangleMesh& surface, std::size_t number) const {
     const auto planes = profile_planes(recipe_);
     for (std::size_t k = 0; k < planes.size(); ++k) {
-        const std::string name = k == 0 ? fmt::format("profile_{:04}.csv", number)
-                                        : fmt::format("profile_{:04}_{}.csv", number, k);
+        const std::string name = profile_name(fmt::format("{:04}", number), k);
         surface::write_profile_csv(options_.output / name, surface::cut_by_plane(surface, planes[k]),
                                    planes[k]);
     }
@@ -176,8 +305,11 @@ void RunFolder::checkpoint(const RunState& state) const {
     save_state(options_.output, recipe_, state);
 }
 
-Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps,
-                       const TracedSurface& surface) const {
+Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface) {
+    std::erase_if(names_, [&](const std::string& name) {
+        return !run_file_names().contains(name) && !is_there(options_.output / name);
+    });
+    write_manifest(options_.output, names_);
     Json summary = summary_of(recipe_, state, steps, surface);
     write_json((options_.output / "summary.json").string(), summary);
     return summary;

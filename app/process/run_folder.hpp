@@ -1,5 +1,9 @@
 #pragma once
+#include <optional>
+
+#include "app/common/folder_lock.hpp"
 #include "app/common/json_fwd.hpp"
+#include "app/process/manifest.hpp"
 #include "app/process/simulation.hpp"
 #include "app/process/state.hpp"
 #include "app/process/time_step.hpp"
@@ -7,32 +11,52 @@
 
 namespace sidewall::app {
 
-/// Writes a run's folder. Every file is whole or absent.
+/// Writes a run's folder. Every file is whole or absent, and listed in manifest.txt before it is made.
 class RunFolder {
   public:
-    /// Makes the folder. A new run clears what an earlier one left in it; a resumed one cuts the timeline
-    /// back to the checkpoint. Keeps references to \p options and \p recipe.
-    /// \throws IoError.
-    RunFolder(const RunOptions& options, const Recipe& recipe, const RunState& state);
+    /// Makes the folder, keeps other processes from writing there, and finds what it holds; changes nothing
+    /// else. Keeps references to \p options and \p recipe.
+    /// \throws IoError if another process writes there; RecipeError if a new run would replace a file that no
+    ///         run has written, an unfinished run or another recipe's result, and options.overwrite does not
+    ///         ask for it.
+    RunFolder(const RunOptions& options, const Recipe& recipe);
+
+    /// The run goes on from the folder's checkpoint; else it begins at time 0.
+    bool goes_on() const { return goes_on_; }
+    /// The folder holds a run that has ended.
+    bool finished() const;
+    /// Removes what an earlier run wrote; of a run that goes on, what it wrote since the checkpoint.
+    void begin(const RunState& state);
 
     /// Whether a surface is to be saved at this time.
     bool due(const RunState& state) const;
-    /// Writes surface, traced mesh, material interfaces and profiles, lists them in surface.pvd, and writes a
-    /// checkpoint.
+    /// Writes surface, traced mesh, material interfaces and profiles, and lists them in surface.pvd.
     void save(RunState& state, const Model& model, const TracedSurface& surface);
     /// Adds a row to timeline.csv: the surface before the time step \p next.
     void record(RunState& state, const Step& step, const TracedSurface& surface, const TimeStep& next);
     void checkpoint(const RunState& state) const;
     /// Writes summary.json and returns it.
-    Json finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface) const;
+    Json finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface);
 
   private:
+    enum class Held { nothing, run, result, other_run, other_result };  // of this recipe or another one
+    Held holds() const;
+    void refuse_foreign_files(bool has_manifest) const;
+    void refuse_other_runs() const;
+    void begin_anew();
+    void go_on(const RunState& state);
+    void cut_timeline(std::size_t rows) const;
+    void list(std::vector<std::string> names);
     void write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const;
     void write_profiles(const TriangleMesh& surface, std::size_t number) const;
     void write_pvd(const RunState& state) const;
 
     const RunOptions& options_;
     const Recipe& recipe_;
+    std::string effective_;           // recipe
+    std::optional<FolderLock> lock_;  // none in a folder that is not there
+    FileNames names_;                 // in the manifest
+    bool goes_on_ = false;
 };
 
 }  // namespace sidewall::app

@@ -120,7 +120,10 @@ void make_steps(const Run& run, RunState& state) {
             if (state.begins_step()) note_stop(step, state.step + 1, to_stop);
             if (to_stop == 0.0) break;
             levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
-            if (run.folder.due(state)) run.folder.save(state, model, surface);
+            if (run.folder.due(state)) {
+                run.folder.save(state, model, surface);
+                run.folder.checkpoint(state);
+            }
 
             const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
             const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
@@ -149,8 +152,10 @@ Model last_model(const Run& run) {
     return still;
 }
 
-// Saves the final surface, with the fluxes that the last model would go on with, and the summary.
+// Saves the final surface, with the fluxes that the last model would go on with, and the summary. The
+// checkpoint knows nothing of that surface: a longer recipe goes on from it as if it had been this one's.
 RunResult finish(const Run& run, RunState& state) {
+    run.folder.checkpoint(state);
     const Model model = last_model(run);
     const TracedSurface surface =
         trace(run, model, state.stack, state.carried, state.time_step, false, state);
@@ -170,12 +175,15 @@ std::string how_to_go_on(const Run& run, const RunOptions& options, const RunSta
 
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     require_memory(recipe, domain_of(recipe));
-    RunState state = options.resume ? resume_state(options.output, recipe) : initial_state(recipe);
-    if (options.resume && std::filesystem::exists(options.output / "summary.json"))
-        return {levelset::extract_surface(state.stack.top(), state.stack.domain), state.timing,
-                read_summary(options.output)};
     const std::vector<Step> steps = expanded_steps(recipe);
-    RunFolder folder(options, recipe, state);
+    RunFolder folder(options, recipe);
+    RunState state = folder.goes_on() ? resume_state(options.output, recipe) : initial_state(recipe);
+    if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
+        const Json summary = read_summary(options.output);
+        return {levelset::extract_surface(state.stack.top(), state.stack.domain),
+                timing_from_json(summary.at("timing")), summary};
+    }
+    folder.begin(state);
     ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet);
     const Run run{recipe, steps, folder, progress, tbb::tick_count::now(), state.timing.total};
     try {

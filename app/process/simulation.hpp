@@ -12,6 +12,7 @@ namespace sidewall::app {
 struct RunOptions {
     std::filesystem::path output;  ///< folder for results
     bool resume = false;           ///< go on from the folder's checkpoint
+    bool overwrite = false;        ///< replace whatever run or file stands in the folder's way
     bool quiet = false;            ///< no progress, no lines
     std::string title = "run";     ///< of the progress bar
     std::string resume_command;    ///< what an interrupted run tells the user to go on with, if anything
@@ -24,9 +25,9 @@ struct RunResult {         // NOLINT(bugprone-exception-escape): moving JSON onl
     Json summary;  ///< what summary.json holds
 };
 
-/// Runs a recipe and writes DIR/{recipe.toml, surface.pvd, surface_NNNN.vtp, profile_NNNN.csv, timeline.csv,
-/// checkpoint.vdb, summary.json}; summary.json comes last, so that a folder that has one is complete: resuming
-/// it changes nothing.
+/// Runs a recipe and writes DIR/{manifest.txt, recipe.toml, surface.pvd, surface_NNNN.vtp, profile_NNNN.csv,
+/// timeline.csv, checkpoint.vdb, summary.json}; summary.json comes last, so that a folder that has one is
+/// complete: resuming it changes nothing, unless the recipe goes on for longer (process/extension.hpp).
 /// \throws Interrupted if the user asked to stop, after the current time step or, while tracing, at once: the
 ///         checkpoint holds the last whole time step and allows
 ///         --resume, which ends in the same bits. Other errors as their parts throw them.

@@ -1,11 +1,16 @@
 #include "app/process/state.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 
 #include "app/common/json.hpp"
+#include "app/process/extension.hpp"
+#include "app/process/start.hpp"
+#include "app/recipe/differences.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/checkpoint.hpp"
 #include "surface/error.hpp"
@@ -17,11 +22,17 @@ namespace {
 // What the time loop relies on, of a state whose layers are of so many materials.
 void check(const RunState& state, std::size_t materials) {
     const bool times = state.step_start >= 0.0 && state.time >= state.step_start && std::isfinite(state.time);
-    if (!times || state.time_steps.size() != state.step + 1)
+    if (!times || state.time_steps.size() != state.step + 1 || state.starts.size() != state.step + 1)
         throw FileError("its steps and times do not fit together");
+    const auto known = [&](int material) {
+        return material >= 0 && static_cast<std::size_t>(material) < materials;
+    };
     for (const levelset::Layer& layer : state.stack.layers)
-        if (layer.material < 0 || static_cast<std::size_t>(layer.material) >= materials)
-            throw FileError("it holds a layer of an unknown material");
+        if (!known(layer.material)) throw FileError("it holds a layer of an unknown material");
+    for (const SavedStack& stack : state.stacks)
+        if (stack.materials.empty() || stack.step > state.step ||
+            !std::all_of(stack.materials.begin(), stack.materials.end(), known))
+            throw FileError("its saved layers do not fit together");
     for (const SavedFile& file : state.files)
         if (std::filesystem::path(file.name).filename() != file.name || !std::isfinite(file.time))
             throw FileError("it lists a file that no run saves");
@@ -39,59 +50,125 @@ void RunState::advance(double dt, double stop) {
 void RunState::enter(std::size_t next) {
     step = next;
     step_start = time;
-    if (time_steps.size() <= next) time_steps.resize(next + 1, 0);
+    time_steps.resize(next + 1, 0);
+    starts.resize(next + 1, time);
 }
 
-RunState initial_state(const Recipe& recipe) {
+namespace {
+
+levelset::MaterialStack stack_of_layers(const Recipe& recipe) {
     std::vector<std::pair<int, levelset::Shape>> bodies;
     for (const MaterialLayer& layer : expanded_layers(recipe))
         bodies.emplace_back(layer.material, layer.shape);
+    return levelset::make_stack(domain_of(recipe), bodies);
+}
+
+}  // namespace
+
+RunState initial_state(const Recipe& recipe) {
     RunState state;
-    state.stack = levelset::make_stack(domain_of(recipe), bodies);
+    state.stack = recipe.start.from.empty() ? stack_of_layers(recipe) : stack_of_run(recipe);
     state.enter(0);
     return state;
 }
 
-RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe) {
-    const auto path = folder / "checkpoint.vdb";
-    levelset::Checkpoint checkpoint = levelset::load_checkpoint(path, domain_of(recipe));
-    RunState state;
-    state.stack = std::move(checkpoint.stack);
+namespace {
+
+FileError unusable(const std::filesystem::path& folder, const std::string& reason,
+                   const std::string& advice) {
+    return FileError(fmt::format("{}: this recipe cannot go on from it: {}; {}",
+                                 (folder / "checkpoint.vdb").string(), reason, advice));
+}
+
+// A checkpoint of another domain cannot be read; the recipe beside it tells what is different.
+levelset::Checkpoint load(const std::filesystem::path& folder, const Recipe& recipe,
+                          const std::string& advice) {
     try {
-        const Json json = Json::from_cbor(checkpoint.text);
-        if (json.at("recipe").get<std::string>() != effective_recipe(recipe))
-            throw FileError("it was made by another recipe; compare with recipe.toml beside it");
-        json.at("step").get_to(state.step);
-        json.at("step_start").get_to(state.step_start);
-        json.at("time").get_to(state.time);
-        json.at("time_step").get_to(state.time_step);
-        json.at("saved").get_to(state.saved);
-        json.at("rows").get_to(state.rows);
-        json.at("time_steps").get_to(state.time_steps);
-        state.carried = surface_field_from_json(json.at("coverage"));
-        json.at("reuse").at("left").get_to(state.reuse.left);
-        json.at("reuse").at("since").get_to(state.reuse.since);
-        for (const Json& file : json.at("files"))
-            state.files.push_back({file.at("time").get<double>(), file.at("part").get<int>(),
-                                   file.at("file").get<std::string>()});
-        state.timing = timing_from_json(json.at("timing"));
-        check(state, recipe.materials.size());
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::exception& error) {
-        throw FileError(fmt::format("{}: not a checkpoint of this recipe: {}; run without --resume",
-                                    path.string(), surface::printable(error.what())));
+        return levelset::load_checkpoint(folder / "checkpoint.vdb", domain_of(recipe));
+    } catch (const FileError& error) {
+        const auto copy = folder / "recipe.toml";
+        if (!std::filesystem::exists(copy)) throw;
+        Recipe other = recipe;
+        try {
+            other.domain = load_recipe(copy).domain;
+        } catch (const Error&) {
+            throw error;
+        }
+        if (other.domain == recipe.domain) throw;
+        throw unusable(folder,
+                       fmt::format("the recipes differ in {}", fmt::join(differences(recipe, other), ", ")),
+                       advice);
     }
+}
+
+RunState state_from_json(const Json& json) {
+    RunState state;
+    json.at("step").get_to(state.step);
+    json.at("step_start").get_to(state.step_start);
+    json.at("starts").get_to(state.starts);
+    json.at("time").get_to(state.time);
+    json.at("time_step").get_to(state.time_step);
+    json.at("saved").get_to(state.saved);
+    json.at("rows").get_to(state.rows);
+    json.at("time_steps").get_to(state.time_steps);
+    state.carried = surface_field_from_json(json.at("coverage"));
+    json.at("reuse").at("left").get_to(state.reuse.left);
+    json.at("reuse").at("since").get_to(state.reuse.since);
+    for (const Json& file : json.at("files"))
+        state.files.push_back(
+            {file.at("time").get<double>(), file.at("part").get<int>(), file.at("file").get<std::string>()});
+    for (const Json& stack : json.at("stacks"))
+        state.stacks.push_back({stack.at("time").get<double>(), stack.at("step").get<std::size_t>(),
+                                stack.at("materials").get<std::vector<int>>()});
+    state.timing = timing_from_json(json.at("timing"));
     return state;
 }
 
+}  // namespace
+
+Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
+                           const std::string& advice) {
+    levelset::Checkpoint loaded = load(folder, recipe, advice);
+    try {
+        const Json json = Json::from_cbor(loaded.text);
+        Checkpoint checkpoint{state_from_json(json), json.at("recipe").get<std::string>(),
+                              json.at("materials").get<std::vector<std::string>>(),
+                              json.at("length_unit").get<std::string>()};
+        checkpoint.state.stack = std::move(loaded.stack);
+        check(checkpoint.state, checkpoint.materials.size());
+        return checkpoint;
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw unusable(folder, surface::printable(error.what()), advice);
+    }
+}
+
+RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe) {
+    const std::string advice = "choose another folder with -o, or start anew with --overwrite";
+    Checkpoint checkpoint = read_checkpoint(folder, recipe, advice);
+    if (checkpoint.recipe == effective_recipe(recipe)) return std::move(checkpoint.state);
+    try {
+        const Recipe began_with = parse_recipe(checkpoint.recipe, (folder / "recipe.toml").string());
+        extend(checkpoint.state, recipe, began_with);
+    } catch (const Error& error) {
+        throw unusable(folder, error.what(), advice);
+    }
+    return std::move(checkpoint.state);
+}
+
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state) {
-    Json files = Json::array();
+    Json files = Json::array(), stacks = Json::array();
     for (const SavedFile& file : state.files)
         files.push_back(Json{{"time", file.time}, {"part", file.part}, {"file", file.name}});
+    for (const SavedStack& stack : state.stacks)
+        stacks.push_back(Json{{"time", stack.time}, {"step", stack.step}, {"materials", stack.materials}});
     const Json json{{"recipe", effective_recipe(recipe)},
+                    {"materials", material_names(recipe.materials)},
+                    {"length_unit", recipe.domain.length_unit},
                     {"step", state.step},
                     {"step_start", state.step_start},
+                    {"starts", state.starts},
                     {"time", state.time},
                     {"time_step", state.time_step},
                     {"saved", state.saved},
@@ -100,6 +177,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"coverage", to_json(state.carried)},
                     {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},
                     {"files", files},
+                    {"stacks", stacks},
                     {"timing", to_json(state.timing)}};
     const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
     levelset::save_checkpoint(folder / "checkpoint.vdb", state.stack, {bytes.begin(), bytes.end()});

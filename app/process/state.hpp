@@ -19,11 +19,19 @@ struct SavedFile {
     std::string name;
 };
 
+/// The wafer as a saved surface and its interfaces show it.
+struct SavedStack {
+    double time = 0.0;
+    std::size_t step = 0;        ///< that was at hand
+    std::vector<int> materials;  ///< of the layers, bottom up
+};
+
 /// Everything a run carries from one time step to the next; a checkpoint holds it all.
 struct RunState {
     levelset::MaterialStack stack;
     std::size_t step = 0;                 ///< of the recipe, loops unrolled
     double step_start = 0.0;              ///< process time at which it began
+    std::vector<double> starts;           ///< the same of every step so far
     double time = 0.0;                    ///< process time
     std::uint32_t time_step = 0;          ///< over the whole run
     std::size_t saved = 0;                ///< surfaces written
@@ -32,11 +40,14 @@ struct RunState {
     SurfaceField carried;                 ///< what the last trace left on the surface
     FluxReuse reuse;                      ///< of its fluxes
     std::vector<SavedFile> files;         ///< what surface.pvd lists
+    std::vector<SavedStack> stacks;       ///< of the surfaces written
     Timing timing;
 
     bool reached(double stop) const { return time >= stop; }
     /// No time step has been made yet of the step at hand.
     bool begins_step() const { return time == step_start; }
+    /// The surface of this time is saved.
+    bool is_saved() const { return !files.empty() && files.back().time == time; }
     /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
     /// it exactly.
     void advance(double dt, double stop);
@@ -44,11 +55,24 @@ struct RunState {
     void enter(std::size_t next);
 };
 
-/// The stack of the recipe's layers, at time 0.
+/// The stack of the recipe's layers, or of the run that it starts from, at time 0.
 RunState initial_state(const Recipe& recipe);
 
-/// The state in DIR/checkpoint.vdb.
-/// \throws FileError if there is none, it is damaged or it belongs to another recipe.
+/// What DIR/checkpoint.vdb holds.
+struct Checkpoint {
+    RunState state;
+    std::string recipe;                  ///< that made it
+    std::vector<std::string> materials;  ///< by id
+    std::string length_unit;
+};
+
+/// Reads DIR/checkpoint.vdb of a run in the recipe's domain.
+/// \throws FileError if there is none, or naming how the domains differ; the message ends with \p advice.
+Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
+                           const std::string& advice);
+
+/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/extension.hpp).
+/// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 
 /// Writes DIR/checkpoint.vdb.

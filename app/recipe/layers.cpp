@@ -125,6 +125,11 @@ levelset::Shape shape_of(const Layer& layer, const std::string& length_unit) {
 }  // namespace
 
 void read_layers(const toml::table& root, Recipe& recipe) {
+    if (!recipe.start.from.empty()) {
+        if (const toml::node* layers = root.get("layer"))
+            fail(*layers, "layer", "a run that starts from another has its layers; drop these, or [start]");
+        return;
+    }
     const auto tables = tables_of(root, "layer", "layer");
     if (tables.empty()) fail_missing(root, "layer", "missing: a recipe needs a substrate: add a [[layer]]");
     const std::filesystem::path folder = std::filesystem::path(recipe.file).parent_path();

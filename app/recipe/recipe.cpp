@@ -20,8 +20,8 @@ constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostBytes = 1 << 24;
 
 void refuse_unknown_sections(const toml::table& root) {
-    static const std::vector<std::string> known = {"domain",   "material",  "layer",  "step",     "flux",
-                                                   "simplify", "advection", "output", "metrology"};
+    static const std::vector<std::string> known = {"domain", "start",    "material",  "layer",  "step",
+                                                   "flux",   "simplify", "advection", "output", "metrology"};
     for (const auto& [key, node] : root)
         if (std::find(known.begin(), known.end(), key.str()) == known.end())
             fail(node, key.str(),
@@ -93,6 +93,27 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     }
 }
 
+// The folder of an earlier run, absolute.
+std::string run_folder(const std::string& name, const std::filesystem::path& beside) {
+    for (const std::filesystem::path& base : {beside, std::filesystem::current_path()}) {
+        std::filesystem::path folder = std::filesystem::absolute(base / name).lexically_normal();
+        if (!folder.has_filename()) folder = folder.parent_path();
+        std::error_code failure;
+        if (std::filesystem::exists(folder / "checkpoint.vdb", failure)) return folder.string();
+    }
+    throw KeyError("from",
+                   "no run to start from: name a folder with the checkpoint.vdb of a run, relative to the "
+                   "recipe or to where the program runs");
+}
+
+void read_start(const toml::table& root, Recipe& recipe) {
+    StartSection& start = recipe.start;
+    read_section(root, "start", start, reading_for(recipe), [&] {
+        if (start.time && start.step > 0) throw KeyError("step", "give time or step, not both");
+        start.from = run_folder(start.from, std::filesystem::path(recipe.file).parent_path());
+    });
+}
+
 void check_simplify(const SimplifySection& simplify) {
     if (simplify.l0 && simplify.l_max && *simplify.l_max < *simplify.l0)
         throw KeyError("l_max", fmt::format("must be at least l0 = {:g}", *simplify.l0));
@@ -141,6 +162,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     recipe.file = file;
     read_materials(root, recipe);
     read_domain(root, recipe);
+    read_start(root, recipe);
     read_layers(root, recipe);
     read_steps(root, recipe);
     const Reading reading = reading_for(recipe);

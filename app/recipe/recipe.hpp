@@ -23,6 +23,14 @@ struct DomainSection {
     bool operator==(const DomainSection&) const = default;
 };
 
+/// An earlier run whose wafer takes the place of layers; the new run's process time begins at 0.
+struct StartSection {
+    std::string from;            ///< its folder, absolute in a parsed recipe; empty: none
+    std::optional<double> time;  ///< process time there; absent: where it ended
+    std::int64_t step = 0;       ///< at whose end, from 1 with loops unrolled; 0: by time
+    bool operator==(const StartSection&) const = default;
+};
+
 /// A layer as the recipe writes it. Which members count depends on the shape; see recipe/sections.cpp and
 /// levelset/shapes.hpp.
 struct Layer {
@@ -105,8 +113,9 @@ struct MetrologySection {
 struct Recipe {
     std::string file;
     DomainSection domain;
+    StartSection start;
     Materials materials = default_materials();
-    std::vector<Layer> layers;
+    std::vector<Layer> layers;  ///< none of a run that starts from another
     std::vector<Step> steps;
     FluxSection flux;
     SimplifySection simplify;

@@ -30,6 +30,24 @@ std::vector<Field> fields(DomainSection& domain) {
     };
 }
 
+std::vector<Field> fields(StartSection& start) {
+    return {
+        {"from", &start.from, "",
+         "folder of an earlier run of the same domain, relative to the recipe or to where the program runs",
+         required()},
+        {"time",
+         &start.time,
+         kTime,
+         "process time there, one that it saved a surface at; \"end\": where it ended",
+         {.min = 0.0, .word = "end"}},
+        {"step",
+         &start.step,
+         "",
+         "or the step, from 1 with loops unrolled, at whose end it saved a surface; 0 = by time",
+         {.min = 0.0, .max = 100'000}},
+    };
+}
+
 std::vector<Field> fields(Material& material) {
     return {
         {"name", &material.name, "", "a new material, or a built-in one to change", required()},
@@ -242,6 +260,8 @@ std::vector<Field> fields(MetrologySection& metrology) {
 std::vector<SectionDoc> recipe_documentation() {
     std::vector<SectionDoc> docs;
     docs.push_back(section<DomainSection>("domain", "[domain]", "the simulated box and the units"));
+    docs.push_back(section<StartSection>(
+        "start", "[start]", "begins with the wafer of an earlier run; takes the place of layers"));
     docs.push_back(section<Material>("material", "[[material]]",
                                      "more materials, or other properties of built-in ones"));
     for (const std::string& shape : shape_names()) {

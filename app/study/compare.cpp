@@ -36,7 +36,7 @@ double seconds_at_error(const Timing& timing, double error, double target) {
 
 }  // namespace
 
-Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet) {
+Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet, bool overwrite) {
     const std::vector<Variant> variants{{"none", "none", 0},
                                         {"lindstrom-turk", "lindstrom-turk", 0},
                                         {"region", "region", 0},
@@ -48,8 +48,10 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
         Recipe changed = recipe;
         changed.simplify.method = variant.method;
         changed.flux.seed += variant.seed_offset;
-        const RunResult run =
-            run_recipe(changed, {.output = output / variant.folder, .quiet = quiet, .title = variant.folder});
+        const RunResult run = run_recipe(changed, {.output = output / variant.folder,
+                                                   .overwrite = overwrite,
+                                                   .quiet = quiet,
+                                                   .title = variant.folder});
         if (variant.folder == "none") {
             raw = run;
             comparison["grid_spacing"] = run.summary["grid_spacing"];

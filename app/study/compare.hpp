@@ -10,8 +10,10 @@ namespace sidewall::app {
 /// Runs the recipe raw, with every way of simplification, and raw once more with another seed; each in its
 /// own folder under \p output. Distances of final surfaces are two-sided, from the raw run's, in grid
 /// spacings.
+/// \param overwrite  as in RunOptions.
 /// \returns what compare.json holds: `variants[]` and `noise_floor`.
-Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet);
+Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet,
+                     bool overwrite = false);
 
 /// The comparison as a text table.
 std::string compare_table(const Json& comparison);

@@ -215,6 +215,7 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
                         path.string()));
     const Recipe recipe = load_recipe(path);
     const RunResult run = run_recipe(recipe, {.output = options.output / fmt::format("surface{}", number),
+                                              .overwrite = options.overwrite,
                                               .quiet = options.quiet,
                                               .title = fmt::format("growing surface {}", number)});
     Surface surface{number, run.surface, run.summary["grid_spacing"].get<double>(), {}};

@@ -17,6 +17,7 @@ struct StudyOptions {
     int repeats = 3;           ///< simplification times are medians of so many
     std::vector<double> removals{0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};  ///< share of vertices removed
     bool quiet = false;
+    bool overwrite = false;  ///< as in RunOptions
 };
 
 /// Redoes the evaluation of region simplification (Lenz 2023, section 8.3) on surfaces that the recipes grow:

@@ -91,11 +91,14 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
 
 TEST_CASE("a checkpoint of another recipe is refused") {
     const Folder folder;
-    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code ==
-            0);
-    const auto outcome = run_program(folder.path, "run " + kRecipe + " -o out --resume", 60);
-    CHECK(outcome.exit_code == 3);
-    CHECK(outcome.output.find("run without --resume") != std::string::npos);
+    const std::string recipe = "run " + kRecipe + " --set step[0].duration=0.1 -o out";
+    REQUIRE(run_program(folder.path, recipe, 60).exit_code == 0);
+    const auto seed = run_program(folder.path, recipe + " --set flux.seed=7 --resume", 60);
+    CHECK(seed.exit_code == 3);
+    CHECK(seed.output.find("flux.seed = 7 (there 1)") != std::string::npos);
+    const auto spacing = run_program(folder.path, recipe + " --set domain.grid_spacing=0.4 --resume", 60);
+    CHECK(spacing.exit_code == 3);
+    CHECK(spacing.output.find("domain.grid_spacing = 0.4 (there 0.5)") != std::string::npos);
 }
 
 TEST_CASE("a run leaves everything the format promises") {
@@ -103,7 +106,7 @@ TEST_CASE("a run leaves everything the format promises") {
     const auto outcome = run_program(folder.path, "run " + kRecipe + " -o out", 60);
     REQUIRE(outcome.exit_code == 0);
     for (const char* name : {"summary.json", "timeline.csv", "surface.pvd", "surface_0000.vtp",
-                             "checkpoint.vdb", "recipe.toml", "profile_0000.csv"})
+                             "checkpoint.vdb", "recipe.toml", "profile_0000.csv", "manifest.txt"})
         CHECK(fs::exists(folder.path / "out" / name));
     const auto summary = nlohmann::json::parse(read_bytes(folder.path / "out" / "summary.json"));
     for (const char* key : {"version", "recipe", "seed", "threads", "steps", "timing", "mesh", "metrology"})
@@ -113,8 +116,8 @@ TEST_CASE("a run leaves everything the format promises") {
         CHECK(summary["timing"][phase].is_number());
     CHECK(summary["mesh"]["simplified"]["vertices"] < summary["mesh"]["raw"]["vertices"]);
     // A second run into the same folder starts afresh: no surface of a longer run stays behind.
-    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out", 60).exit_code ==
-            0);
+    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out --overwrite", 60)
+                .exit_code == 0);
     CHECK_FALSE(fs::exists(folder.path / "out" / "surface_0002.vtp"));
 }
 

@@ -1,0 +1,73 @@
+#include "app/common/folder_lock.hpp"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <string>
+
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+std::string this_process() {
+    std::array<char, 256> host{};
+    if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+    return fmt::format("process {} on {}, since {:%Y-%m-%d %H:%M:%S}", ::getpid(),
+                       host[0] != '\0' ? host.data() : "this machine", fmt::localtime(std::time(nullptr)));
+}
+
+// What the holder wrote about itself; it may be about to write it.
+std::string holder(int file) {
+    std::array<char, 512> text{};
+    const auto size = ::pread(file, text.data(), text.size(), 0);
+    return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
+}
+
+// The file that was opened may be gone from the folder by the time it is locked: its holder removed it.
+bool still_there(int file, const std::filesystem::path& path) {
+    struct stat opened {
+    }, named{};
+    return ::fstat(file, &opened) == 0 && ::stat(path.c_str(), &named) == 0 &&
+           opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".sidewall.lock") {
+    for (;;) {
+        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (file_ < 0)
+            throw IoError(fmt::format("{}: cannot write there: {}; check space and permissions",
+                                      folder.string(), std::strerror(errno)));
+        const bool locked = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
+        if (!locked && errno == EWOULDBLOCK) {
+            const std::string who = holder(file_);
+            ::close(file_);
+            throw IoError(
+                fmt::format("{}: {} is writing there: wait for it, stop it, or choose another "
+                            "folder with -o",
+                            folder.string(), who));
+        }
+        if (!locked || still_there(file_, path_)) break;
+        ::close(file_);
+    }
+    const std::string text = this_process();
+    // Only messages lack it if this fails.
+    if (::ftruncate(file_, 0) != 0 || ::pwrite(file_, text.data(), text.size(), 0) < 0) return;
+}
+
+FolderLock::~FolderLock() {
+    ::unlink(path_.c_str());
+    ::close(file_);
+}
+
+}  // namespace sidewall::app

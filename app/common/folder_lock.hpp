@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+
+namespace sidewall::app {
+
+/// Keeps other processes that ask for it from writing to a folder: an advisory lock on DIR/.sidewall.lock, which
+/// names its holder. The system frees it when the process ends, however it ends; the file is removed at the
+/// end and left behind by a process that is killed. File systems without locks are written to without one.
+class FolderLock {
+  public:
+    /// \pre the folder exists.
+    /// \throws IoError naming the process that holds the folder, or the system's reason.
+    explicit FolderLock(const std::filesystem::path& folder);
+    ~FolderLock();
+    FolderLock(const FolderLock&) = delete;
+    FolderLock& operator=(const FolderLock&) = delete;
+
+  private:
+    std::filesystem::path path_;
+    int file_ = -1;
+};
+
+}  // namespace sidewall::app

@@ -1,0 +1,16 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// How two recipes differ in all but their steps, a text a key: "flux.seed = 2 (there 1)". Materials that only
+/// \p now has, behind the others, are none.
+std::vector<std::string> differences(const Recipe& now, const Recipe& there);
+
+/// The same of two steps of unrolled loops, but for their names.
+std::vector<std::string> differences(const Step& now, const Step& there);
+
+}  // namespace sidewall::app
