@@ -10,7 +10,7 @@
 
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
-#include "surface/ray_scene.hpp"
+#include "surface/signed_distance.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -134,63 +134,11 @@ Body mask(const Shape& shape, const Domain& domain) {
         shape.top, shape.top};
 }
 
-// Normals of corners and edges, weighted by the angle under which each triangle is seen from them.
-struct PseudoNormals {
-    std::vector<Vec3> vertex;
-    std::vector<std::array<Vec3, 3>> edge;  // per triangle, edge k from corner k to k + 1
-};
-
-PseudoNormals pseudo_normals(const TriangleMesh& mesh) {
-    PseudoNormals n;
-    n.vertex.assign(mesh.vertices.size(), Vec3::Zero());
-    n.edge.resize(mesh.triangles.size());
-    struct Half {
-        std::uint32_t a, b, triangle, k;
-    };
-    std::vector<Half> halves;
-    const auto normals = triangle_normals(mesh);
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const auto& tri = mesh.triangles[t];
-            const std::uint32_t a = tri[k], b = tri[(k + 1) % 3], c = tri[(k + 2) % 3];
-            const Vec3 u = (mesh.vertices[b] - mesh.vertices[a]).normalized(),
-                       v = (mesh.vertices[c] - mesh.vertices[a]).normalized();
-            n.vertex[a] += std::acos(std::clamp(u.dot(v), -1.0, 1.0)) * normals[t];
-            halves.push_back({std::min(a, b), std::max(a, b), t, k});
-        }
-    std::sort(halves.begin(), halves.end(), [](const Half& p, const Half& q) {
-        return std::tie(p.a, p.b, p.triangle, p.k) < std::tie(q.a, q.b, q.triangle, q.k);
-    });
-    for (std::size_t i = 0, j = 0; i < halves.size(); i = j) {
-        Vec3 sum = Vec3::Zero();
-        for (j = i; j < halves.size() && halves[j].a == halves[i].a && halves[j].b == halves[i].b; ++j)
-            sum += normals[halves[j].triangle];
-        for (std::size_t k = i; k < j; ++k) n.edge[halves[k].triangle][halves[k].k] = sum;
-    }
-    return n;
-}
-
 Body mesh_body(const Shape& shape) {
-    const auto mesh = std::make_shared<const TriangleMesh>(surface::read_mesh(shape.file));
-    const auto scene = std::make_shared<const surface::RayScene>(*mesh);
-    const auto normals = std::make_shared<const PseudoNormals>(pseudo_normals(*mesh));
-    const auto face = std::make_shared<const std::vector<Vec3>>(triangle_normals(*mesh));
-    const Box3 bounds = bounding_box(*mesh);
-    const double size = bounds.size().norm();
-    return {[=](const Vec3& p) {
-                const double reach = size + (p - 0.5 * (bounds.min + bounds.max)).norm();
-                const surface::SurfaceHit hit = scene->closest_point(p, reach);
-                const auto& triangle = mesh->triangles[hit.triangle];
-                const double weight[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
-                constexpr double kOn = 1e-9;
-                Vec3 normal = (*face)[hit.triangle];
-                for (std::size_t k = 0; k < 3; ++k)
-                    if (weight[(k + 2) % 3] < kOn) normal = normals->edge[hit.triangle][k];
-                for (std::size_t k = 0; k < 3; ++k)
-                    if (weight[k] > 1.0 - kOn) normal = normals->vertex[triangle[k]];
-                return (p - hit.point).dot(normal) < 0.0 ? -hit.distance : hit.distance;
-            },
-            bounds.min.z(), bounds.max.z()};
+    const TriangleMesh mesh = surface::read_mesh(shape.file);
+    const Box3 bounds = bounding_box(mesh);
+    const auto surface = std::make_shared<const surface::SignedDistance>(mesh);
+    return {[=](const Vec3& p) { return surface->at(p).distance; }, bounds.min.z(), bounds.max.z()};
 }
 
 void require(bool good, const Shape& shape, const char* what) {

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "app/commands/commands.hpp"
+#include "app/pictures/film_strip.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -30,6 +31,9 @@ std::array<double, 2> parse_pair(const std::string& option, const std::string& t
 
 struct Arguments {
     std::string input, output, view, cut, size, range;
+    std::optional<double> time;
+    std::optional<long long> frame;
+    bool all = false;
     RenderOptions options;
 };
 
@@ -59,9 +63,45 @@ RenderOptions parse(const Arguments& arguments) {
         if (!((*options.range)[0] < (*options.range)[1]))
             throw RecipeError(fmt::format("--range '{}': LOW must be below HIGH", arguments.range));
     }
-    if (!arguments.output.ends_with(".png"))
+    const bool picture = arguments.output.ends_with(".png");
+    if (!arguments.all && !picture)
         throw RecipeError(fmt::format("-o {}: must end in .png", arguments.output));
+    if (arguments.all && picture)
+        throw RecipeError(fmt::format("-o {}: --all writes many pictures: name a folder", arguments.output));
     return options;
+}
+
+/// What the arguments ask for: a mesh, or a folder's last surface or that of a time or number.
+Result read_input(const Arguments& arguments) {
+    const std::filesystem::path input = arguments.input;
+    if (!arguments.time && !arguments.frame) {
+        Result result = read_result(input);
+        if (!result.folder) result.interfaces = interfaces_beside(input);
+        return result;
+    }
+    const auto saved = saved_surfaces(input);
+    Result result = read_saved(
+        input, arguments.time ? saved_at(saved, *arguments.time) : saved_number(saved, *arguments.frame));
+    fmt::print("{}\n", name_and_time(result));
+    return result;
+}
+
+void run(const Arguments& arguments) {
+    const RenderOptions options = parse(arguments);
+    const bool folder = std::filesystem::is_directory(arguments.input);
+    if (!folder && (arguments.all || arguments.time || arguments.frame))
+        throw RecipeError(fmt::format(
+            "{}: {} chooses among the surfaces of a run: name the folder that `run` wrote", arguments.input,
+            arguments.all    ? "--all"
+            : arguments.time ? "--time"
+                             : "--frame"));
+    if (arguments.all)
+        render_all(arguments.input, options, arguments.output, [](const std::string& line) {
+            fmt::print("{}\n", line);
+            std::fflush(stdout);
+        });
+    else
+        write_png(arguments.output, render(read_input(arguments), options));
 }
 
 }  // namespace
@@ -70,12 +110,30 @@ void add_render_command(CLI::App& program) {
     CLI::App* command = program.add_subcommand("render", "Draw a surface as a picture; needs no display");
     auto arguments = std::make_shared<Arguments>();
     command
-        ->add_option("input", arguments->input, "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote")
+        ->add_option(
+            "input", arguments->input,
+            "Mesh file (VTP, STL, PLY, OBJ), or folder that `run` wrote: its last surface. A surface_NNNN.vtp "
+            "is drawn with the interface_NNNN_*.vtp beside it")
         ->required()
         ->type_name("MESH|DIR");
-    command->add_option("-o,--output", arguments->output, "Picture to write")
+    command->add_option("-o,--output", arguments->output, "Picture to write; with --all the folder for them")
         ->required()
-        ->type_name("FILE.png");
+        ->type_name("FILE.png|DIR");
+    auto* time =
+        command
+            ->add_option("--time", arguments->time,
+                         "Of a folder: the saved surface nearest to this process time, in the recipe's unit; "
+                         "the one drawn is printed")
+            ->type_name("T");
+    auto* frame =
+        command->add_option("--frame", arguments->frame, "Of a folder: surface_NNNN of this number, from 0")
+            ->type_name("N");
+    auto* all =
+        command->add_flag("--all", arguments->all,
+                          "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
+                          "range of colours, and strip.png with all of them");
+    time->excludes(frame)->excludes(all);
+    frame->excludes(all);
     command
         ->add_option("--color", arguments->options.color,
                      "material, flux, rate, distance, height or any attribute (default: material if there)")
@@ -90,10 +148,7 @@ void add_render_command(CLI::App& program) {
     command->add_option("--range", arguments->range, "Ends of the colour bar (default: the values')")
         ->type_name("LOW,HIGH");
     command->add_flag("--edges", arguments->options.edges, "Draw the triangles' edges");
-    command->callback([arguments] {
-        const RenderOptions options = parse(*arguments);
-        write_png(arguments->output, render(read_result(arguments->input), options));
-    });
+    command->callback([arguments] { run(*arguments); });
 }
 
 }  // namespace sidewall::app

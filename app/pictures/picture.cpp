@@ -41,7 +41,12 @@ std::u32string characters(std::string_view text) {
     return result;
 }
 
-/// A round-ended line, anti-aliased over one pixel.
+void append_bytes(png_structp png, png_bytep data, png_size_t size) {
+    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
+}
+
+}  // namespace
+
 void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
                  const Colour& colour) {
     const auto low = [&](double a, double b) {
@@ -60,22 +65,6 @@ void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, d
             if (cover > 0.0) picture.at(x, y) += cover * (colour - picture.at(x, y));
         }
 }
-
-std::string number_text(double value, double step) {
-    if (std::abs(value) < 1e-9 * step) return "0";
-    const double size = std::max(std::abs(value), step);
-    if (size >= 1e5 || size < 1e-3) return fmt::format("{:.3g}", value);
-    int digits = 0;
-    for (double rest = step; digits < 6 && std::abs(rest - std::round(rest)) > 1e-6 * rest; rest *= 10.0)
-        ++digits;
-    return fmt::format("{:.{}f}", value, digits);
-}
-
-void append_bytes(png_structp png, png_bytep data, png_size_t size) {
-    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
-}
-
-}  // namespace
 
 void write_png(const std::filesystem::path& path, const Picture& picture) {
     std::vector<std::uint8_t> row(3 * static_cast<std::size_t>(picture.width));
@@ -146,34 +135,6 @@ void fill_rectangle(Picture& picture, double x, double y, double width, double h
     const int y1 = std::min(picture.height, static_cast<int>(std::lround(y + height)));
     for (int j = y0; j < y1; ++j)
         for (int i = x0; i < x1; ++i) picture.at(i, j) = colour;
-}
-
-void draw_colour_bar(Picture& picture, double x, double y, double height, double text, double low,
-                     double high, const std::string& title) {
-    const Colour ink = colour_from_hex("#2b303a");
-    const double width = 1.6 * text;
-    fill_rectangle(picture, x - 1.0, y - 1.0, width + 2.0, height + 2.0, ink);
-    const int rows = static_cast<int>(std::lround(height));
-    for (int row = 0; row < rows; ++row)
-        fill_rectangle(picture, x, y + row, width, 1.0, viridis(1.0 - (row + 0.5) / rows));
-    const Ticks ticks = round_ticks(low, high, 5);
-    for (int i = 0; i < ticks.count; ++i) {
-        const double value = ticks.first + i * ticks.step;
-        const double at = high > low ? y + height * (1.0 - (value - low) / (high - low)) : y + 0.5 * height;
-        draw_stroke(picture, x + width, at, x + width + 0.5 * text, at, 0.06 * text, ink);
-        draw_text(picture, x + width + text, at + 0.5 * text, text, number_text(value, ticks.step), ink);
-    }
-    draw_text(picture, x, y - 1.5 * text, 1.1 * text, title, ink);
-}
-
-void draw_legend(Picture& picture, double x, double y, double text, const std::vector<LegendEntry>& entries) {
-    const Colour ink = colour_from_hex("#2b303a");
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-        const double top = y + 2.4 * text * static_cast<double>(i), side = 1.6 * text;
-        fill_rectangle(picture, x - 1.0, top - 1.0, side + 2.0, side + 2.0, ink);
-        fill_rectangle(picture, x, top, side, side, entries[i].colour);
-        draw_text(picture, x + side + 0.9 * text, top + 0.5 * (side + text), text, entries[i].name, ink);
-    }
 }
 
 }  // namespace sidewall::app

@@ -15,15 +15,22 @@ struct Picture {
 
     Picture(int w, int h)
         : width(w), height(h), pixels(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
-    Colour& at(int x, int y) {
-        return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                      static_cast<std::size_t>(x)];
+    Colour& at(int x, int y) { return pixels[index(x, y)]; }
+    const Colour& at(int x, int y) const { return pixels[index(x, y)]; }
+
+  private:
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
     }
 };
 
 /// Writes eight-bit sRGB PNG; the same picture gives the same bytes.
 /// \throws IoError.
 void write_png(const std::filesystem::path& path, const Picture& picture);
+
+/// A round-ended line, anti-aliased over one pixel.
+void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
+                 const Colour& colour);
 
 /// Draws text in strokes, anti-aliased. \p x, \p y: left end of the baseline in pixels; \p size: height of a
 /// capital. ASCII and the micro sign; other characters become boxes.
@@ -35,18 +42,5 @@ double text_width(double size, std::string_view text);
 
 /// Fills the pixels of a rectangle, clipped to the picture.
 void fill_rectangle(Picture& picture, double x, double y, double width, double height, const Colour& colour);
-
-/// Vertical viridis bar from \p low at the bottom to \p high at the top with round ticks, its title above it.
-/// \p x, \p y, \p height: the bar's left top corner and height; sizes follow \p text, the height of a
-/// capital.
-void draw_colour_bar(Picture& picture, double x, double y, double height, double text, double low,
-                     double high, const std::string& title);
-
-/// Swatches with their names, one below the other.
-struct LegendEntry {
-    std::string name;
-    Colour colour;
-};
-void draw_legend(Picture& picture, double x, double y, double text, const std::vector<LegendEntry>& entries);
 
 }  // namespace sidewall::app

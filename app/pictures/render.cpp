@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "app/pictures/render_scene.hpp"
+#include "app/pictures/section.hpp"
 #include "surface/error.hpp"
 #include "surface/topology.hpp"
 
@@ -72,15 +72,11 @@ Camera frame(const Box3& box, const RenderOptions& options, double legend_width)
     return camera;
 }
 
-/// The part of space that is drawn: the surface's own box, grown downwards if it is a solid over a rectangle,
-/// less what the cut takes away.
-Box3 drawn_box(const Result& result, const RenderScene& scene, const RenderOptions& options,
-               const Vec3& to_viewer) {
-    Box3 box = bounding_box(result.surface);
-    for (const TriangleMesh& mesh : result.interfaces)
-        box.min.z() = std::min(box.min.z(), bounding_box(mesh).min.z());
+/// The part of space that is drawn: \p box, grown downwards if it holds a solid over a rectangle, less what the
+/// cut takes away.
+Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options, const Vec3& to_viewer) {
     const double lateral = std::max(box.size().x(), box.size().y());
-    const bool closed = surface::analyse_topology(result.surface).closed();
+    const bool closed = surface::analyse_topology(scene.surface()).closed();
     if (scene.solid() && !closed) {
         box.min.z() -= 0.12 * lateral;
         box.max.z() += 1e-3 * lateral;
@@ -151,7 +147,7 @@ struct Painter {
                                    std::sqrt(1.0 - u) * normal;
             // Beyond the drawn box there is nothing: light comes in through the cut, too.
             const double reach = std::min(clip(box, point, direction).leave, 0.5 * size);
-            open += !scene.top().scene.occluded(point, direction, 0.0, reach);
+            open += !scene.rays().occluded(point, direction, 0.0, reach);
         }
         return static_cast<double>(open) / kOcclusionRays;
     }
@@ -170,7 +166,7 @@ struct Painter {
     }
 
     double edge_cover(const surface::SurfaceHit& hit, double distance) const {
-        const TriangleMesh& mesh = *scene.top().mesh;
+        const TriangleMesh& mesh = scene.surface();
         const Triangle& t = mesh.triangles[hit.triangle];
         const double twice_area = area_vector(mesh, hit.triangle).norm();
         const double weights[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
@@ -188,36 +184,12 @@ struct Painter {
         return 0.45 * colour + 0.55 * colour_from_hex("#c8ccd2");
     }
 
-    /// Whether the material on a section ends within about a pixel: 1 if so.
-    double outline(const Colour& colour, const Vec3& point, const Span& span) const {
-        const double reach = 1.7 * pixel * span.enter;
-        for (int k = 0; k < 3; ++k)
-            for (const double sign : {-1.0, 1.0}) {
-                const Vec3 beside = point + sign * reach * Vec3::Unit(k);
-                if (k == span.axis || (beside.array() < box.min.array()).any() ||
-                    (beside.array() > box.max.array()).any())
-                    continue;
-                const auto other = scene.inside_colour(beside);
-                if (!other || *other != colour) return 1.0;
-            }
-        return 0.0;
-    }
-
-    Colour sample(double x, double y, std::uint32_t key) const {
-        const Vec3 direction = camera.direction(x, y);
-        const Span span = clip(box, camera.position, direction);
-        if (!(span.enter < span.leave)) return background(y);
-        const Vec3 entry = camera.position + span.enter * direction;
-        if (const auto inside = scene.inside_colour(entry + 1e-5 * size * direction)) {
-            Vec3 normal = Vec3::Zero();
-            normal[span.axis] = direction[span.axis] > 0.0 ? -1.0 : 1.0;
-            const double line = 0.55 * outline(*inside, entry + 1e-5 * size * direction, span);
-            return lit((1.0 - line) * section_colour(*inside), normal, 1.0);
-        }
+    /// What a ray meets from a point on, at most \p reach away.
+    Colour behind(const Vec3& start, const Vec3& direction, double reach, double y, std::uint32_t key) const {
         // Rays start at the box, so that single precision is spent on what is drawn.
-        const auto hit = scene.top().scene.closest_hit(entry, direction, 0.0, span.leave - span.enter);
+        const auto hit = scene.rays().closest_hit(start, direction, 0.0, reach);
         if (!hit) return background(y);
-        Vec3 face = area_vector(*scene.top().mesh, hit.triangle).normalized(),
+        Vec3 face = area_vector(scene.surface(), hit.triangle).normalized(),
              normal = scene.surface_normal(hit);
         if (face.dot(direction) > 0.0) {
             face = -face;
@@ -225,57 +197,99 @@ struct Painter {
         }
         if (normal.dot(face) <= 0.0) normal = face;
         Colour colour = scene.surface_colour(hit);
-        if (options.edges) colour *= 1.0 - 0.7 * edge_cover(hit, span.enter + hit.distance);
+        if (options.edges) colour *= 1.0 - 0.7 * edge_cover(hit, (hit.point - camera.position).norm());
         const double open = openness(hit.point + 2e-4 * size * face, normal, key);
         // Deep shade would hide what the colours of a scalar say.
         return lit(colour, normal, scene.colouring().scalar ? 0.5 + 0.5 * open : open);
     }
-};
 
-void draw_key(Picture& picture, const RenderScene& scene) {
-    const double text = std::max(7.0, 0.0165 * picture.height), x = picture.width - 10.0 * text;
-    if (scene.colouring().scalar) {
-        const std::string& title = scene.colouring().title;
-        const double left = std::min(x, picture.width - text_width(1.1 * text, title) - 2.0 * text);
-        draw_colour_bar(picture, left, 0.12 * picture.height, 0.45 * picture.height, text,
-                        scene.colouring().low, scene.colouring().high, title);
-    } else {
-        draw_legend(picture, x, 0.1 * picture.height, text, scene.legend());
+    Colour sample(double x, double y, std::uint32_t key, SectionReader& sections) const {
+        const Vec3 direction = camera.direction(x, y);
+        const Span span = clip(box, camera.position, direction);
+        if (!(span.enter < span.leave)) return background(y);
+        const Vec3 entry = camera.position + span.enter * direction;
+        const double reach = span.leave - span.enter;
+        if (!scene.solid()) return behind(entry, direction, reach, y, key);
+        // A little inside, so that a surface along the face lies clearly on one side.
+        const SectionSample section =
+            sections.at(entry + 1e-5 * size * direction, span.axis, pixel * span.enter);
+        if (section.solid == 0.0) return behind(entry, direction, reach, y, key);
+        Vec3 normal = Vec3::Zero();
+        normal[span.axis] = direction[span.axis] > 0.0 ? -1.0 : 1.0;
+        Colour front = lit((1.0 - 0.55 * section.line) * section_colour(section.colour), normal, 1.0);
+        if (section.solid == 1.0) return front;
+        return section.solid * front +
+               (1.0 - section.solid) * behind(entry + section.way_out, direction, reach, y, key);
     }
-}
+};
 
 }  // namespace
 
+void PictureScale::extend(const Result& result) {
+    const Box3 own = bounding_box(result.surface);
+    box.extend(own.min);
+    box.extend(own.max);
+    for (const TriangleMesh& mesh : result.interfaces)
+        box.min.z() = std::min(box.min.z(), bounding_box(mesh).min.z());
+    materials.merge(materials_on(result));
+    table = materials_of(result.metadata);
+}
+
+PictureScale scale_of(const Result& result, const RenderOptions& options) {
+    PictureScale scale;
+    scale.colouring = choose_colouring(result, options.color, options.range);
+    scale.colouring.values.clear();
+    scale.extend(result);
+    return scale;
+}
+
+PictureKey key_of(const PictureScale& scale) {
+    const Colouring& colouring = scale.colouring;
+    if (colouring.scalar) return {true, colouring.title, colouring.low, colouring.high, {}};
+    return {false, {}, 0.0, 1.0, legend(scale.materials, scale.table)};
+}
+
 Picture render(const Result& result, const RenderOptions& options) {
-    const RenderScene scene(result, choose_colouring(result, options.color, options.range));
-    const bool key = scene.colouring().scalar || !scene.legend().empty();
+    return render(result, options, scale_of(result, options));
+}
+
+Picture render(const Result& result, const RenderOptions& options, const PictureScale& scale) {
+    Colouring colouring = scale.colouring;
+    if (colouring.scalar) {
+        auto own = find_colouring(result, options.color, {});
+        colouring.per_vertex = own && own->per_vertex;
+        colouring.values =
+            own ? std::move(own->values) : std::vector<double>(result.surface.triangles.size(), std::nan(""));
+    }
+    const RenderScene scene(result, std::move(colouring));
     const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
     const Vec3 to_viewer(std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
                          std::sin(elevation));
-    const Box3 box = drawn_box(result, scene, options, to_viewer);
-    const double legend_width =
-        key ? 0.28 : 0.0;  // of the picture's height, half of it on either side of the centre
-    const Camera camera = frame(box, options, legend_width);
+    const Box3 box = drawn_box(scale.box, scene, options, to_viewer);
+    const PictureKey key = key_of(scale);
+    const KeyColumn column = key_column(key, options.width, options.height);
+    const Camera camera = frame(box, options, column.width / options.height);
     const Painter painter{scene, options, camera, box, box.size().norm(), camera.tangent / options.height};
 
     Picture picture(options.width, options.height);
     constexpr int kTile = 32;
     const int columns = (options.width + kTile - 1) / kTile, rows = (options.height + kTile - 1) / kTile;
     tbb::parallel_for(0, columns * rows, [&](int tile) {
+        SectionReader sections(scene);
         const int x0 = tile % columns * kTile, y0 = tile / columns * kTile;
         for (int y = y0; y < std::min(y0 + kTile, options.height); ++y)
             for (int x = x0; x < std::min(x0 + kTile, options.width); ++x) {
                 Colour sum = Colour::Zero();
                 for (int s = 0; s < 4; ++s) {
                     const double px = x + 0.25 + 0.5 * (s & 1), py = y + 0.25 + 0.5 * (s >> 1);
-                    sum += painter.sample((2.0 * px - options.width) / options.height,
-                                          1.0 - 2.0 * py / options.height,
-                                          static_cast<std::uint32_t>(4 * (y * options.width + x) + s));
+                    sum += painter.sample(
+                        (2.0 * px - options.width) / options.height, 1.0 - 2.0 * py / options.height,
+                        static_cast<std::uint32_t>(4 * (y * options.width + x) + s), sections);
                 }
                 picture.at(x, y) = sum / 4.0;
             }
     });
-    if (key) draw_key(picture, scene);
+    if (!key.empty()) draw_key(picture, key, column);
     return picture;
 }
 

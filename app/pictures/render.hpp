@@ -1,8 +1,11 @@
 #pragma once
+#include <array>
 #include <optional>
+#include <set>
 #include <string>
 
-#include "app/pictures/picture.hpp"
+#include "app/pictures/picture_key.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"
 
@@ -21,15 +24,38 @@ struct RenderOptions {
     bool edges = false;  ///< draw the triangles' edges
 };
 
-/// Draws a surface by ray casting: shaded with ambient occlusion, four samples a pixel.
+/// What pictures share that are to be compared: the part of space, the range of colours, the key.
+struct PictureScale {
+    Colouring colouring;      ///< without values
+    Box3 box;                 ///< of surfaces and interfaces
+    std::set<int> materials;  ///< ids that they show
+    Materials table;          ///< of names and colours
+
+    /// Makes room for another result.
+    void extend(const Result& result);
+};
+
+/// The scale of a picture by itself.
+/// \throws RecipeError if there is no attribute of that name (the message lists those there are).
+PictureScale scale_of(const Result& result, const RenderOptions& options);
+
+/// Draws a surface by ray casting: shaded with ambient occlusion, four samples a pixel. The key has a column of
+/// its own at the right.
 ///
 /// A surface whose boundary lies on a rectangle is drawn as the solid below it, down to a little under its
 /// lowest point, a closed one as the solid inside; sides and the cut show the material there, layer by layer
-/// if there are interfaces. Others are drawn as sheets. Deterministic, parallel over tiles.
+/// if there are interfaces. Others are drawn as sheets. A surface without the scale's attribute is grey.
+/// Deterministic, parallel over tiles.
 ///
-/// \throws RecipeError if there is no attribute of that name (the message lists those there are), or the cut
-/// is not
-///         axis-aligned or leaves nothing.
+/// \param options  those that the scale was made with.
+/// \throws RecipeError if the cut is not axis-aligned or leaves nothing.
+Picture render(const Result& result, const RenderOptions& options, const PictureScale& scale);
+
+/// The same on its own scale.
+/// \throws RecipeError as both of the above.
 Picture render(const Result& result, const RenderOptions& options);
+
+/// The key of such pictures.
+PictureKey key_of(const PictureScale& scale);
 
 }  // namespace sidewall::app

@@ -5,14 +5,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
-#include <set>
 
 #include "surface/error.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
 namespace {
+
+constexpr double kThin = 0.02;  // of a cell
+
+/// Grid spacing that a mesh was extracted on: marching cubes makes about two triangles a cell.
+double cell_size(const TriangleMesh& mesh) {
+    return std::sqrt(2.0 * total_area(mesh) / static_cast<double>(mesh.triangles.size()));
+}
+
+Colour material_colour(int id, const Materials& materials) {
+    if (id >= 0 && static_cast<std::size_t>(id) < materials.size())
+        return colour_from_hex(materials[static_cast<std::size_t>(id)].colour);
+    return colour_from_hex("#aab4c0");
+}
 
 std::vector<int> triangle_materials(const TriangleMesh& mesh) {
     std::vector<int> ids(mesh.triangles.size(), -1);
@@ -74,19 +87,33 @@ std::vector<std::array<Eigen::Vector3f, 3>> crease_normals(const TriangleMesh& m
     return normals;
 }
 
+/// Material between the surface and the interface below it: what the surface shows most where the two do not
+/// coincide. Nothing if that is nowhere, or if there is no interface and the surface shows several.
+std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>& material,
+                             const surface::SignedDistance* below, double thin) {
+    std::vector<std::uint8_t> apart(material.size(), 1);
+    if (below)
+        tbb::parallel_for(std::size_t{0}, apart.size(), [&](std::size_t t) {
+            apart[t] = !below->scene().closest_point(triangle_centroid(surface, t), thin);
+        });
+    std::map<int, std::size_t> count;
+    for (std::size_t t = 0; t < apart.size(); ++t) count[material[t]] += apart[t];
+    if (!below && count.size() > 1) return std::nullopt;
+    const auto most = std::max_element(count.begin(), count.end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (most->second == 0) return std::nullopt;
+    return most->first;
+}
+
 }  // namespace
 
-Colouring choose_colouring(const Result& result, const std::string& name,
-                           const std::optional<std::array<double, 2>>& range) {
+std::optional<Colouring> find_colouring(const Result& result, const std::string& name,
+                                        const std::optional<std::array<double, 2>>& range) {
     const TriangleMesh& mesh = result.surface;
     Colouring colouring;
-    if (name == "material" || (name.empty() && mesh.triangle_attribute("material"))) {
-        if (!mesh.triangle_attribute("material"))
-            throw RecipeError(
-                fmt::format("--color material: {} carries no material", result.source.string()));
-        return colouring;
-    }
-    if (name.empty()) return colouring;
+    const bool has_material = mesh.triangle_attribute("material") != nullptr;
+    if (name == "material" && !has_material) return std::nullopt;
+    if (name == "material" || name.empty()) return colouring;
     // `flux` alone stands for the first species' flux.
     const auto matches = [&](const Attribute& a) { return a.name == name || a.name.starts_with(name + "_"); };
     const Attribute* chosen = mesh.vertex_attribute(name);
@@ -104,43 +131,75 @@ Colouring choose_colouring(const Result& result, const std::string& name,
         colouring.per_vertex = true;
         for (const Vec3& p : mesh.vertices) colouring.values.push_back(p.z());
     } else {
-        std::string known = "height";
-        for (const auto* attributes : {&mesh.triangle_attributes, &mesh.vertex_attributes})
-            for (const Attribute& a : *attributes) known += ", " + a.name;
-        throw RecipeError(fmt::format("--color {}: {} has no such attribute; choose one of: {}", name,
-                                      result.source.string(), known));
+        return std::nullopt;
     }
     colouring.scalar = true;
-    const std::string shown = chosen ? chosen->name : name, unit = unit_of(shown, result.metadata);
-    colouring.title = unit.empty() ? shown : fmt::format("{} ({})", shown, unit);
+    colouring.attribute = chosen ? chosen->name : name;
+    const std::string unit = unit_of(colouring.attribute, result.metadata);
+    colouring.title = unit.empty() ? colouring.attribute : fmt::format("{} ({})", colouring.attribute, unit);
     const auto [low, high] = range.value_or(usual_range(colouring.values));
     colouring.low = low;
     colouring.high = high;
     return colouring;
 }
 
-RenderScene::RenderScene(const Result& result, Colouring colouring)
-    : colouring_(std::move(colouring)), materials_(materials_of(result.metadata)) {
-    for (const TriangleMesh& mesh : result.interfaces)
-        layers_.push_back({&mesh, surface::RayScene(mesh), triangle_materials(mesh)});
-    layers_.push_back(
-        {&result.surface, surface::RayScene(result.surface), triangle_materials(result.surface)});
-    const surface::Topology topology = surface::analyse_topology(result.surface);
-    solid_ = topology.closed() || surface::boundary_on_rectangle(result.surface, topology);
-    normals_ = crease_normals(result.surface);
+Colouring choose_colouring(const Result& result, const std::string& name,
+                           const std::optional<std::array<double, 2>>& range) {
+    if (auto found = find_colouring(result, name, range)) return *std::move(found);
+    if (name == "material")
+        throw RecipeError(fmt::format("--color material: {} carries no material", result.source.string()));
+    std::string known = "height";
+    for (const auto* attributes : {&result.surface.triangle_attributes, &result.surface.vertex_attributes})
+        for (const Attribute& a : *attributes) known += ", " + a.name;
+    throw RecipeError(fmt::format("--color {}: {} has no such attribute; choose one of: {}", name,
+                                  result.source.string(), known));
 }
 
-Colour RenderScene::material_colour(int id) const {
-    if (id >= 0 && static_cast<std::size_t>(id) < materials_.size())
-        return colour_from_hex(materials_[static_cast<std::size_t>(id)].colour);
-    return colour_from_hex("#aab4c0");
+std::set<int> materials_on(const Result& result) {
+    std::set<int> ids;
+    const auto add = [&](const TriangleMesh& mesh) {
+        const std::vector<int> of = triangle_materials(mesh);
+        ids.insert(of.begin(), of.end());
+    };
+    for (const TriangleMesh& mesh : result.interfaces) add(mesh);
+    add(result.surface);
+    return ids;
+}
+
+std::vector<LegendEntry> legend(const std::set<int>& ids, const Materials& materials) {
+    std::vector<LegendEntry> entries;
+    for (const int id : ids)
+        if (id >= 0)
+            entries.push_back({static_cast<std::size_t>(id) < materials.size()
+                                   ? materials[static_cast<std::size_t>(id)].name
+                                   : fmt::format("material {}", id),
+                               material_colour(id, materials)});
+    return entries;
+}
+
+RenderScene::RenderScene(const Result& result, Colouring colouring)
+    : colouring_(std::move(colouring)), materials_(materials_of(result.metadata)) {
+    const TriangleMesh& surface = result.surface;
+    if (!result.interfaces.empty()) thin_ = kThin * cell_size(surface);
+    for (const TriangleMesh& mesh : result.interfaces) thin_ = std::min(thin_, kThin * cell_size(mesh));
+    for (const TriangleMesh& mesh : result.interfaces) {
+        layers_.push_back({&mesh, surface::SignedDistance(mesh), triangle_materials(mesh), {}});
+        layers_.back().body = layers_.back().material.front();
+    }
+    const surface::SignedDistance* below = layers_.empty() ? nullptr : &layers_.back().distance;
+    std::vector<int> material = triangle_materials(surface);
+    const std::optional<int> body = uppermost(surface, material, below, thin_);
+    layers_.push_back({&surface, surface::SignedDistance(surface), std::move(material), body});
+    const surface::Topology topology = surface::analyse_topology(surface);
+    solid_ = topology.closed() || surface::boundary_on_rectangle(surface, topology);
+    normals_ = crease_normals(surface);
 }
 
 Colour RenderScene::surface_colour(const surface::SurfaceHit& hit) const {
-    if (!colouring_.scalar) return material_colour(top().material[hit.triangle]);
+    if (!colouring_.scalar) return material_colour(layers_.back().material[hit.triangle], materials_);
     double value = 0.0;
     if (colouring_.per_vertex) {
-        const auto [a, b, c] = top().mesh->triangles[hit.triangle];
+        const auto [a, b, c] = surface().triangles[hit.triangle];
         value = (1.0 - hit.u - hit.v) * colouring_.values[a] + hit.u * colouring_.values[b] +
                 hit.v * colouring_.values[c];
     } else {
@@ -157,31 +216,9 @@ Vec3 RenderScene::surface_normal(const surface::SurfaceHit& hit) const {
     return normal.normalized();
 }
 
-std::optional<Colour> RenderScene::inside_colour(const Vec3& point) const {
-    if (!solid_) return std::nullopt;
-    // Straight up out of the material the first surface is met from behind. Layers wrap each other: the
-    // lowest that holds the point is its material.
-    const auto roof = [&](const RenderLayer& layer) {
-        const auto hit = layer.scene.closest_hit(point, Vec3::UnitZ(), 0.0, 1e30);
-        return hit && area_vector(*layer.mesh, hit.triangle).z() > 0.0 ? hit : surface::SurfaceHit{};
-    };
-    if (!roof(top())) return std::nullopt;
-    for (const RenderLayer& layer : layers_)
-        if (const auto hit = roof(layer)) return material_colour(layer.material[hit.triangle]);
-    return std::nullopt;
-}
-
-std::vector<LegendEntry> RenderScene::legend() const {
-    std::set<int> ids;
-    for (const RenderLayer& layer : layers_) ids.insert(layer.material.begin(), layer.material.end());
-    std::vector<LegendEntry> entries;
-    for (const int id : ids)
-        if (id >= 0)
-            entries.push_back({static_cast<std::size_t>(id) < materials_.size()
-                                   ? materials_[static_cast<std::size_t>(id)].name
-                                   : fmt::format("material {}", id),
-                               material_colour(id)});
-    return entries;
+Colour RenderScene::layer_colour(std::size_t layer, const surface::SurfaceHit& nearest) const {
+    const RenderLayer& of = layers_[layer];
+    return material_colour(of.body.value_or(of.material[nearest.triangle]), materials_);
 }
 
 }  // namespace sidewall::app

@@ -1,43 +1,66 @@
 #pragma once
+#include <array>
 #include <optional>
+#include <set>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/pictures/colour.hpp"
-#include "app/pictures/picture.hpp"
+#include "app/pictures/picture_key.hpp"
 #include "app/results/result.hpp"
-#include "surface/ray_scene.hpp"
+#include "surface/signed_distance.hpp"
 
 // What render() draws: meshes, their colours and normals, no pixels.
 namespace sidewall::app {
 
-/// A mesh with its hierarchy and the material of each triangle, -1 if it says none.
+/// The boundary between a material and what lies above it.
 struct RenderLayer {
     const TriangleMesh* mesh;
-    surface::RayScene scene;
-    std::vector<int> material;
+    surface::SignedDistance distance;
+    std::vector<int> material;  ///< of each triangle, -1 if it says none
+    std::optional<int> body;    ///< the layer's material; none where only the nearest triangle tells it
 };
 
 /// How the surface is coloured: by a scalar, or by material.
 struct Colouring {
     bool scalar = false;
+    std::string attribute;       ///< by whose values, or "height"
     std::vector<double> values;  ///< per vertex or per triangle
     bool per_vertex = false;
     double low = 0.0, high = 1.0;
     std::string title;  ///< with its unit
 };
 
+/// Nothing if the surface has no such attribute.
+std::optional<Colouring> find_colouring(const Result& result, const std::string& name,
+                                        const std::optional<std::array<double, 2>>& range);
+
 /// \throws RecipeError if the surface has no such attribute.
 Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range);
 
+/// Ids on a surface and its interfaces.
+std::set<int> materials_on(const Result& result);
+
+/// Names and colours of materials by id; those without an id are left out.
+std::vector<LegendEntry> legend(const std::set<int>& ids, const Materials& materials);
+
 class RenderScene {
   public:
+    /// \pre the result outlives it.
     RenderScene(const Result& result, Colouring colouring);
 
-    const RenderLayer& top() const { return layers_.back(); }
+    /// Interfaces bottom up, then the surface.
+    std::span<const RenderLayer> layers() const { return layers_; }
+    const TriangleMesh& surface() const { return *layers_.back().mesh; }
+    const surface::RayScene& rays() const { return layers_.back().distance.scene(); }
     const Colouring& colouring() const { return colouring_; }
     bool solid() const { return solid_; }
+
+    /// Layers thinner than this count as none, as they do in the run (levelset/stack.hpp, kExposed); 0 where
+    /// there is only the surface.
+    double thin() const { return thin_; }
 
     /// Colour of the surface at a hit.
     Colour surface_colour(const surface::SurfaceHit& hit) const;
@@ -45,19 +68,15 @@ class RenderScene {
     /// Normal at a hit, interpolated across smooth edges and kept sharp across creases.
     Vec3 surface_normal(const surface::SurfaceHit& hit) const;
 
-    /// Whether a point lies in the material, and of which colour; nothing in the open.
-    std::optional<Colour> inside_colour(const Vec3& point) const;
-
-    /// Materials on the surface and its interfaces, by id.
-    std::vector<LegendEntry> legend() const;
+    /// Colour of a layer's material; \p nearest tells it where the layer does not.
+    Colour layer_colour(std::size_t layer, const surface::SurfaceHit& nearest) const;
 
   private:
-    Colour material_colour(int id) const;
-
-    std::vector<RenderLayer> layers_;  ///< interfaces bottom up, then the surface
+    std::vector<RenderLayer> layers_;
     Colouring colouring_;
     Materials materials_;
     bool solid_ = false;
+    double thin_ = 0.0;
     std::vector<std::array<Eigen::Vector3f, 3>> normals_;  ///< per corner of the surface
 };
 

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <map>
 
 #include "app/common/text.hpp"
 #include "surface/error.hpp"
@@ -18,6 +21,21 @@ std::string_view tag_attribute(std::string_view tag, std::string_view name) {
     if (at == std::string_view::npos) return {};
     const std::size_t begin = at + key.size();
     return tag.substr(begin, tag.find('"', begin) - begin);
+}
+
+constexpr std::string_view kSurface = "surface";
+
+/// K if a file is named interface_NNNN_K.vtp after surface_NNNN.vtp.
+std::optional<std::size_t> interface_number(const std::filesystem::path& file,
+                                            const std::filesystem::path& surface) {
+    const std::string name = file.stem().string(),
+                      start = "interface" + surface.stem().string().substr(kSurface.size()) + "_";
+    if (!name.starts_with(start) || file.extension() != surface.extension()) return std::nullopt;
+    std::size_t number = 0;
+    const char* end = name.data() + name.size();
+    const auto [last, failure] = std::from_chars(name.data() + start.size(), end, number);
+    if (failure != std::errc{} || last != end) return std::nullopt;
+    return number;
 }
 
 }  // namespace
@@ -43,6 +61,79 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
     return entries;
 }
 
+std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
+    const std::filesystem::path list = folder / "surface.pvd";
+    if (!std::filesystem::exists(list))
+        throw FileError(fmt::format(
+            "{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote", folder.string()));
+    // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
+    std::vector<SavedSurface> saved;
+    for (const PvdEntry& entry : read_pvd(list)) {
+        const std::string name = entry.file.stem().string();
+        if (!name.starts_with(kSurface)) continue;
+        std::size_t number = saved.size();
+        const std::size_t digits = name.find_first_of("0123456789");
+        if (digits != std::string::npos)
+            std::from_chars(name.data() + digits, name.data() + name.size(), number);
+        saved.push_back({number, entry.time, entry.file});
+    }
+    if (saved.empty())
+        throw FileError(fmt::format("{}: lists no file named surface_*: has the run saved a surface yet?",
+                                    list.string()));
+    return saved;
+}
+
+const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time) {
+    const auto [first, last] =
+        std::minmax_element(saved.begin(), saved.end(),
+                            [](const SavedSurface& a, const SavedSurface& b) { return a.time < b.time; });
+    // What was not saved yet must not be answered with another time's surface.
+    const double slack = 1e-6 * std::max(std::abs(first->time), std::abs(last->time));
+    if (!(time >= first->time - slack && time <= last->time + slack))
+        throw RecipeError(fmt::format(
+            "--time {:.9g}: the run saved surfaces from time {:.9g} to {:.9g}: choose one of these", time,
+            first->time, last->time));
+    const SavedSurface* nearest = &saved.front();
+    for (const SavedSurface& surface : saved)
+        if (std::abs(surface.time - time) <= std::abs(nearest->time - time)) nearest = &surface;
+    return *nearest;
+}
+
+const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number) {
+    std::size_t least = saved.front().number, most = least;
+    for (const SavedSurface& surface : saved) {
+        if (number >= 0 && surface.number == static_cast<std::size_t>(number)) return surface;
+        least = std::min(least, surface.number);
+        most = std::max(most, surface.number);
+    }
+    throw RecipeError(fmt::format("--frame {}: the run saved the surfaces {} to {}: choose one of these",
+                                  number, least, most));
+}
+
+Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved) {
+    Result result;
+    result.folder = folder;
+    result.source = saved.file;
+    result.surface = surface::read_mesh(saved.file, &result.metadata);
+    for (const PvdEntry& entry : read_pvd(folder / "surface.pvd"))
+        if (interface_number(entry.file, saved.file))
+            result.interfaces.push_back(surface::read_mesh(entry.file));
+    return result;
+}
+
+std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface) {
+    const std::filesystem::path folder = surface.has_parent_path() ? surface.parent_path() : ".";
+    std::map<std::size_t, std::filesystem::path> files;
+    std::error_code unreadable;  // the surface alone then
+    if (surface.filename().string().starts_with(kSurface))
+        for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
+            if (const auto k = interface_number(entry.path(), surface)) files[*k] = entry.path();
+    std::vector<TriangleMesh> interfaces;
+    interfaces.reserve(files.size());
+    for (const auto& [k, file] : files) interfaces.push_back(surface::read_mesh(file));
+    return interfaces;
+}
+
 Result read_result(const std::filesystem::path& path) {
     Result result;
     result.source = path;
@@ -50,26 +141,11 @@ Result read_result(const std::filesystem::path& path) {
         result.surface = surface::read_mesh(path, &result.metadata);
         return result;
     }
-    result.folder = path;
-    if (!std::filesystem::exists(path / "surface.pvd"))
-        throw FileError(fmt::format(
-            "{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote", path.string()));
-    const auto entries = read_pvd(path / "surface.pvd");
-    // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
-    const auto is = [](const PvdEntry& entry, const char* kind) {
-        return entry.file.filename().string().starts_with(kind);
-    };
-    const PvdEntry* last = nullptr;
-    for (const PvdEntry& entry : entries)
-        if (is(entry, "surface") && (!last || entry.time >= last->time)) last = &entry;
-    if (!last)
-        throw FileError(fmt::format("{}: lists no file named surface_*: has the run saved a surface yet?",
-                                    (path / "surface.pvd").string()));
-    result.source = last->file;
-    result.surface = surface::read_mesh(last->file, &result.metadata);
-    for (const PvdEntry& entry : entries)
-        if (is(entry, "interface") && entry.time == last->time)
-            result.interfaces.push_back(surface::read_mesh(entry.file));
+    const auto saved = saved_surfaces(path);
+    const auto last =
+        std::max_element(saved.rbegin(), saved.rend(),
+                         [](const SavedSurface& a, const SavedSurface& b) { return a.time < b.time; });
+    result = read_saved(path, *last);
     if (std::filesystem::exists(path / "summary.json")) result.summary = read_summary(path);
     return result;
 }

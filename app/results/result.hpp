@@ -20,7 +20,26 @@ struct PvdEntry {
 /// \throws FileError if it is missing or lists none.
 std::vector<PvdEntry> read_pvd(const std::filesystem::path& path);
 
-/// What `inspect` and `render` look at: a mesh file, or the last state in a folder that `run` wrote.
+/// A surface that a run saved.
+struct SavedSurface {
+    std::size_t number = 0;  ///< NNNN of surface_NNNN.vtp
+    double time = 0.0;       ///< process time
+    std::filesystem::path file;
+};
+
+/// The surfaces that DIR/surface.pvd lists, in its order.
+/// \throws FileError if there is none.
+std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder);
+
+/// The surface whose time is nearest; of several at that time the last.
+/// \pre there is one. \throws RecipeError, naming --time, if none was saved before or after \p time.
+const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time);
+
+/// The surface of that number.
+/// \throws RecipeError, naming --frame and the numbers there are.
+const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number);
+
+/// What `inspect` and `render` look at: a mesh file, or one state in a folder that `run` wrote.
 struct Result {
     std::filesystem::path source;  ///< the mesh file the surface came from
     TriangleMesh surface;
@@ -30,9 +49,17 @@ struct Result {
     std::optional<Json> summary;                  ///< the folder's summary.json, if the run has ended
 };
 
-/// Reads a mesh file, or the last surface_* that DIR/surface.pvd lists, with the interface_* of that time.
+/// Reads a mesh file, or the last surface_* that DIR/surface.pvd lists, with the interface_* of its number.
 /// \throws FileError naming what is missing or damaged.
 Result read_result(const std::filesystem::path& path);
+
+/// Reads one of a folder's surfaces with its interfaces; no summary.
+/// \throws FileError naming what is missing or damaged.
+Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved);
+
+/// The interface_NNNN_K.vtp that lie beside a file surface_NNNN.vtp, by K; none beside any other file.
+/// \throws FileError if one is damaged.
+std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface);
 
 /// DIR/summary.json of a run that has ended.
 /// \throws FileError if it is missing or no JSON.

@@ -7,7 +7,8 @@
 #include <cmath>
 
 #include "app/commands/commands.hpp"
-#include "app/pictures/render_scene.hpp"
+#include "app/pictures/film_strip.hpp"
+#include "app/pictures/section.hpp"
 #include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
@@ -44,19 +45,123 @@ TEST_CASE("a point is in the lowest layer that wraps it, or in the open") {
     REQUIRE(scene.solid());
     const Colour silicon = colour_from_hex(default_materials()[0].colour),
                  oxide = colour_from_hex(default_materials()[1].colour);
+    SectionReader sections(scene);
     for (const double y : {-0.93, 0.07, 0.51}) {
-        CHECK(scene.inside_colour({-0.8, y, -0.5}) == silicon);
-        CHECK(scene.inside_colour({0.1, y, -1.5}) == silicon);
-        CHECK(scene.inside_colour({-0.8, y, 0.1}) == oxide);
-        CHECK(scene.inside_colour({0.41, y, -0.5}) == oxide);
-        CHECK(scene.inside_colour({0.1, y, -0.9}) == oxide);
-        CHECK_FALSE(scene.inside_colour({0.1, y, -0.5}));
-        CHECK_FALSE(scene.inside_colour({-0.8, y, 0.3}));
+        const auto colour = [&](double x, double z) {
+            const SectionSample sample = sections.at({x, y, z}, 1, 1e-3);
+            CHECK(sample.solid == 1.0);
+            return sample.colour;
+        };
+        CHECK(colour(-0.8, -0.5) == silicon);
+        CHECK(colour(0.1, -1.5) == silicon);
+        CHECK(colour(-0.8, 0.1) == oxide);
+        CHECK(colour(0.41, -0.5) == oxide);
+        CHECK(colour(0.1, -0.9) == oxide);
+        CHECK(sections.at({0.1, y, -0.5}, 1, 1e-3).solid == 0.0);
+        CHECK(sections.at({-0.8, y, 0.3}, 1, 1e-3).solid == 0.0);
     }
-    const auto legend = scene.legend();
-    REQUIRE(legend.size() == 2);
-    CHECK(legend[0].name == "Si");
-    CHECK(legend[1].name == "SiO2");
+    const auto entries = legend(materials_on(result), materials_of(result.metadata));
+    REQUIRE(entries.size() == 2);
+    CHECK(entries[0].name == "Si");
+    CHECK(entries[1].name == "SiO2");
+}
+
+namespace {
+
+/// Flat layers over [-1, 1]^2 whose tops lie at the given heights; material k is the k-th of the table.
+Result flat_layers(const std::vector<double>& tops) {
+    Result result;
+    for (std::size_t k = 0; k < tops.size(); ++k)
+        result.interfaces.push_back(test::profile_mesh({{-1, tops[k]}, {1, tops[k]}}, double(k)));
+    result.surface = result.interfaces.back();
+    result.interfaces.pop_back();
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("a film much thinner than a pixel has its share of the pixels, and only its own colour") {
+    // Silicon, then a film of SiO2 of a tenth of a pixel, then nitride. The first material stands in for
+    // black.
+    const double pixel = 0.2, film = 0.1 * pixel;
+    const Result result = flat_layers({0.0, film, 0.6});
+    const RenderScene scene(result, {});
+    REQUIRE(scene.thin() < film);
+    SectionReader sections(scene);
+    const Colour silicon = colour_from_hex(default_materials()[0].colour),
+                 oxide = colour_from_hex(default_materials()[1].colour),
+                 nitride = colour_from_hex(default_materials()[2].colour);
+    Eigen::Matrix3d basis;
+    basis << silicon, oxide, nitride;
+    // However the pixels lie, they add up to the film's thickness.
+    for (const double offset : {0.0, 0.03, 0.11, 0.17}) {
+        Vec3 sum = Vec3::Zero();
+        for (int row = -3; row < 5; ++row) {
+            const SectionSample sample = sections.at({0.1, 0.2, (row + 0.5) * pixel + offset}, 1, pixel);
+            const Vec3 shares = basis.inverse() * sample.colour * sample.solid;
+            CHECK(shares.minCoeff() > -1e-9);
+            sum += pixel * shares;
+        }
+        CHECK(sum[0] == Approx(3.0 * pixel - offset).epsilon(1e-6));
+        CHECK(sum[1] == Approx(film).epsilon(1e-6));
+        CHECK(sum[2] == Approx(0.6 - film).epsilon(1e-6));
+    }
+}
+
+TEST_CASE("where two interfaces coincide the layer between them is not painted") {
+    Result result = flat_layers({0.0, 0.0, 0.5});
+    // Rounding, and no more than that, lies between them.
+    for (Vec3& p : result.interfaces[1].vertices) p.z() += 1e-3 * std::sin(40.0 * p.x() * p.y());
+    const RenderScene scene(result, {});
+    const Colour silicon = colour_from_hex(default_materials()[0].colour),
+                 nitride = colour_from_hex(default_materials()[2].colour);
+    SectionReader sections(scene);
+    for (int i = -200; i < 200; ++i) {
+        const double z = 1e-4 * (i + 0.5);
+        CAPTURE(z);
+        const SectionSample sample = sections.at({0.3, -0.4, z}, 1, 1e-6);
+        CHECK(((sample.colour - silicon).norm() < 1e-12 || (sample.colour - nitride).norm() < 1e-12));
+    }
+}
+
+TEST_CASE("a colour bar or legend never covers the geometry") {
+    Result result = trench_result();
+    RenderOptions options;
+    SECTION("a legend") {
+        result.metadata.texts = {{"materials", "Si,Unobtainium of a very long name indeed"}};
+    }
+    SECTION("a bar with a long title and long numbers") {
+        options.color = "flux_error_of_a_species_with_a_long_name";
+        options.range = {1.234567e-7, 1.2345671e-7};
+        result.surface.triangle_attributes.push_back(
+            {options.color, 1, Scalar::float64, std::vector<double>(result.surface.triangles.size(), 2.0)});
+    }
+    options.azimuth_deg = 0.0;
+    const Colour ink = colour_from_hex("#2b303a");
+    for (const auto& [width, height] : {std::pair{240, 180}, {100, 200}, {240, 64}, {64, 64}}) {
+        options.width = width;
+        options.height = height;
+        Picture picture = render(result, options);
+        // From the left: background, the geometry, background again, and only then the first drop of ink.
+        const auto blank = [&](int x) {
+            for (int y = 0; y < height; ++y)
+                if (picture.at(x, y) != picture.at(0, y)) return false;
+            return true;
+        };
+        int begin = 0, end = 0, key = width;
+        while (begin < width && blank(begin)) ++begin;
+        for (end = begin; end < width && !blank(end);) ++end;
+        for (int x = width - 1; x >= 0; --x)
+            for (int y = 0; y < height; ++y)
+                if (picture.at(x, y).isApprox(ink)) key = x;
+        CAPTURE(width, height, begin, end, key);
+        CHECK(begin > 0);
+        CHECK(end > begin);
+        CHECK(key >= end);
+        CHECK(key < width);
+        // The key ends before the picture does.
+        CHECK(blank(width - 1));
+    }
 }
 
 TEST_CASE("a picture has the same bits on one and on two threads") {
@@ -185,17 +290,88 @@ TEST_CASE("the render command writes a PNG of the size asked for, twice the same
     CHECK(surface::read_whole_file(in + "/b.png") == bytes);
 }
 
+TEST_CASE("render draws the saved surface of a time or a number, with its own interfaces") {
+    const test::Folder folder;
+    test::write_result_folder(folder.path);
+    const std::string in = folder.path.string();
+    const auto saved = saved_surfaces(folder.path);
+    REQUIRE(saved.size() == 2);
+    CHECK(saved_at(saved, 2.4).number == 0);
+    CHECK(saved_at(saved, 2.6).number == 1);
+    CHECK(saved_at(saved, 5.0).number == 1);
+    CHECK(saved_number(saved, 0).file.filename() == "surface_0000.vtp");
+    for (const double bad : {-1.0, 5.1, 1e300, std::nan(""), 1.0 / 0.0})
+        CHECK_THROWS_WITH(saved_at(saved, bad), Contains("--time") && Contains("from time 0 to 5"));
+    for (const long long bad : {-1LL, 2LL, 1LL << 40})
+        CHECK_THROWS_WITH(saved_number(saved, bad), Contains("--frame") && Contains("0 to 1"));
+
+    const std::string options = " --size 96x72 --cut y=0 -o " + in;
+    const auto bytes = [&](const char* name) { return surface::read_whole_file(in + "/" + name); };
+    command(in + options + "/last.png");
+    command(in + options + "/time.png --time 4.9");
+    command(in + options + "/frame.png --frame 1");
+    // The file alone finds the interface beside it.
+    command(in + "/surface_0001.vtp" + options + "/file.png");
+    CHECK(bytes("time.png") == bytes("last.png"));
+    CHECK(bytes("frame.png") == bytes("last.png"));
+    CHECK(bytes("file.png") == bytes("last.png"));
+    command(in + options + "/first.png --time 0");
+    CHECK(bytes("first.png") != bytes("last.png"));
+    std::filesystem::rename(in + "/interface_0001_0.vtp", in + "/elsewhere.vtp");
+    command(in + "/surface_0001.vtp" + options + "/alone.png");
+    CHECK(bytes("alone.png") != bytes("last.png"));
+}
+
+TEST_CASE("--all draws every saved surface in one view and one range, and a strip of them") {
+    const test::Folder folder;
+    test::write_result_folder(folder.path);
+    const std::string in = folder.path.string();
+    command(in + " --all -o " + in + "/film --size 96x72 --cut y=0 --color flux");
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(in + "/film"))
+        names.insert(entry.path().filename().string());
+    CHECK(names == std::set<std::string>{"strip.png", "surface_0000.png", "surface_0001.png"});
+
+    RenderOptions options;
+    options.width = options.height = 64;
+    options.color = "flux";
+    std::vector<std::string> lines;
+    render_all(folder.path, options, folder.path / "again",
+               [&](const std::string& line) { lines.push_back(line); });
+    REQUIRE(lines.size() == 3);
+    // The first surface was saved before there were fluxes.
+    CHECK_THAT(lines[0], Contains("surface_0000.vtp, time 5 s, without flux_neutral"));
+    CHECK_THAT(lines[1], Contains("surface_0001.vtp, time 5 s") && !Contains("without"));
+    options.color = "fluks";
+    CHECK_THROWS_WITH(render_all(folder.path, options, folder.path / "bad", [](const std::string&) {}),
+                      Contains("fluks") && Contains("flux_neutral"));
+    CHECK_FALSE(std::filesystem::exists(folder.path / "bad"));
+
+    // One scale holds both: what one shows lies in the same place in the other.
+    const Result first = read_saved(folder.path, saved_surfaces(folder.path)[0]),
+                 last = read_result(folder.path);
+    PictureScale scale = scale_of(last, {});
+    scale.extend(first);
+    CHECK(scale.box.min.z() == -1.0);
+    CHECK(scale.box.max.z() == 0.2);
+    CHECK(scale.materials == std::set<int>{0, 1});
+}
+
 TEST_CASE("bad arguments of the render command are usage errors that leave no picture") {
     const test::Folder folder;
     test::write_result_folder(folder.path);
     const std::string in = folder.path.string(), out = " -o " + in + "/a.png";
-    for (const std::string bad : {" --size 96", " --size 96x0", " --size 1e9x1e9", " --size 96.5x72",
-                                  " --view 30", " --view 30,99", " --view a,b", " --cut w=1", " --cut y=9",
-                                  " --color nothing", " --range 1,1", " --range 2,1", " --range 0,nan"}) {
+    for (const std::string bad :
+         {" --size 96", " --size 96x0", " --size 1e9x1e9", " --size 96.5x72", " --view 30", " --view 30,99",
+          " --view a,b", " --cut w=1", " --cut y=9", " --color nothing", " --range 1,1", " --range 2,1",
+          " --range 0,nan", " --time 9", " --time nan", " --frame -1", " --frame 2", " --all"}) {
         CAPTURE(bad);
         CHECK_THROWS_AS(command(in + out + bad), RecipeError);
     }
     CHECK_THROWS_AS(command(in + " -o " + in + "/a.jpg"), RecipeError);
+    CHECK_THROWS_AS(command(in + out + " --time 0 --frame 0"), CLI::ParseError);
+    for (const std::string of_a_folder : {" --time 0", " --frame 0"})
+        CHECK_THROWS_WITH(command(in + "/surface_0001.vtp" + out + of_a_folder), Contains("name the folder"));
     CHECK_THROWS_AS(command(in + "/none.vtp" + out), FileError);
     CHECK_FALSE(std::filesystem::exists(in + "/a.png"));
     CHECK_THROWS_AS(command(in + " --size 64x64 -o " + in + "/summary.json/a.png"), IoError);

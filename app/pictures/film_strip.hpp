@@ -1,0 +1,22 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "app/pictures/render.hpp"
+
+namespace sidewall::app {
+
+/// "surface_0003.vtp, time 48 s".
+std::string name_and_time(const Result& result);
+
+/// Draws every surface that a run saved, all on one scale: FOLDER/surface_NNNN.png for surface_NNNN.vtp, and
+/// FOLDER/strip.png with all of them, made smaller, row by row with their times.
+///
+/// \param tell  receives a line for every picture once it is written.
+/// \throws FileError if \p run is no run's folder, RecipeError as render(), if no surface has the attribute,
+///         IoError.
+void render_all(const std::filesystem::path& run, const RenderOptions& options,
+                const std::filesystem::path& output, const std::function<void(const std::string&)>& tell);
+
+}  // namespace sidewall::app

@@ -1,0 +1,70 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+
+#include "app/pictures/section.hpp"
+#include "app/process/simulation.hpp"
+#include "levelset/checkpoint.hpp"
+#include "tests/folder.hpp"
+
+// What pictures show of a run's inside, against the level sets that the run ended with.
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+// Points of the section y = 0, as a picture of 300,000 pixels has them, by the colour of the material there.
+template <typename ColourAt>
+std::map<std::string, double> count(const Box3& box, const ColourAt& colour_at) {
+    std::map<std::string, double> pixels;
+    const double h = std::sqrt(box.size().x() * box.size().z() / 3e5);
+    for (double z = box.min.z() + 0.5 * h; z < box.max.z(); z += h)
+        for (double x = box.min.x() + 0.5 * h; x < box.max.x(); x += h)
+            if (const std::string colour = colour_at(Vec3(x, 0.0, z)); !colour.empty())
+                pixels[colour] += h * h;
+    return pixels;
+}
+
+void compare(const std::string& name, const std::vector<std::string>& overrides) {
+    const test::Folder folder;
+    const Recipe recipe = load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name + ".toml", overrides);
+    run_recipe(recipe, {.output = folder.path, .quiet = true});
+    const auto stack = levelset::load_checkpoint(folder.path / "checkpoint.vdb", domain_of(recipe)).stack;
+    const Result result = read_result(folder.path);
+    const RenderScene scene(result, {});
+    Box3 box = bounding_box(result.surface);
+    box.extend(bounding_box(result.interfaces.front()).min);
+    const auto name_of = [&](const Colour& colour) {
+        for (const Material& material : recipe.materials)
+            if (colour_from_hex(material.colour) == colour) return material.name;
+        return std::string("no material");
+    };
+    // The stack's own rule: the lowest layer that holds a point is its material.
+    const auto expected = count(box, [&](const Vec3& p) {
+        for (const levelset::Layer& layer : stack.layers)
+            if (levelset::distance_at(*layer.phi, stack.domain, p) <= 0.0)
+                return recipe.materials[static_cast<std::size_t>(layer.material)].name;
+        return std::string();
+    });
+    SectionReader reader(scene);
+    const auto shown = count(box, [&](const Vec3& p) {
+        const SectionSample sample = reader.at(p, 1, 1e-6 * stack.domain.spacing);
+        return sample.solid < 0.5 ? std::string() : name_of(sample.colour);
+    });
+    CHECK(shown.size() == expected.size());
+    for (const auto& [material, area] : expected) {
+        INFO(name << ": " << material);
+        REQUIRE(shown.contains(material));
+        CHECK(shown.at(material) == Approx(area).epsilon(0.02));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("a section shows each material on the area that it has in the level sets", "[slow]") {
+    compare("fin_sequence", {});
+    compare("bosch_hole", {"step[0].repeat=3"});
+    // In these scallops the mask's interface and the silicon's coincide under the polymer.
+    compare("bosch_hole",
+            {"step[0].repeat=3", "domain.grid_spacing=0.1", "domain.extent=[3,3]", "flux.rays=10000"});
+}
