@@ -3,6 +3,7 @@
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/step_materials.hpp"
 
 namespace sidewall::app {
 
@@ -13,8 +14,8 @@ void add_check_command(CLI::App& program) {
     command->callback([options] {
         const Recipe recipe = load(*options);
         const levelset::Domain domain = domain_of(recipe);
-        fmt::print("{}# The grid: {} x {} cells of {} {}.\n", effective_recipe(recipe), domain.cells[0],
-                   domain.cells[1], domain.spacing, recipe.domain.length_unit);
+        fmt::print("{}# The grid: {} x {} cells of {} {}.\n{}", effective_recipe(recipe), domain.cells[0],
+                   domain.cells[1], domain.spacing, recipe.domain.length_unit, values_by_material(recipe));
     });
 }
 

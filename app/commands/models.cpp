@@ -4,6 +4,7 @@
 
 #include "app/commands/commands.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/recipe/step_materials.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -27,6 +28,7 @@ void print_documentation(const std::string& name) {
         // "layer" asks for every shape.
         if (!name.empty() && section.name != name && !section.name.starts_with(name + " ")) continue;
         print_section(section);
+        if (section.name == "material") fmt::print("{}\n", built_in_materials());
         found = true;
     }
     if (!found) {

@@ -86,6 +86,9 @@ Model make(const Values& values, const Materials& materials) {
 
 std::vector<Key> keys() {
     const std::string flux = "1e15 /cm^2/s", energy = "eV";
+    constexpr double kSputterThreshold = 18.0, kSilicon = 0.0337;  // silicon: Belen et al. (2005)
+    ByMaterial sputter = sputter_yields(kSputterThreshold, kSilicon);
+    sputter.named["Polymer"] = 0.0139;  // the usual film, which grows and goes by its own balance
     std::vector<Key> list = {
         {"ion_flux", 56.0, flux, "ions on an open wafer", kNotNegative},
         {"etchant_flux", 500.0, flux, "etchant on an open wafer", kNotNegative},
@@ -99,10 +102,14 @@ std::vector<Key> keys() {
          "",
          "mean change of a coverage at which the first fluxes are settled",
          {.min = 1e-8, .max = 1.0}},
-        {"sputter_yield", ByMaterial{0.0139}, "", "A_sp", kNotNegative},
-        {"sputter_threshold", 18.0, energy, "E_sp", kNotNegative},
+        {"sputter_yield", std::move(sputter), "",
+         "A_sp of every material on the wafer but the film; those with a published value need not be named",
+         kNotNegative},
+        {"sputter_threshold", kSputterThreshold, energy, "E_sp", kNotNegative},
         {"sputter_angle", 9.3, "", "B_sp", kNotNegative},
-        {"enhanced_yield", ByMaterial{0.0361}, "", "A_ie", kNotNegative},
+        {"enhanced_yield",
+         ByMaterial{std::nullopt, {{"SiO2", 0.0361}, {"Mask", 0.0361}, {"Polymer", 0.0361}}}, "",
+         "A_ie of every material on the wafer but the film; the paper has one for SiO2", kNotNegative},
         {"enhanced_threshold", 4.0, energy, "E_ie", kNotNegative},
         {"enhanced_sites", 2.0, "", "k_ie: sites an ion-enhanced event frees", kNotNegative},
         {"removal_yield", 0.0361, "", "A_p: polymer an ion removes", kNotNegative},

@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "app/models/ions.hpp"
@@ -9,10 +12,80 @@ namespace {
 // Tallies of the one species.
 enum Tally : std::size_t { kIon, kSputter, kRedeposited };
 
-// V = -rate * yield-weighted flux / its mean on a flat wafer + redeposition_rate * redeposited weight.
-Model make(const Values& values, const Materials& materials) {
+// Atoms in 1e22 /cm^3: no solid has more, diamond 17.6. What has is an ideal mask.
+constexpr double kDensest = 20.0;
+
+// What the beam takes away and what comes down again, by material id.
+struct Redeposited {
+    std::vector<double> rate;   // of etching on a flat wafer, length/time
+    std::vector<double> atoms;  // 1e22 /cm^3; an ideal mask has the film's: volume comes down for volume
+    double film_atoms = 0.0;    // 1e22 /cm^3
+    double flat = 0.0;          // mean yield on a flat wafer
+    double most = 0.0;          // largest rate times atoms
+};
+
+Redeposited balance(const Materials& materials, int film_id, const std::vector<double>& rate, double flat) {
+    Redeposited parts{rate, densities(materials), materials[static_cast<std::size_t>(film_id)].density, flat};
+    for (std::size_t m = 0; m < rate.size(); ++m) {
+        if (parts.atoms[m] > kDensest) parts.atoms[m] = parts.film_atoms;
+        parts.most = std::max(parts.most, rate[m] * parts.atoms[m]);
+    }
+    return parts;
+}
+
+void check_film(const Values& values, const Redeposited& parts) {
+    const auto& name = values.get<std::string>("deposit");
+    if (parts.film_atoms > kDensest)
+        throw KeyError(
+            "deposit",
+            fmt::format("{:g}e22 atoms per cm^3 make an ideal mask and no film: name what the beam "
+                        "sputters, or give {} its own density by a [[material]]",
+                        parts.film_atoms, name));
+    // The beam sputters the film, too; a rate of 0 that nobody gave would let it shield the wafer for good.
+    const auto& given = values.get<ByMaterial>("rate");
+    if (!given.named.contains(name) && given.fallback.value_or(0.0) == 0.0)
+        throw KeyError(
+            "rate", fmt::format("has no value for {0}, the film that redeposits, which the beam etches, too: "
+                                "add {0} = {1:.4g}, which sputters as many atoms, or what was measured",
+                                name, parts.most / parts.film_atoms));
+}
+
+// With redeposition_rate a hit gives off its yield, whatever the material loses by it.
+std::vector<std::string> notes_on_rate(const Materials& materials, const Redeposited& parts, double growth) {
+    constexpr double kRounding = 1e-6;
+    std::vector<std::string> notes(materials.size());
+    for (std::size_t m = 0; m < notes.size(); ++m) {
+        const double left = parts.rate[m] * parts.atoms[m] / parts.flat, down = growth * parts.film_atoms;
+        if (down <= (1.0 + kRounding) * left) continue;
+        notes[m] = fmt::format(
+            "redeposition_rate makes matter: where the beam hits {}, {}; redeposition_fraction = 1 brings down "
+            "what left, and no more",
+            materials[m].name,
+            left > 0.0 ? fmt::format("{:.3g} atoms come down for each that left", down / left)
+                       : "atoms come down and none leave");
+    }
+    return notes;
+}
+
+// What a hit gives off, in units of the most that a flat wafer does: the tracer's weights are about 1.
+std::vector<double> given_off(const Redeposited& parts, double fraction) {
+    std::vector<double> scale(parts.rate.size(), 0.0);
+    for (std::size_t m = 0; m < scale.size() && parts.most > 0.0; ++m)
+        scale[m] = fraction * parts.rate[m] * parts.atoms[m] / (parts.most * parts.flat);
+    return scale;
+}
+
+// Every atom counts: what comes down less what leaves is the film's growth times its density or, where more
+// leave, what the wafer loses of its own.
+double balanced_speed(const Redeposited& parts, const SurfacePoint& point) {
+    const auto m = static_cast<std::size_t>(point.material);
+    const double atoms = parts.most * point.flux[kRedeposited] -
+                         parts.atoms[m] * parts.rate[m] * point.flux[kSputter] / parts.flat;
+    return atoms / (atoms > 0.0 ? parts.film_atoms : parts.atoms[m]);
+}
+
+flux::Species beam_species(const Values& values) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
-    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
     const auto& coefficients = values.get<std::vector<double>>("yield");
     const auto& table = values.get<std::vector<double>>("yield_table");
     double sum = 0.0;
@@ -23,10 +96,9 @@ Model make(const Values& values, const Materials& materials) {
         if (!(y >= 0.0)) throw KeyError("yield_table", "must not be negative");
     if (table.empty() && !(std::abs(sum) > 1e-9))
         throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
-    const double threshold = number("threshold"), energy = number("energy");
-    if (threshold >= energy) throw KeyError("threshold", "must be below energy, or nothing etches");
+    const double threshold = number("threshold");
+    if (threshold >= number("energy")) throw KeyError("threshold", "must be below energy, or nothing etches");
 
-    Model model;
     flux::Species ion = ion_species(values, threshold);
     ion.beam = tilted_beam(number("tilt_deg"), number("azimuth_deg"));
     ion.rotating = values.get<bool>("rotating");
@@ -35,19 +107,50 @@ Model make(const Values& values, const Materials& materials) {
                    threshold,
                    {1.0},
                    table.empty() ? coefficients : table}};
+    return ion;
+}
+
+// V = -rate * yield-weighted flux / its mean on a flat wafer, and what comes down of it: by
+// redeposition_fraction as many atoms as balanced_speed says, by redeposition_rate that rate times the yield
+// of the hits.
+Model make(const Values& values, const Materials& materials) {
+    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
+    flux::Species ion = beam_species(values);
     const double flat = flux::mean_yield(ion, ion.yields[0]);
     if (!(flat > 0.0)) throw KeyError("yield", "must be positive at the incidence tilt_deg");
-    const double redeposition = number("redeposition_rate");
-    if (redeposition > 0.0)
+    const auto growth = values.get<double>("redeposition_rate"),
+               fraction = values.get<double>("redeposition_fraction");
+    if (growth > 0.0 && fraction > 0.0)
+        throw KeyError("redeposition_rate", "takes the place of redeposition_fraction; drop one of the two");
+
+    Model model;
+    const bool comes_down = growth > 0.0 || fraction > 0.0;
+    if (comes_down == values.get<std::string>("deposit").empty())
+        throw KeyError("deposit",
+                       comes_down ? "missing: what redeposits is a film; name it, e.g. deposit = \"Si\""
+                                  : "names a film, but nothing redeposits: give redeposition_fraction, up "
+                                    "to 1, or drop deposit");
+    model.deposit = film(values, materials, comes_down);
+    if (model.deposit)
         ion.redeposition =
             flux::Redeposition{ion.yields[0], flux::Reemission::coned,
                                by_material_id(values.get<ByMaterial>("redeposition_sticking"), materials)};
+    if (fraction > 0.0) {
+        Redeposited parts = balance(materials, *model.deposit, rate, flat);
+        check_film(values, parts);
+        ion.redeposition->yield.scale = given_off(parts, fraction);
+        model.speed = [parts = std::move(parts)](const SurfacePoint& point) {
+            return balanced_speed(parts, point);
+        };
+    } else {
+        if (growth > 0.0)
+            model.notes = notes_on_rate(materials, balance(materials, *model.deposit, rate, flat), growth);
+        model.speed = [=](const SurfacePoint& point) {
+            const double etch = rate[static_cast<std::size_t>(point.material)] * point.flux[kSputter] / flat;
+            return (growth > 0.0 ? growth * point.flux[kRedeposited] : 0.0) - etch;
+        };
+    }
     model.species = {std::move(ion)};
-    model.deposit = film(values, materials, redeposition > 0.0);
-    model.speed = [=](const SurfacePoint& point) {
-        const double etch = rate[static_cast<std::size_t>(point.material)] * point.flux[kSputter] / flat;
-        return (redeposition > 0.0 ? redeposition * point.flux[kRedeposited] : 0.0) - etch;
-    };
     return model;
 }
 
@@ -71,8 +174,14 @@ std::vector<Key> keys() {
          {.required = false}},
         {"yield_table", std::vector<double>{}, "",
          "Y at equal steps of the incidence from 0 to 90 degrees, linear in between; takes the place of yield"},
+        {"redeposition_fraction", 0.0, "",
+         "of the atoms that the beam takes away: so many fly off about the ions' mirrored direction, and the film "
+         "grows by those that stick, by the materials' densities; of an ideal mask, denser than 20, volume for "
+         "volume; 0: none",
+         kProbability},
         {"redeposition_rate", 0.0, "length/time",
-         "growth where sputtered material lands, at weight 1; 0: none", kNotNegative},
+         "instead of a fraction: growth where a hit's yield lands, at yield 1, whatever the hit takes away; 0: none",
+         kNotNegative},
         {"redeposition_sticking", ByMaterial{1.0}, "", "of sputtered material", kProbability},
         deposit_key(),
     };

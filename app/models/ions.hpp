@@ -18,6 +18,12 @@ flux::Species ion_species(const Values& values, double threshold);
 /// an axis it is that axis to the last bit.
 Vec3 tilted_beam(double tilt_deg, double azimuth_deg);
 
+/// A_sp by material of the physical sputtering yield A_sp max(0, sqrt E - sqrt threshold) at normal incidence,
+/// in atoms or formula units an ion, for ions of argon's mass. No value for materials without a published one.
+/// \param threshold  eV; where A comes from a yield, it fits that yield with this threshold.
+/// \param silicon    A_sp of silicon in the model's own table.
+ByMaterial sputter_yields(double threshold, double silicon);
+
 /// sum(rates) / rho is in nm/s. By material id, 1e22 /cm^3.
 std::vector<double> densities(const Materials& materials);
 

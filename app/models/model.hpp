@@ -64,6 +64,8 @@ struct Model {
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
     /// sharper.
     std::optional<double> max_speed;
+    /// By material: what a user should know where it is on the wafer, beginning with the key concerned; or "".
+    std::vector<std::string> notes;
     /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex. V of one sign.
     std::vector<Vec3> dissipation;
 };

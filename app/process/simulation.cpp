@@ -16,6 +16,7 @@
 #include "app/process/stop.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/traced_surface.hpp"
+#include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/result.hpp"
 #include "levelset/extract.hpp"
@@ -46,7 +47,19 @@ bool reshape(const Recipe& recipe, const Step& step, RunState& state) {
     return true;
 }
 
+// The reader asks for the materials of the recipe; a wafer that comes from elsewhere may hold others.
+void require_values_on(const levelset::MaterialStack& stack, const Recipe& recipe, const Step& step) {
+    StepMaterials here{step.name, &step, {}};
+    for (const levelset::Layer& layer : stack.layers) here.ids.push_back(layer.material);
+    try {
+        require_values(here, recipe.materials);
+    } catch (const KeyError& error) {
+        throw RecipeError(fmt::format("{}: step {}: {}", recipe.file, step.name, error.what()));
+    }
+}
+
 Model begin_step(const Recipe& recipe, const Step& step, RunState& state) {
+    require_values_on(state.stack, recipe, step);
     Model model = make_model(step, recipe.materials, recipe.domain);
     if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
     return model;

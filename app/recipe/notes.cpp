@@ -3,21 +3,22 @@
 #include <cmath>
 
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// A parallel beam that is not traced may lean towards reflective sides: the wafer may be flat there.
-void note_mirrored_beams(const Recipe& recipe, const std::vector<Step>& steps, const std::string& path,
-                         std::vector<std::string>& notes) {
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const std::string here = fmt::format("{}[{}]", path, i);
-        if (!steps[i].steps.empty()) {
-            note_mirrored_beams(recipe, steps[i].steps, here + ".steps", notes);
-            continue;
+// What the steps' models have to say of the materials they meet, and parallel beams that are not traced and
+// lean towards reflective sides: the wafer may be flat there.
+void note_steps(const Recipe& recipe, std::vector<std::string>& notes) {
+    for (const StepMaterials& here : materials_by_step(recipe)) {
+        const Model model = make_model(*here.step, recipe.materials, recipe.domain);
+        for (const int id : here.ids) {
+            const auto m = static_cast<std::size_t>(id);
+            if (m < model.notes.size() && !model.notes[m].empty())
+                notes.push_back(fmt::format("{}.{}", here.path, model.notes[m]));
         }
-        const Model model = make_model(steps[i], recipe.materials, recipe.domain);
         for (std::size_t axis = 0; axis < 2 && model.beam; ++axis)
             if ((*model.beam)[static_cast<Eigen::Index>(axis)] != 0.0 &&
                 recipe.domain.boundary[axis] == levelset::Side::reflective)
@@ -25,7 +26,7 @@ void note_mirrored_beams(const Recipe& recipe, const std::vector<Step>& steps, c
                     "{}.direction is tilted along {}, but beyond the reflective sides there a mirrored beam "
                     "would fall: right only if the wafer is flat near them, else set domain.boundary to "
                     "periodic",
-                    here, "xy"[axis]));
+                    here.path, "xy"[axis]));
     }
 }
 
@@ -38,7 +39,7 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
         notes.push_back(
             fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides both extents",
                         wanted, spacing, recipe.domain.length_unit));
-    note_mirrored_beams(recipe, recipe.steps, "step", notes);
+    note_steps(recipe, notes);
     return notes;
 }
 

@@ -139,9 +139,14 @@ struct Reader {
         for (const auto& [key, value] : *table) {
             const std::string name(key.str());
             const std::string name_path = path + "." + name;
-            if (name != "default") check_material(value, name_path, name, reading.materials);
-            (name == "default" ? target->fallback : target->named[name]) =
-                read_number(value, name_path, rule);
+            // The key's own table may name what only some recipes have.
+            if (name != "default" && !target->named.contains(name))
+                check_material(value, name_path, name, reading.materials);
+            const double number = read_number(value, name_path, rule);
+            if (name == "default")
+                target->fallback = number;
+            else
+                target->named[name] = number;
         }
         if (table->empty()) fail(node, path, "must not be empty: name a material or give a number");
     }

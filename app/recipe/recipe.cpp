@@ -9,6 +9,7 @@
 
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/recipe/step_materials.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -165,6 +166,9 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_start(root, recipe);
     read_layers(root, recipe);
     read_steps(root, recipe);
+    for (const StepMaterials& here : materials_by_step(recipe))
+        located(*find_node(root, here.path)->as_table(), here.path,
+                [&] { require_values(here, recipe.materials); });
     const Reading reading = reading_for(recipe);
     read_section(root, "advection", recipe.advection, reading, [] {});
     read_section(root, "flux", recipe.flux, reading, [&] {

@@ -16,6 +16,13 @@ SectionDoc section(std::string name, std::string header, std::string doc, Sectio
     return {std::move(name), std::move(header), std::move(doc), document(fields(defaults))};
 }
 
+// The word that chooses a section stands for all the words there are.
+SectionDoc chosen(SectionDoc doc, const std::string& key, const std::string& word) {
+    for (KeyDoc& row : doc.keys)
+        if (row.name == key) row.type = toml_text(word);
+    return doc;
+}
+
 }  // namespace
 
 std::vector<Field> fields(DomainSection& domain) {
@@ -267,15 +274,17 @@ std::vector<SectionDoc> recipe_documentation() {
     for (const std::string& shape : shape_names()) {
         Layer layer;
         layer.shape = shape;
-        docs.push_back(section("layer " + shape, "[[layer]] shape = \"" + shape + "\"",
-                               "bottom up; each is united with those below it", layer));
+        docs.push_back(chosen(section("layer " + shape, "[[layer]] shape = \"" + shape + "\"",
+                                      "bottom up; each is united with those below it", layer),
+                              "shape", shape));
     }
     docs.push_back(
         section<Step>("loop", "[[step]] with [[step.steps]]", "steps of its own, run again and again"));
     for (const ModelEntry& model : models()) {
         Step step;
         step.model = model.name;
-        docs.push_back(section(model.name, "[[step]] model = \"" + model.name + "\"", model.doc, step));
+        docs.push_back(chosen(section(model.name, "[[step]] model = \"" + model.name + "\"", model.doc, step),
+                              "model", model.name));
     }
     docs.push_back(section<FluxSection>("flux", "[flux]", "Monte Carlo particle tracing"));
     docs.push_back(section<SimplifySection>("simplify", "[simplify]", "coarsening of the traced surface"));

@@ -38,7 +38,8 @@ std::string section_text(const std::string& header, const Section& section, cons
 
 void collect(const Values& values, std::set<std::string>& names) {
     for (const auto& [key, value] : values.entries) {
-        if (const auto* by_material = std::get_if<ByMaterial>(&value))
+        // Without a value for all others a table lists what is published, wanted or not.
+        if (const auto* by_material = std::get_if<ByMaterial>(&value); by_material && by_material->fallback)
             for (const auto& [name, number] : by_material->named) names.insert(name);
         if (const auto* text = std::get_if<std::string>(&value)) names.insert(*text);
         if (const auto* tables = std::get_if<std::vector<Values>>(&value))

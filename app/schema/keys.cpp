@@ -40,11 +40,12 @@ std::string key_text(const std::string& key) {
 }
 
 std::string table_text(const ByMaterial& value) {
-    if (value.named.empty()) return toml_text(value.fallback);
-    std::string text = "{ ";
+    if (value.named.empty()) return toml_text(value.fallback.value_or(0.0));
+    std::vector<std::string> entries;
     for (const auto& [name, number] : value.named)
-        text += fmt::format("{} = {}, ", key_text(name), toml_text(number));
-    return text + fmt::format("default = {} }}", toml_text(value.fallback));
+        entries.push_back(fmt::format("{} = {}", key_text(name), toml_text(number)));
+    if (value.fallback) entries.push_back(fmt::format("default = {}", toml_text(*value.fallback)));
+    return fmt::format("{{ {} }}", fmt::join(entries, ", "));
 }
 
 std::string choice_text(const Choice& choice) {
@@ -124,7 +125,7 @@ std::vector<double> by_material_id(const ByMaterial& value, const Materials& mat
     std::vector<double> result;
     for (const Material& material : materials) {
         const auto found = value.named.find(material.name);
-        result.push_back(found == value.named.end() ? value.fallback : found->second);
+        result.push_back(found == value.named.end() ? value.fallback.value_or(0.0) : found->second);
     }
     return result;
 }

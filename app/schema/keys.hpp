@@ -18,12 +18,14 @@ namespace sidewall::app {
 
 /// A number that depends on the material: `0.1`, or `{ Si = 0.2, Mask = 0.0, default = 0.1 }`.
 struct ByMaterial {
-    double fallback = 0.0;  ///< of materials not named
+    /// Of materials not named. Absent: the recipe must name those that are on the wafer.
+    std::optional<double> fallback = 0.0;
     std::map<std::string, double, std::less<>> named = {};
     bool operator==(const ByMaterial&) const = default;
 };
 
-/// The value of every material, by id.
+/// The value of every material, by id; 0 for one without a value, which is not on the wafer
+/// (recipe/step_materials.hpp).
 std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials);
 
 struct Values;

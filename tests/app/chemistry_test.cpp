@@ -133,7 +133,8 @@ TEST_CASE("fluorocarbon coverages are the steady state, and decide between polym
     CHECK(bare.polymer == 0.0);
     CHECK(bare.etchant_on_polymer == 0.0);
 
-    const Case etch = step("model = \"fluorocarbon\"\nduration = 1\ndeposit = \"Polymer\"\n");
+    const Case etch = step(
+        "model = \"fluorocarbon\"\nduration = 1\ndeposit = \"Polymer\"\nenhanced_yield = { Si = 0.0 }\n");
     std::vector<double> sites(3, 0.0);
     const double shadow = etch.settled("SiO2", {0, 0, 0, 0, 0.1, 1.0}, sites);  // polymer, no ions
     CHECK(sites[1] == 1.0);

@@ -174,8 +174,10 @@ TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
     REQUIRE(fluorocarbon(100.0) < 0.0);
     REQUIRE(fluorocarbon(30.0) > 0.0);
     for (const double polymer : {100.0, 30.0})
-        CHECK(blanket("SiO2", "model = \"fluorocarbon\"\ndeposit = \"Polymer\"\npolymer_flux = " +
-                                  std::to_string(polymer) + "\n" + ions) ==
+        CHECK(blanket("SiO2",
+                      "model = \"fluorocarbon\"\ndeposit = \"Polymer\"\nenhanced_yield = { Si = 0.0 }\n"
+                      "polymer_flux = " +
+                          std::to_string(polymer) + "\n" + ions) ==
               Approx(fluorocarbon(polymer)).epsilon(kTolerance));
 }
 

@@ -1,0 +1,191 @@
+#include "app/recipe/step_materials.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/models/model.hpp"
+#include "app/recipe/sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+class Walk {
+  public:
+    explicit Walk(const Recipe& recipe) : materials_(recipe.materials) {
+        for (const Layer& layer : recipe.layers) {
+            add(layer.material);
+            for (const std::string& name : layer.materials) add(name);
+        }
+    }
+
+    void through(const std::vector<Step>& steps, const std::string& path) {
+        for (std::size_t i = 0; i < steps.size(); ++i) {
+            const Step& step = steps[i];
+            const std::string here = fmt::format("{}[{}]", path, i);
+            if (!step.steps.empty()) {
+                // The second round starts with what the first one leaves; the third meets nothing new.
+                for (int round = 0; round < (step.repeat > 1 ? 2 : 1); ++round)
+                    through(step.steps, here + ".steps");
+            } else {
+                meet(step, here);
+            }
+        }
+    }
+
+    std::vector<StepMaterials> found;
+
+  private:
+    void add(const std::string& name) {
+        if (const auto id = material_id(materials_, name)) present_.insert(*id);
+    }
+
+    void meet(const Step& step, const std::string& path) {
+        const auto named = [&](const char* key) {
+            const auto entry = step.values.entries.find(key);
+            const auto* name =
+                entry == step.values.entries.end() ? nullptr : std::get_if<std::string>(&entry->second);
+            return name == nullptr ? std::string() : *name;
+        };
+        if (step.model == "strip") {
+            if (const auto id = material_id(materials_, named("material"))) present_.erase(*id);
+            return;
+        }
+        add(named("deposit"));
+        const ModelEntry* model = find_model(step.model);
+        if (model == nullptr || model->make == nullptr) {
+            add(named("material"));  // what fills or coats
+            return;
+        }
+        auto entry = std::find_if(found.begin(), found.end(),
+                                  [&](const StepMaterials& other) { return other.step == &step; });
+        if (entry == found.end()) entry = found.insert(found.end(), {path, &step, {}});
+        std::set<int> all(entry->ids.begin(), entry->ids.end());
+        all.insert(present_.begin(), present_.end());
+        entry->ids.assign(all.begin(), all.end());
+    }
+
+    const Materials& materials_;
+    std::set<int> present_;
+};
+
+struct Column {
+    std::string key, unit;
+    const ByMaterial* value;
+};
+
+std::vector<Column> columns(const Step& step) {
+    std::vector<Column> list;
+    for (const Key& key : find_model(step.model)->keys) {
+        const Value& value = step.values.entries.at(key.name);
+        if (const auto* by_material = std::get_if<ByMaterial>(&value))
+            list.push_back({key.name, key.unit, by_material});
+        const auto* tables = std::get_if<std::vector<Values>>(&value);
+        for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
+            for (const Key& inner : key.rule.keys)
+                if (const auto* one = std::get_if<ByMaterial>(&(*tables)[i].entries.at(inner.name)))
+                    list.push_back({fmt::format("{}[{}].{}", key.name, i, inner.name), inner.unit, one});
+    }
+    return list;
+}
+
+std::string value_text(const ByMaterial& value, const std::string& material) {
+    const auto found = value.named.find(material);
+    if (found != value.named.end()) return fmt::format("{:g}", found->second);
+    return value.fallback ? fmt::format("{:g}*", *value.fallback) : "-";
+}
+
+// A line a row, columns as wide as their longest text.
+std::string aligned(const std::vector<std::vector<std::string>>& rows, const std::string& prefix) {
+    std::vector<std::size_t> width(rows.front().size(), 0);
+    for (const auto& row : rows)
+        for (std::size_t k = 0; k < row.size(); ++k) width[k] = std::max(width[k], row[k].size());
+    std::string text;
+    for (const auto& row : rows) {
+        std::string line = prefix;
+        for (std::size_t k = 0; k < row.size(); ++k) line += fmt::format("  {:<{}}", row[k], width[k]);
+        text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+    }
+    return text;
+}
+
+std::string table_of(const StepMaterials& here, const Recipe& recipe) {
+    const std::vector<Column> list = columns(*here.step);
+    std::vector<std::string> head{"material"};
+    for (const Column& column : list) head.push_back(column.key);
+    head.push_back("density");
+    std::vector<std::vector<std::string>> rows{head};
+    for (const int id : here.ids) {
+        const Material& material = recipe.materials[static_cast<std::size_t>(id)];
+        std::vector<std::string> row{material.name};
+        for (const Column& column : list) row.push_back(value_text(*column.value, material.name));
+        row.push_back(fmt::format("{:g}", material.density));
+        rows.push_back(std::move(row));
+    }
+    return fmt::format("#\n# {} {}\n{}", here.path, here.step->model, aligned(rows, "#"));
+}
+
+}  // namespace
+
+std::vector<StepMaterials> materials_by_step(const Recipe& recipe) {
+    Walk walk(recipe);
+    walk.through(recipe.steps, "step");
+    return std::move(walk.found);
+}
+
+void require_values(const StepMaterials& here, const Materials& materials) {
+    const auto film = here.step->values.entries.find("deposit");
+    for (const auto& [key, unit, value] : columns(*here.step)) {
+        if (value->fallback) continue;
+        for (const int id : here.ids) {
+            const std::string& name = materials[static_cast<std::size_t>(id)].name;
+            if (value->named.contains(name)) continue;
+            if (film != here.step->values.entries.end() && film->second == Value(name)) continue;
+            std::string known;
+            for (const auto& [other, number] : value->named)
+                known += fmt::format("{}{} {:g}", known.empty() ? "" : ", ", other, number);
+            throw KeyError(key,
+                           fmt::format("has no value for {0}, which is on the wafer, and no published one is "
+                                       "known: give {1} = {{ {0} = ... }}; there is {2}",
+                                       name, key, known));
+        }
+    }
+}
+
+std::string values_by_material(const Recipe& recipe) {
+    std::string text;
+    for (const StepMaterials& here : materials_by_step(recipe))
+        if (!columns(*here.step).empty()) text += table_of(here, recipe);
+    if (text.empty()) return text;
+    return fmt::format(
+               "#\n# Values in force by material; density in 1e22 /cm^3, other units as above; * not named: the "
+               "key's default.\n") +
+           text;
+}
+
+std::string built_in_materials() {
+    const Materials& materials = default_materials();
+    std::vector<std::vector<std::string>> rows{{"name", "colour", "density"}};
+    for (const Material& material : materials)
+        rows.push_back({material.name, material.colour, fmt::format("{:g}", material.density)});
+    std::set<std::string> others;
+    for (const ModelEntry& model : models())
+        for (const Key& key : model.keys) {
+            const auto* yields = std::get_if<ByMaterial>(&key.fallback);
+            if (yields == nullptr || !key.name.ends_with("_yield")) continue;
+            rows[0].push_back(fmt::format("{} {}", model.name, key.name));
+            for (std::size_t m = 0; m < materials.size(); ++m)
+                rows[m + 1].push_back(value_text(*yields, materials[m].name));
+            for (const auto& [name, number] : yields->named)
+                if (!material_id(materials, name)) others.insert(name);
+        }
+    return fmt::format(
+        "Built-in materials: density in 1e22 atoms, or formula units of a compound, per cm^3; yields as the models' "
+        "keys\nsay, - where none is published and a recipe gives its own. There are yields of {}, too, whose "
+        "density a\n[[material]] of that name gives.\n{}",
+        fmt::join(others, ", "), aligned(rows, ""));
+}
+
+}  // namespace sidewall::app

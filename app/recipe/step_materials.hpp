@@ -1,0 +1,33 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "app/recipe/recipe.hpp"
+
+// Which materials a step meets, and what its keys say of them.
+namespace sidewall::app {
+
+/// A step that takes time and the ids of the materials that can be on the wafer during it, its own film among them.
+/// What a mask or a film hides counts, too: it may come to light.
+struct StepMaterials {
+    std::string path;  ///< in the recipe, e.g. "step[1].steps[0]"
+    const Step* step;
+    std::vector<int> ids;
+};
+
+/// All steps of \p recipe that take time, in its order and each once, whatever loops repeat. They live as long as the
+/// recipe.
+std::vector<StepMaterials> materials_by_step(const Recipe& recipe);
+
+/// Refuses a step with a key by material that has no value, neither given nor published, for a material it meets. Its
+/// own film is excepted: models that ask for such values grow and remove it by other laws.
+/// \throws KeyError naming the key, the material and what to write.
+void require_values(const StepMaterials& here, const Materials& materials);
+
+/// What the models' keys by material come to for the materials of every step, a table a step, as comments of TOML.
+std::string values_by_material(const Recipe& recipe);
+
+/// The built-in materials with their colours, densities and the yields that models have for them, a line each.
+std::string built_in_materials();
+
+}  // namespace sidewall::app
