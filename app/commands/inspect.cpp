@@ -148,12 +148,13 @@ void print_summary(const Json& summary) {
     if (!summary.is_object()) return;
     for (const char* key : {"version", "recipe", "seed", "threads"})
         if (summary.contains(key)) print_json(key, summary[key], 0);
-    if (summary.contains("steps") && summary["steps"].is_array()) {
-        fmt::print("steps\n");
-        for (const Json& step : summary["steps"]) fmt::print("  {}\n", step.dump());
+    for (const char* list : {"steps", "events"}) {
+        if (!summary.contains(list) || !summary[list].is_array()) continue;
+        fmt::print("{}\n", list);
+        for (const Json& item : summary[list]) fmt::print("  {}\n", item.dump());
     }
-    if (summary.contains("mesh")) print_json("mesh", summary["mesh"], 0);
-    if (summary.contains("metrology")) print_json("metrology", summary["metrology"], 0);
+    for (const char* part : {"mesh", "metrology", "volumes"})
+        if (summary.contains(part)) print_json(part, summary[part], 0);
     if (summary.contains("timing") && summary["timing"].is_object()) print_timing(summary["timing"]);
 }
 

@@ -74,15 +74,23 @@ void add_run_command(CLI::App& program) {
         ->add_flag("--overwrite", options->overwrite,
                    "Replace an unfinished run or another recipe's result in the folder")
         ->excludes(resume);
-    command->add_flag("--quiet", options->quiet, "No progress and no report");
-    command->callback([recipe, options] {
+    command->add_flag(
+        "--quiet", options->quiet,
+        "No progress, no word on what happens to the wafer, no report; summary.json has it all");
+    const auto json = std::make_shared<std::string>();
+    command
+        ->add_option("--json", *json,
+                     "Write summary.json here too; - for standard output, and then no report")
+        ->type_name("FILE");
+    command->callback([recipe, options, json] {
         const Recipe parsed = load(*recipe);
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command(*recipe, *options);
         install_interrupt_handler();
         const RunResult result = run_recipe(parsed, *options);
-        if (!options->quiet) print_report(result, *options);
+        if (!json->empty()) write_json(*json, result.summary);
+        if (!options->quiet && *json != "-") print_report(result, *options);
     });
 }
 

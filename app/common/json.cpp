@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <string>
 
 #include "app/common/files.hpp"
 #include "surface/error.hpp"
@@ -26,8 +28,12 @@ void write_json(const std::string& path, const Json& json) {
     }
 }
 
-Json number_or_null(double value) {
-    return std::isfinite(value) ? Json(value) : Json(nullptr);
+Json number_or_null(double value, int digits) {
+    if (!std::isfinite(value)) return nullptr;
+    const std::string text = fmt::format("{:.{}g}", value, digits);
+    double rounded = value;
+    std::from_chars(text.data(), text.data() + text.size(), rounded);
+    return rounded;
 }
 
 Json mesh_sizes(const TriangleMesh& mesh) {

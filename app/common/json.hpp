@@ -13,7 +13,8 @@ namespace sidewall::app {
 void write_json(const std::string& path, const Json& json);
 
 /// A number, or null where it is not finite, which JSON cannot hold.
-Json number_or_null(double value);
+/// \param digits  significant ones; those beyond are rounded away.
+Json number_or_null(double value, int digits = 17);
 
 /// {"vertices": ..., "triangles": ...}: how many there are.
 Json mesh_sizes(const TriangleMesh& mesh);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "app/common/timing.hpp"
@@ -17,33 +18,66 @@ std::string clock_text(double seconds) {
     return fmt::format("{}:{:02}", s / 60, s % 60);
 }
 
+int tenth_of(double fraction) {
+    return static_cast<int>(10.0 * fraction + 1e-9);
+}
+
 }  // namespace
 
-ProgressBar::ProgressBar(std::string title, double total, std::string unit, bool enabled)
+LineTimer::LineTimer(double fraction, bool tenths) : tenths_(tenths), last_tenth_(tenth_of(fraction)) {}
+
+bool LineTimer::due(double fraction, double seconds) {
+    const int tenth = tenth_of(fraction);
+    const bool is = (tenths_ && tenth > last_tenth_) || seconds - last_seconds_ >= 60.0;
+    last_tenth_ = std::max(last_tenth_, tenth);
+    if (is) last_seconds_ = seconds;
+    return is;
+}
+
+ProgressBar::ProgressBar(std::string title, double total, std::string unit, bool enabled,
+                         ProgressOptions options)
     : title_(std::move(title)),
       unit_(std::move(unit)),
       total_(total),
-      active_(enabled && isatty(STDERR_FILENO) != 0),
+      from_(options.from),
+      enabled_(enabled),
+      terminal_(isatty(STDERR_FILENO) != 0),
       start_(now()),
-      last_draw_(0.0) {}
+      last_draw_(0.0),
+      timer_(fraction(options.from), options.tenths) {}
 
 ProgressBar::~ProgressBar() {
-    if (active_ && last_draw_ > 0.0) std::fputs("\r\033[K", stderr);
+    if (enabled_ && terminal_ && last_draw_ > 0.0) std::fputs("\r\033[K", stderr);
+}
+
+double ProgressBar::fraction(double done) const {
+    return total_ > 0.0 ? std::clamp(done / total_, 0.0, 1.0) : 0.0;
 }
 
 void ProgressBar::update(double done, std::string_view note) {
-    const double time = now();
-    if (!active_ || time - last_draw_ < 0.1) return;
+    if (!enabled_) return;
+    const double time = now(), part = fraction(done), began = fraction(from_);
+    if (terminal_ ? time - last_draw_ < 0.1 : !timer_.due(part, time - start_)) return;
     last_draw_ = time;
-    const double fraction = total_ > 0.0 ? std::min(1.0, done / total_) : 0.0;
-    constexpr int kWidth = 24;
-    const int filled = static_cast<int>(fraction * kWidth);
     const std::string eta =
-        fraction > 0.0 ? clock_text((time - start_) * (1.0 - fraction) / fraction) : "-:--";
-    const std::string text =
-        fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {:.4g}/{:.4g} {} ETA {} {}", title_, "", filled, "",
-                    kWidth - filled, done, total_, unit_, eta, note);
-    std::fputs(text.c_str(), stderr);  // the terminal may have been closed
+        part > began ? clock_text((time - start_) * (1.0 - part) / (part - began)) : "-:--";
+    const std::string where = fmt::format("{:.4g}/{:.4g} {} ETA {} {}", done, total_, unit_, eta, note);
+    std::string text;
+    if (terminal_) {
+        constexpr int kWidth = 24;
+        const int filled = static_cast<int>(part * kWidth);
+        text = fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {}", title_, "", filled, "", kWidth - filled, where);
+    } else {
+        text = fmt::format("{}: {:.0f} %, {}\n", title_, std::floor(100.0 * part + 1e-9), where);
+    }
+    std::fputs(text.c_str(), stderr);
+    std::fflush(stderr);
+}
+
+void ProgressBar::line(std::string_view text) {
+    if (!enabled_) return;
+    const std::string whole = fmt::format("{}{}: {}\n", terminal_ ? "\r\033[K" : "", title_, text);
+    std::fputs(whole.c_str(), stderr);
     std::fflush(stderr);
 }
 

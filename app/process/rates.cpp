@@ -33,7 +33,7 @@ struct SamplePoints {
 std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const TracedSurface& surface,
                                          const levelset::Extension& extension) {
     const levelset::Domain& domain = stack.domain;
-    const std::vector<std::uint8_t> triangles = levelset::sealed_off(surface.raw, domain);
+    const std::vector<std::uint8_t> triangles = levelset::sealed_off(surface.raw, surface.pieces, domain);
     std::vector<std::uint8_t> sealed;
     if (triangles.empty()) return sealed;
     sealed.resize(extension.samples.size());

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <tbb/tick_count.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 
 #include "app/common/interrupt.hpp"
 #include "app/common/progress.hpp"
+#include "app/process/events.hpp"
 #include "app/process/flux_reuse.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
@@ -25,6 +27,13 @@
 namespace sidewall::app {
 namespace {
 
+// Of all steps before number \p step, as asked for: progress counts a step that a condition stopped as whole.
+double duration_before(const std::vector<Step>& steps, std::size_t step) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < std::min(step, steps.size()); ++k) sum += steps[k].duration;
+    return sum;
+}
+
 // What stays the same all through a run, its folder and its progress bar.
 struct Run {
     const Recipe& recipe;
@@ -34,16 +43,43 @@ struct Run {
     tbb::tick_count start;      // of this part of the run,
     double seconds_before = 0;  // and what the parts before it took
 
+    void update(const RunState& state, std::string_view note) const {
+        progress.update(duration_before(steps, state.step) + state.time - state.step_start, note);
+    }
     void count_seconds(Timing& timing) const {
         timing.total = seconds_before + (tbb::tick_count::now() - start).seconds();
     }
 };
 
+// Says what has happened to the wafer by the work of a step.
+void tell_events(const Run& run, const TriangleMesh& surface,
+                 const std::vector<levelset::SurfacePiece>& pieces, std::size_t step, RunState& state) {
+    const PhaseClock clock(state.timing.output);
+    const std::size_t count = note_events(run.recipe, surface, pieces, step, state);
+    const std::vector<Event>& events = state.history.events;
+    for (std::size_t k = events.size() - count; k < events.size(); ++k)
+        run.progress.line(event_line(run.recipe, run.steps, events[k]));
+}
+
+// The surface at the start of a step is the work of the one before.
+void tell_events(const Run& run, const TracedSurface& surface, RunState& state) {
+    const std::size_t step = state.begins_step() && state.step > 0 ? state.step - 1 : state.step;
+    tell_events(run, surface.raw, surface.pieces, step, state);
+}
+
+void end_step(const char* stopped_by, RunState& state) {
+    const PhaseClock clock(state.timing.output);
+    end_step(state.stack, state.step, {state.time - state.step_start, stopped_by}, state.history);
+}
+
 // A geometric step happens at once. False if the step takes time.
-bool reshape(const Recipe& recipe, const Step& step, RunState& state) {
+bool reshape(const Run& run, const Step& step, RunState& state) {
     const ModelEntry* entry = find_model(step.model);
     if (entry->apply == nullptr) return false;
-    entry->apply(step.values, recipe.materials, state.stack);
+    entry->apply(step.values, run.recipe.materials, state.stack);
+    const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
+    tell_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
+    end_step("duration", state);
     return true;
 }
 
@@ -68,7 +104,7 @@ Model begin_step(const Recipe& recipe, const Step& step, RunState& state) {
 TracedSurface trace(const Run& run, const Model& model, const levelset::MaterialStack& stack,
                     const SurfaceField& carried, std::uint32_t key, bool settle, RunState& state) {
     const auto progress = [&](double part) {
-        run.progress.update(state.time, fmt::format("tracing {:.0f} %", 100 * part));
+        run.update(state, fmt::format("tracing {:.0f} %", 100 * part));
     };
     return trace_surface(run.recipe, model, stack, carried, {key, settle, progress}, state.timing);
 }
@@ -113,8 +149,7 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
 
 // Between two time steps the state is whole: the place to stop if the user asked for it.
 void end_time_step(const Run& run, const Step& step, RunState& state) {
-    run.progress.update(state.time,
-                        fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
+    run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
     const bool last = state.step + 1 == run.steps.size() && state.reached(state.step_start + step.duration);
     if (interrupted() && !last) throw Interrupted("");
@@ -125,13 +160,18 @@ void make_steps(const Run& run, RunState& state) {
     const Recipe& recipe = run.recipe;
     for (; state.step < run.steps.size(); state.enter(state.step + 1)) {
         const Step& step = run.steps[state.step];
-        if (reshape(recipe, step, state)) continue;
+        if (reshape(run, step, state)) continue;
         const Model model = begin_step(recipe, step, state);
+        const char* stopped_by = "duration";
         while (!state.reached(state.step_start + step.duration)) {
             const TracedSurface surface = current_surface(run, model, state);
-            const double to_stop = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
+            tell_events(run, surface, state);
+            const auto [to_stop, key] = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
             if (state.begins_step()) note_stop(step, state.step + 1, to_stop);
-            if (to_stop == 0.0) break;
+            if (to_stop == 0.0) {
+                stopped_by = key;
+                break;
+            }
             levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
             if (run.folder.due(state)) {
                 run.folder.save(state, model, surface);
@@ -152,6 +192,7 @@ void make_steps(const Run& run, RunState& state) {
             advance(recipe, model, motions, next, state);
             end_time_step(run, step, state);
         }
+        end_step(stopped_by, state);
     }
 }
 
@@ -172,6 +213,7 @@ RunResult finish(const Run& run, RunState& state) {
     const Model model = last_model(run);
     const TracedSurface surface =
         trace(run, model, state.stack, state.carried, state.time_step, false, state);
+    tell_events(run, surface, state);
     run.folder.save(state, model, surface);
     run.count_seconds(state.timing);
     return {surface.raw, state.timing, run.folder.finish(state, run.steps, surface)};
@@ -197,7 +239,9 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
                 timing_from_json(summary.at("timing")), summary};
     }
     folder.begin(state);
-    ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet);
+    const double done = duration_before(steps, state.step) + state.time - state.step_start;
+    ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
+                         {.from = done, .tenths = true});
     const Run run{recipe, steps, folder, progress, tbb::tick_count::now(), state.timing.total};
     try {
         make_steps(run, state);

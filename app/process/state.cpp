@@ -8,6 +8,7 @@
 #include <new>
 
 #include "app/common/json.hpp"
+#include "app/process/events.hpp"
 #include "app/process/extension.hpp"
 #include "app/process/start.hpp"
 #include "app/recipe/differences.hpp"
@@ -69,6 +70,8 @@ RunState initial_state(const Recipe& recipe) {
     RunState state;
     state.stack = recipe.start.from.empty() ? stack_of_layers(recipe) : stack_of_run(recipe);
     state.enter(0);
+    state.history = begin_history(state.stack, recipe.materials.size());
+    begin_events(recipe, state);
     return state;
 }
 
@@ -120,6 +123,7 @@ RunState state_from_json(const Json& json) {
     for (const Json& stack : json.at("stacks"))
         state.stacks.push_back({stack.at("time").get<double>(), stack.at("step").get<std::size_t>(),
                                 stack.at("materials").get<std::vector<int>>()});
+    state.history = history_from_json(json.at("history"), json.at("materials").size(), state.step);
     state.timing = timing_from_json(json.at("timing"));
     return state;
 }
@@ -151,6 +155,7 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
     try {
         const Recipe began_with = parse_recipe(checkpoint.recipe, (folder / "recipe.toml").string());
         extend(checkpoint.state, recipe, began_with);
+        fit(checkpoint.state.history, recipe.materials.size());
     } catch (const Error& error) {
         throw unusable(folder, error.what(), advice);
     }
@@ -178,6 +183,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},
                     {"files", files},
                     {"stacks", stacks},
+                    {"history", to_json(state.history)},
                     {"timing", to_json(state.timing)}};
     const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
     levelset::save_checkpoint(folder / "checkpoint.vdb", state.stack, {bytes.begin(), bytes.end()});

@@ -6,6 +6,7 @@
 
 #include "app/common/timing.hpp"
 #include "app/process/flux_reuse.hpp"
+#include "app/process/history.hpp"
 #include "app/process/surface_field.hpp"
 #include "app/recipe/recipe.hpp"
 #include "levelset/stack.hpp"
@@ -41,6 +42,7 @@ struct RunState {
     FluxReuse reuse;                      ///< of its fluxes
     std::vector<SavedFile> files;         ///< what surface.pvd lists
     std::vector<SavedStack> stacks;       ///< of the surfaces written
+    History history;                      ///< what summary.json will tell of it all
     Timing timing;
 
     bool reached(double stop) const { return time >= stop; }

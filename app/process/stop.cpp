@@ -54,14 +54,18 @@ double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surfac
 
 }  // namespace
 
-double distance_to_stop(const Step& step, const Materials& materials, const levelset::MaterialStack& stack,
-                        const TriangleMesh& surface) {
-    double left = std::numeric_limits<double>::infinity();
-    if (step.stop_depth) left = std::min(left, *step.stop_depth + lowest(surface));
-    if (step.stop_thickness) left = std::min(left, *step.stop_thickness - thickest(stack, surface));
+StopDistance distance_to_stop(const Step& step, const Materials& materials,
+                              const levelset::MaterialStack& stack, const TriangleMesh& surface) {
+    StopDistance nearest;
+    const auto consider = [&](double left, const char* key) {
+        if (left < nearest.left) nearest = {left, key};
+    };
+    if (step.stop_depth) consider(*step.stop_depth + lowest(surface), "stop_depth");
+    if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
     if (!step.stop_material.empty())
-        left = std::min(left, cover(stack, surface, *material_id(materials, step.stop_material)));
-    return left <= kNear * stack.domain.spacing ? 0.0 : left;
+        consider(cover(stack, surface, *material_id(materials, step.stop_material)), "stop_material");
+    if (nearest.left <= kNear * stack.domain.spacing) nearest.left = 0.0;
+    return nearest;
 }
 
 void note_stop(const Step& step, std::size_t number, double to_stop) {

@@ -1,20 +1,28 @@
 #pragma once
+#include <limits>
+
 #include "app/recipe/recipe.hpp"
 #include "levelset/stack.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
 
-/// How far the surface may still move before one of the step's stop conditions holds; 0 if one does, infinite
-/// if it has none. A condition counts as reached a thousandth of a grid spacing early.
+/// The stop condition that the surface is nearest to.
+struct StopDistance {
+    double left =
+        std::numeric_limits<double>::infinity();  ///< to move; 0 if it holds, infinite if there is none
+    const char* key = "";                         ///< as recipes call it
+};
+
+/// How far the surface may still move before one of the step's stop conditions holds. A condition counts as reached a thousandth of a grid spacing early.
 ///
 /// stop_depth: the lowest point's depth below z = 0. stop_material: bare somewhere; what covers it is not
 /// looked at, since a time step ends at an interface by itself. stop_thickness: of the uppermost layer where
 /// it is thickest.
 /// \param surface  as extracted from the stack.
 /// \note O(n log n) for stop_thickness, else O(n).
-double distance_to_stop(const Step& step, const Materials& materials, const levelset::MaterialStack& stack,
-                        const TriangleMesh& surface);
+StopDistance distance_to_stop(const Step& step, const Materials& materials,
+                              const levelset::MaterialStack& stack, const TriangleMesh& surface);
 
 /// Says on standard error if a stop condition holds before the step begins, or can never be met.
 /// \param number   the step's, counted from 1.

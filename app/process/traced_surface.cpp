@@ -32,6 +32,7 @@ TracedSurface extracted(const levelset::MaterialStack& stack, Timing& timing) {
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
+    surface.pieces = levelset::surface_pieces(surface.raw, stack.domain);
     return surface;
 }
 

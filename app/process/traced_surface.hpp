@@ -12,6 +12,7 @@
 #include "flux/lateral.hpp"
 #include "flux/tracer.hpp"
 #include "flux/wedges.hpp"
+#include "levelset/pieces.hpp"
 #include "levelset/stack.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
@@ -37,9 +38,10 @@ struct SurfaceFlux {
 
 /// The wafer's surface at one time, what is traced in its place, and what arrives on it.
 struct TracedSurface {
-    TriangleMesh raw;                        ///< as extracted
-    std::optional<TriangleMesh> simplified;  ///< what is traced instead, if anything
-    flux::LateralBox box;                    ///< sides of the domain
+    TriangleMesh raw;                            ///< as extracted
+    std::vector<levelset::SurfacePiece> pieces;  ///< of raw
+    std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
+    flux::LateralBox box;                        ///< sides of the domain
     std::shared_ptr<const surface::RayScene>
         scene;  ///< of traced(); absent if the model neither traces nor asks for line of sight
     std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species

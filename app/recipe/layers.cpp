@@ -15,7 +15,6 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kMostCells = 20'000;  // above or below z = 0
 constexpr std::int64_t kMostLayers = 10'000;
 
 // The outlines that a mask names, in the recipe's length unit.

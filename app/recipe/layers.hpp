@@ -6,6 +6,9 @@
 
 namespace sidewall::app {
 
+/// How far above and below z = 0 a recipe may describe a wafer, in grid spacings.
+inline constexpr double kMostCells = 20'000;
+
 /// One layer of the material stack, bottom up.
 struct MaterialLayer {
     int material = 0;  ///< id

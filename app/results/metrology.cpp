@@ -147,8 +147,22 @@ double height(const Profile& profile, double along, double limit) {
     return z;
 }
 
-// Thickness of the film between two profiles: beside, on the wall halfway down, on the floor.
-std::array<double, 3> film(const Profile& surface, const Profile& below) {
+// The film between two profiles.
+struct Film {
+    double top = kNone, side = kNone,
+           bottom = kNone;  // thickness beside, on the wall halfway down, on the floor
+    double depth = kNone;   // of what it covers
+    bool filled = false;    // nothing is open halfway down
+
+    // Its thickness at a place over that beside: of a film that there is, on something that has walls.
+    double coverage(double thickness, double spacing) const {
+        const double least = levelset::kExposed * spacing;
+        const bool film = top > least && (side > least || bottom > least), walls = depth > 2.0 * spacing;
+        return film && walls && !filled ? thickness / top : kNone;
+    }
+};
+
+Film film(const Profile& surface, const Profile& below) {
     const double inf = std::numeric_limits<double>::infinity();
     double left = inf, floor = inf, floor_at = 0.0, sum = 0.0, length = 0.0;
     below.each_segment([&](const Vec3& p, const Vec3& q) {
@@ -157,7 +171,7 @@ std::array<double, 3> film(const Profile& surface, const Profile& below) {
             floor = std::min(floor, end->z());
         }
     });
-    if (!std::isfinite(floor)) return {kNone, kNone, kNone};
+    if (!std::isfinite(floor)) return {};
     // The middle of what lies at the floor's height, within a hundredth of the depth.
     const double top = height(below, left, inf), near = floor + 0.01 * (top - floor);
     below.each_segment([&](const Vec3& p, const Vec3& q) {
@@ -174,9 +188,11 @@ std::array<double, 3> film(const Profile& surface, const Profile& below) {
         if (a == b || std::min(a, b) > floor_at || std::max(a, b) < floor_at) return;
         above = std::min(above, p.z() + (floor_at - a) / (b - a) * (q.z() - p.z()));
     });
-    const double middle = 0.5 * (top + floor);
-    return {height(surface, left, inf) - top, 0.5 * (opening(below, middle) - opening(surface, middle)),
-            std::isfinite(above) ? above - floor : kNone};
+    const double middle = 0.5 * (top + floor), width = opening(below, middle),
+                 open = opening(surface, middle);
+    return {height(surface, left, inf) - top, 0.5 * (width - open),
+            std::isfinite(above) ? above - floor : kNone, top - floor,
+            std::isfinite(width) && !std::isfinite(open)};
 }
 
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
@@ -225,30 +241,30 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
             measures.push_back({"scallop_pitch", pitch, length});
             measures.push_back({"scallop_depth", amplitude, length});
         } else if (what == "film") {
-            std::array<double, 3> t{kNone, kNone, kNone};
+            Film t;
             if (stack.layers.size() > 1)
                 t = film(profile, profile_of(levelset::extract_surface(
                                                  *stack.layers[stack.layers.size() - 2].phi, stack.domain),
                                              plane, stack.domain));
-            measures.push_back({"film_top", t[0], length});
-            measures.push_back({"film_side", t[1], length});
-            measures.push_back({"film_bottom", t[2], length});
-            measures.push_back({"step_coverage_side", t[1] / t[0], "1"});
-            measures.push_back({"step_coverage_bottom", t[2] / t[0], "1"});
+            measures.push_back({"film_top", t.top, length});
+            measures.push_back({"film_side", t.side, length});
+            measures.push_back({"film_bottom", t.bottom, length});
+            measures.push_back({"step_coverage_side", t.coverage(t.side, dx), "1"});
+            measures.push_back({"step_coverage_bottom", t.coverage(t.bottom, dx), "1"});
         }
     }
     return measures;
 }
 
-std::vector<double> material_volumes(const levelset::MaterialStack& stack, std::size_t materials) {
-    std::vector<double> volumes(materials, 0.0);
+std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
+    std::vector<double> volumes;
     double below = 0.0;
     for (const levelset::Layer& layer : stack.layers) {
         const TriangleMesh mesh = levelset::extract_surface(*layer.phi, stack.domain);
         double volume = 0.0;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
             volume += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();
-        volumes[static_cast<std::size_t>(layer.material)] += volume - below;
+        volumes.push_back(volume - below);
         below = volume;
     }
     return volumes;

@@ -26,14 +26,15 @@ struct Measure {
 /// - scallops: scallop_pitch and scallop_depth, mean distance of the maxima of the opening down the wall, and
 ///   half the mean of what lies between them and the minima
 /// - film: film_top, film_side, film_bottom, thickness of the uppermost layer beside, halfway down and at the
-///   floor of what it fills, and step_coverage_side, step_coverage_bottom over film_top
+///   floor of what it fills, and step_coverage_side, step_coverage_bottom over film_top: only of a film that can
+///   be told from none (levelset::kExposed), in something more than two grid spacings deep that it does not fill
 ///
 /// \param surface  as extracted from \p stack. O(n) in triangles.
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
                              const TriangleMesh& surface);
 
-/// Volume of every material in the domain, by id; the substrate counts from z = 0 down, so that only
-/// differences mean something.
-std::vector<double> material_volumes(const levelset::MaterialStack& stack, std::size_t materials);
+/// Volume of every layer in the domain; the substrate counts from z = 0 down, so that only differences mean
+/// something.
+std::vector<double> layer_volumes(const levelset::MaterialStack& stack);
 
 }  // namespace sidewall::app

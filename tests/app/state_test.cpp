@@ -42,11 +42,15 @@ TEST_CASE("a state comes back from its checkpoint; one that no run can be in is 
     RunState good = initial_state(recipe);
     good.carried = half_covered();
     good.advance(0.25, 1.0);
+    good.history.events = {{kVoidClosed, 0.1, 0, "", 2, 0.3, {0.1, 0.2, 0.3}}};
     save_state(folder.path, recipe, good);
     const RunState back = resume_state(folder.path, recipe);
     CHECK(back.time == 0.25);
     CHECK(back.time_steps == good.time_steps);
     CHECK(back.carried.corner == good.carried.corner);
+    CHECK(back.history.initial == good.history.initial);
+    REQUIRE(back.history.events.size() == 1);
+    CHECK(back.history.events[0].at == good.history.events[0].at);
 
     const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = 1e308 * 10.0;
     const std::vector<std::function<void(RunState&)>> faults = {
@@ -62,6 +66,11 @@ TEST_CASE("a state comes back from its checkpoint; one that no run can be in is 
         [&](RunState& s) { s.step_start = 0.5; },
         [&](RunState& s) { s.stack.layers[0].material = 1000; },
         [&](RunState& s) { s.stack.layers[0].material = -1; },
+        [&](RunState& s) { s.history.initial[0] = nan; },
+        [&](RunState& s) { s.history.added.clear(); },
+        [&](RunState& s) { s.history.layer_materials[0] = 1000; },
+        [&](RunState& s) { s.history.events[0].step = 1; },
+        [&](RunState& s) { s.history.events[0].at.x() = nan; },
         [&](RunState& s) {
             s.files = {{0.0, 0, "../../surface_0000.vtp"}};
         },

@@ -21,7 +21,7 @@ struct Sealed {
     std::vector<std::uint8_t> flags;
     Sealed(const Domain& domain, const std::function<double(const Vec3&)>& phi)
         : surface(extract_surface(*sample_grid(domain, phi, -16.0, 16.0), domain)),
-          flags(sealed_off(surface, domain)) {}
+          flags(sealed_off(surface, surface_pieces(surface, domain), domain)) {}
 };
 
 }  // namespace
