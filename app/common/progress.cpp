@@ -40,9 +40,8 @@ void ProgressBar::update(double done, std::string_view note) {
     const int filled = static_cast<int>(fraction * kWidth);
     const std::string eta =
         fraction > 0.0 ? clock_text((time - start_) * (1.0 - fraction) / fraction) : "-:--";
-    const std::string text =
-        fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {:.4g}/{:.4g} {} ETA {} {}", title_, "", filled, "",
-                    kWidth - filled, done, total_, unit_, eta, note);
+    const std::string text = fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {:.4g}/{:.4g} {} ETA {} {}", title_, "",
+                                         filled, "", kWidth - filled, done, total_, unit_, eta, note);
     std::fputs(text.c_str(), stderr);  // the terminal may have been closed
     std::fflush(stderr);
 }
