@@ -9,7 +9,8 @@ volatile std::sig_atomic_t interrupt_count = 0;
 
 extern "C" void on_interrupt(int signal) {
     interrupt_count = interrupt_count + 1;
-    // A second one ends the program at once, by the default action. A closed terminal hangs up more than once.
+    // A second one ends the program at once, by the default action. A closed terminal hangs up more than
+    // once.
     std::signal(signal, signal == SIGHUP ? SIG_IGN : SIG_DFL);
 }
 
