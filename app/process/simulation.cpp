@@ -11,6 +11,7 @@
 #include "app/process/flux_reuse.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
+#include "app/process/reshape.hpp"
 #include "app/process/run_folder.hpp"
 #include "app/process/state.hpp"
 #include "app/process/stop.hpp"
@@ -37,14 +38,6 @@ struct Run {
         timing.total = seconds_before + (tbb::tick_count::now() - start).seconds();
     }
 };
-
-// A geometric step happens at once. False if the step takes time.
-bool reshape(const Recipe& recipe, const Step& step, RunState& state) {
-    const ModelEntry* entry = find_model(step.model);
-    if (entry->apply == nullptr) return false;
-    entry->apply(step.values, recipe.materials, state.stack);
-    return true;
-}
 
 Model begin_step(const Recipe& recipe, const Step& step, RunState& state) {
     Model model = make_model(step, recipe.materials, recipe.domain);
@@ -112,7 +105,7 @@ void make_steps(const Run& run, RunState& state) {
     const Recipe& recipe = run.recipe;
     for (; state.step < run.steps.size(); state.enter(state.step + 1)) {
         const Step& step = run.steps[state.step];
-        if (reshape(recipe, step, state)) continue;
+        if (reshape(recipe, step, state.stack)) continue;
         const Model model = begin_step(recipe, step, state);
         while (!state.reached(state.step_start + step.duration)) {
             const TracedSurface surface = current_surface(run, model, state);
