@@ -1,21 +1,76 @@
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
+#include "app/common/threads.hpp"
+#include "app/process/estimate.hpp"
+#include "app/process/memory.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 
 namespace sidewall::app {
+namespace {
+
+std::string duration_text(double seconds) {
+    if (seconds < 1.0) return "under 1 s";
+    if (seconds < 100.0) return fmt::format("{:.2g} s", seconds);
+    if (seconds < 100.0 * 60.0) return fmt::format("{:.2g} min", seconds / 60.0);
+    if (seconds < 100.0 * 3600.0) return fmt::format("{:.2g} h", seconds / 3600.0);
+    return fmt::format("{:.3g} days", seconds / 86400.0);
+}
+
+// A count to two digits, in full as long as that can be read.
+std::string count_text(double count) {
+    if (count < 100.0) return fmt::format("{:.0f}", count);
+    if (count >= 1e6) return fmt::format("{:.1e}", count);
+    const double unit = count < 1e3 ? 10.0 : count < 1e4 ? 100.0 : count < 1e5 ? 1e3 : 1e4;
+    return fmt::format("{:.0f}", unit * std::round(count / unit));
+}
+
+std::string memory_text(double bytes) {
+    return bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6) : fmt::format("{:.2g} GB", bytes / 1e9);
+}
+
+void print_estimate(const Recipe& recipe) {
+    const Estimate estimate = estimate_run(recipe);
+    const bool reuse = recipe.flux.reuse > 0.0 && estimate.rays > 0.0;
+    const std::string most = reuse ? "at most " : "";
+    fmt::print("# A run on this machine with {} threads takes, usually within a factor of two:\n",
+               thread_count());
+    fmt::print("#   time steps {}\n", count_text(estimate.time_steps));
+    fmt::print("#   rays       {}{}{}\n", most, count_text(estimate.rays),
+               estimate.flux_error > 0.0 && std::isfinite(estimate.flux_error)
+                   ? fmt::format(", relative flux error {:.1g}", estimate.flux_error)
+                   : "");
+    fmt::print("#   memory     {}\n", memory_text(estimate.memory));
+    fmt::print("#   wall time  {}{}\n", most, duration_text(estimate.seconds));
+}
+
+}  // namespace
 
 void add_check_command(CLI::App& program) {
     CLI::App* command = program.add_subcommand(
-        "check", "Parse and validate a recipe and print it with every default; run nothing");
+        "check",
+        "Parse and validate a recipe, print it with every default, and estimate what a run takes; write nothing");
     const auto options = add_recipe_options(*command);
-    command->callback([options] {
+    const auto quick = std::make_shared<bool>(false);
+    command->add_flag(
+        "--no-estimate", *quick,
+        "Do not make first time steps (a second or two) to estimate time steps, rays, memory and "
+        "wall time, nor say whether this machine would refuse the run");
+    command->callback([options, quick] {
         const Recipe recipe = load(*options);
         const levelset::Domain domain = domain_of(recipe);
         fmt::print("{}# The grid: {} x {} cells of {} {}.\n{}", effective_recipe(recipe), domain.cells[0],
                    domain.cells[1], domain.spacing, recipe.domain.length_unit, values_by_material(recipe));
+        if (*quick) return;
+        std::fflush(stdout);
+        require_memory(recipe, domain);
+        print_estimate(recipe);
     });
 }
 

@@ -13,6 +13,7 @@
 #include "app/process/flux_reuse.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
+#include "app/process/reshape.hpp"
 #include "app/process/run_folder.hpp"
 #include "app/process/state.hpp"
 #include "app/process/stop.hpp"
@@ -72,11 +73,9 @@ void end_step(const char* stopped_by, RunState& state) {
     end_step(state.stack, state.step, {state.time - state.step_start, stopped_by}, state.history);
 }
 
-// A geometric step happens at once. False if the step takes time.
-bool reshape(const Run& run, const Step& step, RunState& state) {
-    const ModelEntry* entry = find_model(step.model);
-    if (entry->apply == nullptr) return false;
-    entry->apply(step.values, run.recipe.materials, state.stack);
+// False if the step is not a geometric one.
+bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
+    if (!reshape(run.recipe, step, state.stack)) return false;
     const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
     tell_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
     end_step("duration", state);
@@ -160,7 +159,7 @@ void make_steps(const Run& run, RunState& state) {
     const Recipe& recipe = run.recipe;
     for (; state.step < run.steps.size(); state.enter(state.step + 1)) {
         const Step& step = run.steps[state.step];
-        if (reshape(run, step, state)) continue;
+        if (reshape_at_once(run, step, state)) continue;
         const Model model = begin_step(recipe, step, state);
         const char* stopped_by = "duration";
         while (!state.reached(state.step_start + step.duration)) {

@@ -1,5 +1,7 @@
 #include "app/process/time_step.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -30,6 +32,19 @@ double approach(double distance, double speed, double spacing, double cfl) {
                        : std::numeric_limits<double>::infinity();
 }
 
+// A step that would take this many time steps is a mistake in a rate or a duration.
+constexpr double kMostTimeSteps = 1e7;
+
+void refuse_endless(const Recipe& recipe, const Step& step, double left, double speed, double spacing) {
+    const double count = left * speed / (recipe.advection.cfl * spacing);
+    if (count > kMostTimeSteps)
+        throw RecipeError(fmt::format(
+            "{}: step {}: the surface moves at {:.3g} {}/{}, so that its {:g} {} would take {:.2g} time steps, over "
+            "{:g}: check its rates and duration, or use a larger advection.cfl or domain.grid_spacing",
+            recipe.file, step.name, speed, recipe.domain.length_unit, recipe.domain.time_unit, step.duration,
+            recipe.domain.time_unit, count, kMostTimeSteps));
+}
+
 // What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
 double bounding_speed(const Model& model, double speed) {
     return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
@@ -43,6 +58,10 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
     const double spacing = state.stack.domain.spacing, cfl = recipe.advection.cfl;
     next.until = next_event(recipe, step, state);
     next.speed = bounding_speed(model, levelset::max_speed(state.stack, motion));
+    if (next.speed > 0.0) {
+        const double left = state.step_start + step.duration - state.time;
+        refuse_endless(recipe, step, std::min(left, to_stop / next.speed), next.speed, spacing);
+    }
     next.dt = std::min(equal_parts(next.until - state.time, next.speed, spacing, cfl),
                        approach(to_stop, next.speed, spacing, cfl));
     return next;

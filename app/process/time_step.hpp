@@ -17,7 +17,7 @@ struct TimeStep {
 /// most cfl grid spacings, and none past a stop condition
 /// by more than a twentieth of a grid spacing.
 /// \param to_stop  how far the front may move before one holds, from distance_to_stop.
-/// \throws NumericsError if a speed is not finite.
+/// \throws NumericsError if a speed is not finite, RecipeError if the step would take over 1e7 of them.
 TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& model, const RunState& state,
                           const levelset::Motion& motion, double to_stop);
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "app/recipe/gds.hpp"
+#include "app/recipe/layer_checks.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/schema/units.hpp"
@@ -49,8 +50,7 @@ std::vector<levelset::Polygon> mask_polygons(const Layer& layer, const std::stri
 }
 
 // Fills in what a layer takes from those below it. \p top is the flat surface so far.
-void place_layer(Layer& layer, bool first, double& top, const std::filesystem::path& folder,
-                 const std::string& length_unit) {
+void place_layer(Layer& layer, bool first, double& top, const std::filesystem::path& folder) {
     if (layer.shape == "stack") {
         if (first) throw KeyError("shape", "a stack stands on a substrate: put a plane layer before it");
         if (layer.thicknesses.size() != layer.materials.size())
@@ -68,10 +68,8 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
                            fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
         if (layer.shape == "mesh") return;
     }
-    if (layer.shape == "mask") {
-        if (first) throw KeyError("shape", "a mask stands on a substrate: put another layer before it");
-        mask_polygons(layer, length_unit);  // for its checks
-    }
+    if (layer.shape == "mask" && first)
+        throw KeyError("shape", "a mask stands on a substrate: put another layer before it");
     if (layer.top && layer.thickness) throw KeyError("thickness", "give top or thickness, not both");
     if (first && layer.thickness)
         throw KeyError("thickness", "the first layer has none below it; give top instead");
@@ -97,6 +95,24 @@ void check_height(const Layer& layer, double top, double spacing) {
     check(layer.shape == "stack" ? "thicknesses" : "top", top);
     check("depth", layer.depth.value_or(0.0));
     check("height", layer.height);
+}
+
+// Whether the layer's shape makes sense on the grid. Files are opened here, so that `check` finds what is
+// wrong with them. \p below is the flat surface that it stands on, minus infinity for the first layer.
+void check_layer(const Layer& layer, double below, const toml::table& table, const std::string& path,
+                 Recipe& recipe) {
+    const levelset::Domain domain = domain_of(recipe);
+    try {
+        if (layer.shape == "mesh")
+            check_mesh(layer, domain, kMostCells * domain.spacing);
+        else if (layer.shape == "mask")
+            check_polygons(layer, mask_polygons(layer, recipe.domain.length_unit), domain, path,
+                           recipe.notes);
+        else if (layer.shape != "stack")
+            check_shape(layer, *layer.top - below, domain, path, recipe.notes);
+    } catch (const FileError& error) {  // names the layer's file
+        throw FileError(fmt::format("{}: {}.file: {}", place_of(*table.get("file")), path, error.what()));
+    }
 }
 
 levelset::Shape shape_of(const Layer& layer, const std::string& length_unit) {
@@ -141,12 +157,14 @@ void read_layers(const toml::table& root, Recipe& recipe) {
         read_field(*tables[i], path, fields(layer)[0], reading);  // the shape decides which keys there are
         read_fields(*tables[i], path, "a " + layer.shape, fields(layer), reading);
         located(*tables[i], path, [&] {
-            place_layer(layer, i == 0, top, folder, recipe.domain.length_unit);
+            const double below = i == 0 ? -std::numeric_limits<double>::infinity() : top;
+            place_layer(layer, i == 0, top, folder);
             check_height(layer, top, recipe.domain.grid_spacing);
             count +=
                 layer.shape == "stack" ? layer.repeat * static_cast<std::int64_t>(layer.materials.size()) : 1;
             if (count > kMostLayers)
                 throw KeyError("repeat", fmt::format("makes more than {} layers", kMostLayers));
+            check_layer(layer, below, *tables[i], path, recipe);
         });
     }
 }

@@ -16,6 +16,7 @@ namespace {
 
 // In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
 constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
+constexpr int kFewestCells = 4;            // along the longer side: less holds no shape
 constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would exceed its memory
 constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostBytes = 1 << 24;
@@ -87,7 +88,13 @@ void read_domain(const toml::table& root, Recipe& recipe) {
                                            extent / domain.grid_spacing, extent, kMostCells));
     });
     try {
-        domain_of(recipe);
+        const levelset::Domain grid = domain_of(recipe);
+        if (std::max(grid.cells[0], grid.cells[1]) < kFewestCells)
+            throw RecipeError(fmt::format(
+                "domain.grid_spacing = {:g}: makes a grid of {} x {} cells, which holds no shape: use "
+                "a spacing of {:.3g} or less",
+                domain.grid_spacing, grid.cells[0], grid.cells[1],
+                std::max(domain.extent[0], domain.extent[1]) / (2.0 * kFewestCells)));
     } catch (const RecipeError& error) {  // names the key itself
         throw RecipeError(
             fmt::format("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what()));
@@ -172,6 +179,10 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     const Reading reading = reading_for(recipe);
     read_section(root, "advection", recipe.advection, reading, [] {});
     read_section(root, "flux", recipe.flux, reading, [&] {
+        if (!recipe.flux.relative_error && recipe.flux.batches > recipe.flux.rays)
+            throw KeyError(
+                "batches",
+                fmt::format("must be at most rays = {}: every batch traces one at least", recipe.flux.rays));
         check_averaging(recipe.flux.averaging, recipe.domain);
         if (recipe.flux.stages == "all" && levelset::stage_count(recipe.advection.time_integration) == 1)
             throw KeyError(

@@ -8,6 +8,11 @@ namespace {
 
 const std::string kLength = "length", kTime = "time", kDegree = "degree";
 
+// Fewer rays leave the flux an error of over a tenth even on the smallest grid.
+constexpr double kFewestRays = 1000.0;
+// Shorter time steps only add rounding: the front would need a thousand of them to pass a cell.
+constexpr double kLeastCfl = 1e-3;
+
 const Rule kLengthOrAuto{.min = 0.0, .word = "auto"};
 const Rule kAboveZeroOrAuto{.min = 0.0, .above_min = true, .word = "auto"};
 
@@ -100,8 +105,13 @@ std::vector<Field> fields(Layer& layer) {
     if (layer.shape == "mask") {
         static const std::vector<Key> polygon = {
             {"points", std::vector<double>(), "length", "x and y of the corners in turn", required()}};
-        add({"polygons", &layer.polygons, "", "outlines, or give a file", {.keys = polygon}});
-        add({"file", &layer.file, "", "GDSII, beside the recipe, instead of polygons"});
+        add({"polygons",
+             &layer.polygons,
+             "",
+             "outlines, which must not cross or lie in one another; or give a file",
+             {.keys = polygon}});
+        add({"file", &layer.file, "",
+             "GDSII, beside the recipe, instead of polygons; outlines that overlap are united"});
         add({"cell", &layer.cell, "", "of the file; default its only top cell"});
         add({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
         add({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
@@ -158,7 +168,7 @@ std::vector<Field> fields(Step& step) {
 
 std::vector<Field> fields(FluxSection& flux) {
     return {
-        {"rays", &flux.rays, "", "source rays a species and time step", {.min = 1.0, .max = 1e12}},
+        {"rays", &flux.rays, "", "source rays a species and time step", {.min = kFewestRays, .max = 1e12}},
         {"relative_error",
          &flux.relative_error,
          "",
@@ -168,7 +178,7 @@ std::vector<Field> fields(FluxSection& flux) {
          &flux.max_rays,
          "",
          "the most that relative_error may spend a species and time step",
-         {.min = 1.0, .max = 1e12}},
+         {.min = kFewestRays, .max = 1e12}},
         {"batches",
          &flux.batches,
          "",
@@ -240,7 +250,7 @@ std::vector<Field> fields(levelset::AdvectionOptions& advection) {
          &advection.cfl,
          "",
          "grid spacings the front may move a time step",
-         {.min = 0.0, .max = 0.5, .above_min = true}},
+         {.min = kLeastCfl, .max = 0.5}},
     };
 }
 

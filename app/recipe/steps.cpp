@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_model.hpp"
@@ -9,6 +13,7 @@ namespace {
 
 constexpr double kMostSteps = 100'000;  // after loops are unrolled
 constexpr double kLongestRun = kHuge;   // process time
+constexpr double kMostCells = 20'000;   // that a height or thickness may come to
 
 double unrolled(const std::vector<Step>& steps) {
     double count = 0.0;
@@ -80,6 +85,51 @@ void unroll(const std::vector<Step>& steps, const std::string& number, const std
     }
 }
 
+// The lowest point of the wafer as its layers make it; minus infinity where a mesh file decides.
+double lowest_start(const Recipe& recipe) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Layer& layer : recipe.layers) {
+        if (layer.shape == "mesh") return -lowest;
+        if (layer.top) lowest = std::min(lowest, *layer.top - layer.depth.value_or(0.0));
+    }
+    return lowest;
+}
+
+// Heights and thicknesses of geometric steps. \p lowest is the wafer's lowest point for as long as it is
+// known: until a step takes time, which may etch.
+void check_geometric(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
+                     const Recipe& recipe, double& lowest) {
+    const auto refuse = [&](const std::string& key_path, const std::string& rule) {
+        fail(*find_node(root, key_path), key_path, rule);
+    };
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const std::string here = fmt::format("{}[{}]", path, i);
+        const Step& step = steps[i];
+        if (!step.steps.empty()) {
+            check_geometric(root, step.steps, here + ".steps", recipe, lowest);
+            continue;
+        }
+        if (find_model(step.model)->make != nullptr) {
+            lowest = -std::numeric_limits<double>::infinity();
+            continue;
+        }
+        for (const char* key : {"height", "thickness"}) {
+            const double spacing = recipe.domain.grid_spacing;
+            if (step.values.entries.contains(key) &&
+                std::abs(step.values.get<double>(key)) > kMostCells * spacing)
+                refuse(here + "." + key,
+                       fmt::format("is over {:g} cells; check the unit or use a larger grid_spacing",
+                                   kMostCells));
+        }
+        if (step.model == "planarize" && step.values.get<double>("height") < lowest)
+            refuse(
+                here + ".height",
+                fmt::format("lies below the whole wafer, whose lowest point is at {:g}: nothing of its shape "
+                            "would be left; polish above that",
+                            lowest));
+    }
+}
+
 }  // namespace
 
 void read_steps(const toml::table& root, Recipe& recipe) {
@@ -93,6 +143,8 @@ void read_steps(const toml::table& root, Recipe& recipe) {
     if (duration(recipe.steps) > kLongestRun)
         fail_missing(*root.get("step"), "step",
                      fmt::format("durations add up to over {:g}; check the unit", kLongestRun));
+    double lowest = lowest_start(recipe);
+    check_geometric(root, recipe.steps, "step", recipe, lowest);
 }
 
 std::vector<Step> expanded_steps(const Recipe& recipe) {

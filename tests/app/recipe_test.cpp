@@ -196,7 +196,7 @@ TEST_CASE("overrides change keys before the recipe is checked", "[foreign]") {
     CHECK(with({"flux.seed=2", "flux.seed=3"}).flux.seed == 3);  // the last one holds
     // An override can mend a recipe that would be refused.
     CHECK(message("flux = 1\n" + kBase).starts_with("bad.toml:1: flux = 1: must be a table"));
-    CHECK_NOTHROW(parse_recipe("flux = 1\n" + kBase, "x.toml", {"flux={ rays = 10 }"}));
+    CHECK_NOTHROW(parse_recipe("flux = 1\n" + kBase, "x.toml", {"flux={ rays = 1e4 }"}));
 }
 
 TEST_CASE("a wrong override is named in the message", "[foreign]") {
@@ -231,6 +231,39 @@ TEST_CASE("notes tell how the grid's spacing was rounded, and of beams that side
     REQUIRE(of("reflective").size() == 1);
     CHECK(of("reflective")[0].find("tilted along x") != std::string::npos);
     CHECK(of("periodic").empty());
+}
+
+TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of the domain", "[foreign]") {
+    const auto notes = [](const std::string& boundary, const std::string& layer) {
+        return notes_on(parse_recipe("[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\nboundary = \"" +
+                                         boundary + "\"\n[[layer]]\nmaterial = \"Si\"\n" + layer +
+                                         "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n",
+                                     "narrow.toml"));
+    };
+    const std::string trench = "shape = \"trench\"\ndepth = 1.0\n",
+                      mask = "[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 0.5\npolygons = ";
+    CHECK(notes("reflective", trench + "width = 0.6\n").empty());
+    REQUIRE(notes("reflective", trench + "width = 0.5\n").size() == 1);
+    CHECK(notes("reflective", trench + "width = 0.5\n")[0].starts_with(
+        "layer[0].width: the opening is 5 cells wide: "));
+    // Half of it in the domain, the other half mirrored.
+    CHECK(notes("reflective", trench + "width = 0.6\nposition = [2.0, 0.0]\n").empty());
+    // A ridge of three cells and its mirror image; one between two repetitions.
+    CHECK(notes("reflective", trench + "width = 2.0\nposition = [-0.8, 0.0]\n")[0].find(
+              "what stands beside the opening is 4 cells wide") != std::string::npos);
+    CHECK(notes("periodic", trench + "width = 2.0\nposition = [-0.8, 0.0]\n").empty());
+    CHECK(notes("periodic", trench + "width = 3.5\n")[0].find("beside the opening is 5 cells wide") !=
+          std::string::npos);
+    // Holes that merge with their repetitions along y are a slot; boxes from side to side are walls.
+    CHECK(notes("periodic", "shape = \"hole\"\ndepth = 1.0\nradius = 1.7\n").empty());
+    CHECK(notes("periodic", "shape = \"box\"\nheight = 1.0\nsize = [1.0, 4.0]\n").empty());
+    // Outlines may touch; turned ones are as wide as they are.
+    CHECK(notes("reflective", mask + "[{ points = [-1, -1, 0, -1, 0, 1, -1, 1] }, "
+                                     "{ points = [0, -1, 1, -1, 1, 1, 0, 1] }]\n")
+              .empty());
+    const auto turned = notes("reflective", mask + "[{ points = [0, 0, 1, 1, 0.7, 1.3, -0.3, 0.3] }]\n");
+    REQUIRE(turned.size() == 1);
+    CHECK(turned[0].starts_with("layer[1].polygons[0].points: the narrowest outline is 4.24 cells wide: "));
 }
 
 TEST_CASE("keys go by their former names, too, with a note that says the new one", "[foreign]") {

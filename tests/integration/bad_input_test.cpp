@@ -211,8 +211,8 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
                "6: step: ", "repeat fewer times"),
         recipe("repeat by half", kGood + "repeat = 1.5\n", "10: step[0].repeat = 1.5: ", "whole number"),
 
-        recipe("no rays", kGood + "[flux]\nrays = 0\n", "11: flux.rays = 0: ", "in [1, 1e+12]"),
-        recipe("too many rays", kGood + "[flux]\nrays = 1e15\n", "11: flux.rays = ", "in [1, 1e+12]"),
+        recipe("no rays", kGood + "[flux]\nrays = 0\n", "11: flux.rays = 0: ", "in [1000, 1e+12]"),
+        recipe("too many rays", kGood + "[flux]\nrays = 1e15\n", "11: flux.rays = ", "in [1000, 1e+12]"),
         recipe("relative error", kGood + "[flux]\nrelative_error = 0.0\n", "11: flux.relative_error = 0",
                "must be in (0, 0.5]"),
         recipe("few batches", kGood + "[flux]\nbatches = 8\n", "11: flux.batches = 8: ", "in [16"),
@@ -227,7 +227,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
                "11: simplify.weights = ", "not all be 0"),
         recipe("two weights", kGood + "[simplify]\nweights = [1, 1]\n",
                "11: simplify.weights = ", "list of 3 numbers"),
-        recipe("cfl", kGood + "[advection]\ncfl = 1.5\n", "11: advection.cfl = 1.5: ", "in (0, 0.5]"),
+        recipe("cfl", kGood + "[advection]\ncfl = 1.5\n", "11: advection.cfl = 1.5: ", "in [0.001, 0.5]"),
         recipe("scheme", kGood + "[advection]\nscheme = \"weno\"\n",
                "11: advection.scheme = \"weno\": ", "did you mean weno"),
         recipe("output every 0", kGood + "[output]\nevery = 0\n", "11: output.every = 0: ", "greater than 0"),
@@ -240,6 +240,147 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
         recipe("CD nowhere", kGood + "[metrology]\nmeasures = [\"cd\"]\n",
                "10: metrology.cd_depths: ", "missing"),
     });
+}
+
+TEST_CASE("a recipe whose shapes make no sense is refused with file, line, key and remedy", "[foreign]") {
+    // Lines 5 and 6, then the shape's own; the domain has 40 x 40 cells.
+    const auto shape = [](const std::string& name, const std::string& lines) {
+        return layer("material = \"Si\"\nshape = \"" + name + "\"\n" + lines);
+    };
+    const auto mask = [](const std::string& polygons) {
+        return layer(
+            "material = \"Si\"\n[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 1\n"
+            "polygons = [" +
+            polygons + "]\n");  // line 10
+    };
+    const std::string square = "{ points = [-1, -1, 1, -1, 1, 1, -1, 1] }";
+    check_rows({
+        recipe("2 x 1 cells", "[domain]\nextent = [1.0, 0.5]\ngrid_spacing = 0.5\n" + kLayer + kStep,
+               "3: domain.grid_spacing = 0.5: ", "use a spacing of 0.125 or less"),
+        recipe("trench wider than the domain", shape("trench", "width = 5\ndepth = 1\n"),
+               "7: layer[0].width = 5: ", "use a smaller one or a larger domain.extent"),
+        recipe("trench as wide as the domain", shape("trench", "width = 4\ndepth = 1\n"),
+               "7: layer[0].width = 4: ", "covers the whole domain"),
+        recipe("hole around the domain", shape("hole", "radius = 2.9\ndepth = 1\n"),
+               "7: layer[0].radius = 2.9: ", "covers the whole domain"),
+        recipe("fin wider than the domain", shape("fin", "width = 5\nheight = 1\n"),
+               "7: layer[0].width = 5: ", "covers the whole domain"),
+        recipe("box wider than the domain", shape("box", "size = [4, 5]\nheight = 1\n"),
+               "7: layer[0].size = ", "covers the whole domain"),
+        recipe("trench outside", shape("trench", "width = 1\ndepth = 1\nposition = [2.5, 0]\n"),
+               "9: layer[0].position = ", "move it inside"),
+        recipe("walls that meet", shape("trench", "width = 1\ndepth = 4\ntaper_deg = 10\n"),
+               "9: layer[0].taper_deg = 10: ", "taper of at most 7.125 degrees, or a depth of at most 2.836"),
+        recipe("walls that meet in a mask",
+               layer("material = \"Si\"\n[[layer]]\nmaterial = \"Mask\"\nshape = \"hole\"\nradius = 0.5\n"
+                     "thickness = 1\ntaper_deg = 30\n"),
+               "11: layer[1].taper_deg = 30: ", "before the 1 asked for"),
+        recipe("a fin that ends early", shape("fin", "width = 1\nheight = 4\ntaper_deg = 10\n"),
+               "9: layer[0].taper_deg = 10: ", "height of at most 2.836"),
+        recipe("walls that lean out of the domain",
+               shape("trench", "width = 1\ndepth = 2\ntaper_deg = -45\n"),
+               "9: layer[0].taper_deg = -45: ", "use a smaller taper"),
+        recipe("trench of 1.5 cells", shape("trench", "width = 0.15\ndepth = 1\n"),
+               "7: layer[0].width = 0.15: the opening is 1.5 cells wide",
+               "use a grid_spacing of 0.025 or less"),
+        recipe("hole of 1.6 cells", shape("hole", "radius = 0.08\ndepth = 1\n"),
+               "7: layer[0].radius = 0.08: the opening is 1.6 cells wide", "use a grid_spacing"),
+        recipe("box of 1 cell", shape("box", "size = [1, 0.1]\nheight = 1\n"),
+               "7: layer[0].size = ", "the shape is 1 cells wide"),
+        recipe("ridge of 1 cell", shape("trench", "width = 3.9\ndepth = 1\n"),
+               "7: layer[0].width = 3.9: what stands beside the opening is 1 cells wide",
+               "use a grid_spacing"),
+        recipe("bow tie", mask("{ points = [-1, -1, 1, 1, 1, -1, -1, 1] }"),
+               "10: layer[1].polygons[0].points = ", "crosses itself"),
+        recipe("crossing outlines", mask(square + ", { points = [0, 0, 1.5, 0, 1.5, 1.5, 0, 1.5] }"),
+               "10: layer[1].polygons[1].points = ", "crosses polygons[0]"),
+        recipe("nested outlines",
+               mask(square + ", { points = [-0.5, -0.5, 0.5, -0.5, 0.5, 0.5, -0.5, 0.5] }"),
+               "10: layer[1].polygons[1].points = ", "lies inside polygons[0]"),
+        recipe("nested outlines, the inner first", mask("{ points = [0, 0, 0.5, 0, 0, 0.5] }, " + square),
+               "10: layer[1].polygons[1].points = ", "encloses or overlaps polygons[0]"),
+        recipe("the same outline twice", mask(square + ", " + square),
+               "10: layer[1].polygons[1].points = ", "a ring as one with a slit"),
+        recipe("outlines that share a part of their edges",
+               mask(square + ", { points = [0.5, -1, 1.5, -1, 1.5, 1, 0.5, 1] }"),
+               "10: layer[1].polygons[1].points = ", "overlaps polygons[0]"),
+        recipe("two different corners", mask("{ points = [0, 0, 1, 1, 1, 1, 0, 0] }"),
+               "10: layer[1].polygons[0].points = ", "three different corners"),
+        recipe("outline of 1 cell", mask("{ points = [-1, 0, 1, 0, 1, 0.1, -1, 0.1] }"),
+               "10: layer[1].polygons[0].points = ", "only 1 cells wide"),
+        recipe("outline around the domain", mask("{ points = [-3, -3, 3, -3, 3, 3, -3, 3] }"),
+               "10: layer[1].polygons = ", "check unit and position"),
+        recipe("outline outside the domain", mask("{ points = [3, 3, 4, 3, 4, 4, 3, 4] }"),
+               "10: layer[1].polygons = ", "all open or all closed"),
+    });
+}
+
+TEST_CASE("a recipe whose numbers make no sense is refused with file, line, key and remedy", "[foreign]") {
+    const std::string polish = "[[step]]\nmodel = \"planarize\"\n";
+    check_rows({
+        recipe("one ray", kGood + "[flux]\nrays = 1\n", "11: flux.rays = 1: ", "in [1000, 1e+12]"),
+        recipe("one ray at most", kGood + "[flux]\nrelative_error = 0.1\nmax_rays = 1\n",
+               "12: flux.max_rays = 1: ", "in [1000, 1e+12]"),
+        recipe("more batches than rays", kGood + "[flux]\nrays = 1000\nbatches = 5000\n",
+               "12: flux.batches = 5000: ", "at most rays = 1000"),
+        recipe("cfl", kGood + "[advection]\ncfl = 1e-9\n", "11: advection.cfl = 1e-09: ", "in [0.001, 0.5]"),
+        recipe("polish below the wafer", kDomain + kLayer + polish + "height = -1\n" + kStep,
+               "8: step[0].height = -1: lies below the whole wafer", "polish above"),
+        recipe("polish far away", kGood + polish + "height = 1e5\n", "12: step[1].height = 100000",
+               "check the unit"),
+        recipe("a coat beyond all measure",
+               kGood + "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = 1e5\n",
+               "13: step[1].thickness = 100000", "check the unit"),
+        // Known only once a first time step was made.
+        recipe("polish below all that was etched", kGood + polish + "height = -1\n",
+               " step 2 planarize: height = -1: lies below the whole wafer", "polish above"),
+        recipe("a step without end", step("model = \"isotropic\"\nduration = 1.0\nrate = -1e7\n"),
+               " step 1 isotropic: the surface moves at 1e+07 um/s", "check its rates and duration"),
+        recipe("too much for any machine",
+               "[domain]\nextent = [1000, 1000]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = "
+               "\"trench\"\nwidth = 100.0\ndepth = 1900.0\n" +
+                   kStep,
+               " domain.grid_spacing = 0.1: the run would need about ", "use a spacing of"),
+    });
+    SECTION("a run refuses what only a time step tells, too") {
+        const Folder folder;
+        std::ofstream(folder.path / "late.toml") << kGood + polish + "height = -1\n";
+        const Outcome outcome = run(folder.path, "run late.toml -o out");
+        INFO(outcome.output);
+        CHECK(outcome.exit_code == 2);
+        CHECK(outcome.output.find("late.toml: step 2 planarize: height = -1: lies below") !=
+              std::string::npos);
+    }
+}
+
+TEST_CASE("a layer's file that is no mesh or layout is found by check", "[foreign]") {
+    for (const std::string file : {"bad.ply", "bad.vtp", "bad.stl", "bad.obj", "bad.gds", "bad.doc"}) {
+        const Folder folder;
+        std::ofstream(folder.path / file) << "hello";
+        const std::string shape = file == "bad.gds" ? "mask" : "mesh";
+        std::ofstream(folder.path / "bad.toml")
+            << kDomain + kLayer + "[[layer]]\nmaterial = \"W\"\nshape = \"" + shape + "\"\nfile = \"" + file +
+                   "\"\n" + (shape == "mask" ? "thickness = 1.0\n" : "") + kStep;
+        for (const std::string command : {"check bad.toml --no-estimate", "run bad.toml -o out"}) {
+            const Outcome outcome = run(folder.path, command);
+            INFO(outcome.output);
+            CHECK(outcome.exit_code == 3);
+            CHECK(outcome.output.find("sidewall: bad.toml:9: layer[1].file: ") == 0);
+            CHECK(outcome.output.find(file) != std::string::npos);
+            CHECK(contents(folder.path).size() == 2);
+        }
+    }
+    const Folder folder;  // a good one, but in nanometres
+    std::ofstream(folder.path / "far.stl")
+        << "solid a\nfacet normal 0 0 1\nouter loop\nvertex 100 100 0\n"
+           "vertex 900 100 0\nvertex 100 900 0\nendloop\nendfacet\nendsolid\n";
+    std::ofstream(folder.path / "bad.toml")
+        << kDomain + kLayer + "[[layer]]\nmaterial = \"W\"\nshape = \"mesh\"\nfile = \"far.stl\"\n" + kStep;
+    const Outcome outcome = run(folder.path, "check bad.toml");
+    INFO(outcome.output);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.output.find("bad.toml:9: layer[1].file = \"far.stl\": the mesh lies from x = 100 to 900") !=
+          std::string::npos);
 }
 
 TEST_CASE("a bad override is refused by name", "[foreign]") {

@@ -16,12 +16,12 @@ namespace {
 
 // A run of a tenth of a second that saves three surfaces.
 const std::string kQuick = R"([domain]
-extent = [1.0, 1.0]
+extent = [1.2, 1.0]
 grid_spacing = 0.1
 [[layer]]
 material = "Si"
 shape = "trench"
-width = 0.4
+width = 0.6
 depth = 0.5
 [[step]]
 model = "isotropic"

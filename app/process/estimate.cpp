@@ -1,0 +1,289 @@
+#include "app/process/estimate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "app/common/timing.hpp"
+#include "app/process/memory.hpp"
+#include "app/process/rates.hpp"
+#include "app/process/reshape.hpp"
+#include "app/process/saved_meshes.hpp"
+#include "app/process/state.hpp"
+#include "app/process/stop.hpp"
+#include "app/process/time_step.hpp"
+#include "app/process/traced_surface.hpp"
+#include "app/recipe/step_model.hpp"
+#include "app/results/metrology.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// What is known so far.
+struct Estimation {
+    const Recipe& recipe;
+    Recipe measured;      // on the grid that is looked at
+    RunState state;       // of the wafer on it
+    double cells = 1.0;   // of the recipe's grid for one of this
+    double effort = 0.0;  // seconds of tracing a step
+    double limit = 0.0;   // seconds for all steps
+    double start = now();
+    double lowest = 0.0;                         // below this the steps so far cannot etch
+    double looked_at = 0.0;                      // process time of the steps that were,
+    double left_out = 0.0;                       // and of those that the limit left out
+    double last_rays = 0.0, last_seconds = 0.0;  // of a trace and the files with which the run ends
+    Estimate total;
+};
+
+// The fluxes of a step's first time step.
+struct Tracing {
+    TracedSurface surface;
+    double reducing = 0.0;        // seconds from the grid to the mesh that is traced
+    double seconds = 0.0;         // of a trace with all rays
+    double rays = 0.0;            // all, of all species
+    int at_start = 0, later = 0;  // traces of the step's first time step and of the others
+    double error = 0.0;           // relative, of the worst species
+};
+
+// The recipe on a grid that needs at most about this much memory, but four times coarser at most: more would
+// lose its shapes.
+Recipe on_coarser_grid(const Recipe& recipe, double memory) {
+    constexpr double kMemory = 2e8, kCoarsest = 4.0;
+    const double factor = std::min(kCoarsest, std::ceil(std::sqrt(memory / kMemory)));
+    Recipe coarse = recipe;
+    if (factor <= 1.0) return coarse;
+    coarse.domain.grid_spacing = factor * domain_of(recipe).spacing;
+    coarse.flux.averaging *= factor;
+    SimplifySection& simplify = coarse.simplify;
+    for (std::optional<double>* length : {&simplify.l0, &simplify.step, &simplify.l_max, &simplify.max_error})
+        if (*length) **length *= factor;
+    try {
+        domain_of(coarse);
+    } catch (const RecipeError&) {  // no such spacing divides both extents
+        return recipe;
+    }
+    return coarse;
+}
+
+double relative_error(const TracedSurface& surface) {
+    double error = 0.0;
+    for (const flux::FluxResult& flux : surface.arriving->trace->species)
+        error = std::max(error, flux.relative_error);
+    return error;
+}
+
+double seconds_of_reducing(const Timing& timing) {
+    return timing.extract + timing.features + timing.simplify + timing.bvh;
+}
+
+// Source rays of all species.
+double rays_of(const TracedSurface& surface) {
+    double rays = 0.0;
+    for (const flux::FluxResult& flux : surface.arriving->trace->species)
+        rays += static_cast<double>(flux.emitted);
+    return rays;
+}
+
+// Traces a pilot, which also lets the coverages settle, and then as many rays as the effort allows.
+Tracing trace(const Estimation& e, const Model& model) {
+    Tracing tracing;
+    TracedSurface& surface = tracing.surface;
+    Timing first, second;
+    Recipe probe = e.measured;
+    const std::optional<double> target = probe.flux.relative_error;
+    const auto most = static_cast<double>(target ? probe.flux.max_rays : probe.flux.rays);
+    const double pilot = std::min(most, 1e4);
+    probe.flux.relative_error.reset();
+    probe.flux.rays = static_cast<std::int64_t>(pilot);
+    surface = trace_surface(probe, model, e.state.stack, {}, {0, true}, first);
+    tracing.reducing = seconds_of_reducing(first);
+    if (model.species.empty()) return tracing;
+    tracing.at_start = surface.arriving->trace->traces;
+    tracing.later = model.coverages.pulse > 0.0 ? tracing.at_start : 1;
+
+    // A trace of few rays underestimates its error.
+    constexpr double kUncertain = 4.0;
+    const auto needed_for = [&](double rays) {
+        const double error = target ? relative_error(surface) / *target : 0.0;
+        return target ? std::clamp(e.cells * rays * error * error, pilot, most) : most;
+    };
+    const double one = first.trace / tracing.at_start;
+    const double rays = std::clamp(pilot * e.effort / (tracing.later * one), pilot,
+                                   std::min(most, kUncertain * needed_for(pilot)));
+    probe.flux.rays = static_cast<std::int64_t>(rays);
+    const SurfaceField carried = field_to_carry(e.measured, model, surface);
+    surface = trace_surface(probe, model, e.state.stack, carried, {1, false}, second);
+    tracing.reducing = seconds_of_reducing(second);
+
+    const double two = second.trace / tracing.later;
+    const bool tells = rays > 1.5 * pilot && two > one;
+    const double per_ray = tells ? (two - one) / (rays - pilot) : two / rays;
+    const double fixed = std::max(0.0, two - per_ray * rays);
+    double needed = needed_for(rays);
+    tracing.rays = rays_of(surface) * needed / rays;
+    tracing.error = relative_error(surface) * std::sqrt(e.cells * rays / needed);
+    if (target && relative_error(surface) <= *target && e.cells == 1.0) {  // the run will stop as early
+        probe.flux.relative_error = target;
+        surface = trace_surface(probe, model, e.state.stack, carried, {1, false}, first);
+        tracing.rays = rays_of(surface);
+        needed = tracing.rays / static_cast<double>(model.species.size());
+        tracing.error = relative_error(surface);
+    }
+    tracing.seconds = e.cells * fixed + per_ray * needed;
+    return tracing;
+}
+
+// The largest |V| of every material on the wafer, buried ones included, as an etch will reach them. Films of
+// earlier steps, which no time step has grown here, count everywhere, the step's own one where it grows.
+double fastest_speed(const Model& model, const levelset::MaterialStack& stack, const levelset::Motion& motion,
+                     double at_first) {
+    double fastest = 0.0;
+    for (std::size_t n = 0; n < motion.extension.samples.size(); ++n) {
+        const std::size_t bare = exposed(stack, motion, n);
+        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+            const double v = motion.speed(n, k, Vec3::UnitZ());
+            const bool own_film = k > bare && stack.layers[k].material == model.deposit;
+            if (std::isfinite(v) && (v > 0.0 || !own_film)) fastest = std::max(fastest, std::abs(v));
+        }
+    }
+    if (model.depends_on_normal && fastest > 0.0) fastest = std::max(fastest, model.max_speed.value_or(0.0));
+    return std::max(fastest, at_first);
+}
+
+// The speed that leads to the step's stop condition: of the lowest points if it is a depth.
+double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, const levelset::Motion& motion,
+                     double fastest) {
+    if (!step.stop_depth) return fastest;
+    const auto height = [](const levelset::SurfaceSample& s) {
+        return s.node.z() + static_cast<double>(s.foot.z());
+    };
+    double lowest = std::numeric_limits<double>::infinity(), speed = 0.0;
+    for (const levelset::SurfaceSample& s : motion.extension.samples) lowest = std::min(lowest, height(s));
+    for (std::size_t n = 0; n < motion.extension.samples.size(); ++n)
+        if (height(motion.extension.samples[n]) < lowest + 1.0)
+            speed = std::max(speed, std::abs(motion.speed(n, exposed(stack, motion, n), Vec3::UnitZ())));
+    return speed;
+}
+
+// As choose_time_step divides a step of constant speed.
+double time_steps(const Recipe& recipe, double duration, double speed) {
+    const double pieces = recipe.output.every ? std::ceil(duration / *recipe.output.every) : 1.0;
+    const double distance = duration / pieces * speed / (recipe.advection.cfl * domain_of(recipe).spacing);
+    return pieces * std::max(1.0, std::ceil(distance * (1.0 - 1e-9)));
+}
+
+// Seconds to put the surface and what lies below it into files.
+double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
+                       const TracedSurface& surface) {
+    const double start = now();
+    surface::encode_vtp(result_mesh(model, stack, surface));
+    return static_cast<double>(stack.layers.size() + (surface.simplified ? 1 : 0)) * (now() - start);
+}
+
+// Makes the first time step of a step that is repeated \p times, and counts what all of them come to.
+void count_step(Estimation& e, const Step& step, double times) {
+    const Model model = make_model(step, e.measured.materials, e.measured.domain);
+    if (model.deposit) levelset::begin_film(e.state.stack, *model.deposit);
+    const Tracing tracing = trace(e, model);
+    e.total.flux_error = std::max(e.total.flux_error, tracing.error);
+    e.last_rays = tracing.rays;
+    e.last_seconds = e.cells * tracing.reducing + tracing.seconds;
+
+    double start = now();
+    const double to_stop = distance_to_stop(step, e.measured.materials, e.state.stack, tracing.surface.raw);
+    if (to_stop == 0.0) return;
+    Timing timing;
+    const levelset::Motion motion = surface_motion(model, e.state.stack, tracing.surface, timing);
+    const TimeStep next = choose_time_step(e.recipe, step, model, e.state, motion, to_stop);
+    measure(e.measured, e.state.stack, tracing.surface.raw);
+    double moving = now() - start;
+    const double fastest = fastest_speed(model, e.state.stack, motion, next.speed);
+    const double towards = speed_to_stop(step, e.state.stack, motion, fastest);
+    const double duration = towards > 0.0 ? std::min(step.duration, to_stop / towards) : step.duration;
+    const double saving = seconds_to_save(model, e.state.stack, tracing.surface);
+    e.last_seconds += e.cells * saving;
+    start = now();
+    levelset::advect(e.state.stack, motion, next.dt, scheme_for(model, e.measured.advection));
+    moving += now() - start;
+
+    const double steps = time_steps(e.recipe, duration, fastest);
+    const double saves = e.recipe.output.every ? duration / *e.recipe.output.every : 1.0;
+    const bool all_stages = e.recipe.flux.stages == "all" && !model.species.empty();
+    const double stages =
+        all_stages ? static_cast<double>(levelset::stage_count(e.recipe.advection.time_integration)) : 1.0;
+    const double traces = steps * stages * tracing.later + tracing.at_start - tracing.later;
+    e.total.time_steps += times * steps;
+    e.total.rays += times * traces * tracing.rays;
+    e.total.seconds += times * (traces * tracing.seconds +
+                                e.cells * (steps * (moving + stages * tracing.reducing) + saves * saving));
+    e.lowest -= 2.0 * times * duration * fastest;
+}
+
+void count_reshaping(Estimation& e, const Step& step, double times) {
+    // The wafer is as before the steps that take time: what they etch lies deeper.
+    if (step.model == "planarize") {
+        const double height = step.values.get<double>("height");
+        if (height < lowest_point(e.state.stack) && height >= e.lowest) return;
+    }
+    const double start = now();
+    reshape(e.measured, step, e.state.stack);
+    e.total.seconds += times * e.cells * (now() - start);
+}
+
+// The steps as written, each \p times as often as loops repeat it.
+void count(Estimation& e, const std::vector<Step>& steps, const std::string& number, double times) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        Step step = steps[i];
+        const std::string label =
+            number.empty() ? fmt::format("{}", i + 1) : fmt::format("{}.{}", number, i + 1);
+        const double repeated = times * static_cast<double>(step.repeat);
+        if (!step.steps.empty()) {
+            count(e, step.steps, label, repeated);
+            continue;
+        }
+        step.name = fmt::format("{} {}", label, step.name.empty() ? step.model : step.name);
+        if (now() - e.start > e.limit) {
+            e.left_out += repeated * step.duration;
+        } else if (find_model(step.model)->apply != nullptr) {
+            count_reshaping(e, step, repeated);
+        } else {
+            e.looked_at += repeated * step.duration;
+            count_step(e, step, repeated);
+        }
+    }
+}
+
+double written(const std::vector<Step>& steps) {
+    double count = 0.0;
+    for (const Step& step : steps) count += step.steps.empty() ? 1.0 : written(step.steps);
+    return count;
+}
+
+}  // namespace
+
+Estimate estimate_run(const Recipe& recipe, double effort) {
+    const double memory = estimated_memory(recipe, domain_of(recipe));
+    Estimation e{recipe, on_coarser_grid(recipe, memory), {}};
+    e.effort = effort / written(recipe.steps);
+    e.limit = 3.0 * effort;
+    e.state = initial_state(e.measured);
+    e.cells = std::pow(e.state.stack.domain.spacing / domain_of(recipe).spacing, 2);
+    e.total.seconds = 2.0 * e.cells * (now() - e.start);  // the summary compares with it
+    e.lowest = lowest_point(e.state.stack);
+    e.start = now();
+    count(e, recipe.steps, "", 1.0);
+    if (e.looked_at > 0.0) {
+        const double whole = 1.0 + e.left_out / e.looked_at;
+        for (double* figure : {&e.total.time_steps, &e.total.rays, &e.total.seconds}) *figure *= whole;
+    }
+    e.total.rays += e.last_rays;
+    e.total.seconds += e.last_seconds;
+    constexpr double kProgram = 5e7;  // code, libraries and threads, whatever the recipe
+    e.total.memory = kProgram + memory;
+    return e.total;
+}
+
+}  // namespace sidewall::app

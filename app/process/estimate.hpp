@@ -1,0 +1,28 @@
+#pragma once
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// What a run of a recipe will take, from the first time step of each of its steps.
+struct Estimate {
+    double memory = 0.0;      ///< bytes: estimated_memory and the program itself
+    double time_steps = 0.0;  ///< of all steps, loops unrolled
+    double rays = 0.0;        ///< source rays of all species and time steps
+    double flux_error =
+        0.0;  ///< relative, of the worst species; 0 if nothing is traced, infinite if nothing is hit
+    double seconds = 0.0;  ///< wall time with the threads at hand
+};
+
+/// Builds the recipe's wafer and makes the first time step of each of its steps, without writing anything;
+/// then extrapolates: a step's time steps from its duration or stop condition and the speed of the fastest
+/// material that lies on the wafer, wall time from its phases, tracing in proportion to the rays.
+///
+/// Usually within a factor of two; what a step uncovers or closes later is not seen. With [flux] reuse, which
+/// depends on how fluxes change, rays and seconds are those without it.
+/// \param effort  seconds to spend tracing; three times as long and steps that are left count by their duration,
+///                like those before. A large wafer is looked at on a grid up to four times coarser.
+/// \throws what the run would throw at once: RecipeError for a step that never ends or one that polishes below
+///         all that the steps before can etch, GeometryError for a shape without a surface, NumericsError.
+Estimate estimate_run(const Recipe& recipe, double effort = 1.0);
+
+}  // namespace sidewall::app

@@ -1,0 +1,192 @@
+#include "app/recipe/layer_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "surface/mesh_io.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// A shape under two cells wide has a single node across it, or none. From six on the walls' narrow bands,
+// three cells to either side, keep apart.
+constexpr double kFewestCells = 2.0, kGoodCells = 6.0;
+constexpr double kRounding = 1e-9;
+
+// What a shape takes up along one axis.
+struct Reach {
+    bool covers = false;  // the whole domain
+    bool misses = false;
+    double width = 0.0;                                     // of the shape, with what sides mirror
+    double rest = std::numeric_limits<double>::infinity();  // beside it up to its next repetition
+};
+
+Reach reach_of(double low, double high, const levelset::Domain& domain, std::size_t axis) {
+    const double min = domain.min[axis], max = domain.max[axis], length = max - min;
+    const double tiny = kRounding * length;
+    Reach reach{.width = high - low};
+    if (domain.side[axis] == levelset::Side::periodic) {
+        reach.covers = high - low >= length - tiny;
+        reach.rest = length - (high - low);
+        return reach;
+    }
+    reach.covers = low <= min + tiny && high >= max - tiny;
+    reach.misses = high <= min + tiny || low >= max - tiny;
+    // A side that the shape crosses mirrors what lies within, one that it does not the rest.
+    for (const double inside : {high - min, max - low}) reach.width = std::min(reach.width, 2.0 * inside);
+    for (const double beside : {low - min, max - high})
+        if (beside > tiny) reach.rest = std::min(reach.rest, 2.0 * beside);
+    return reach;
+}
+
+// A trench, hole, fin or box as far as its walls go.
+struct Walls {
+    const char* key = "width";  // that sets the width
+    // Half-widths along x and y at the flat surface; y is 0 where it has no end.
+    std::array<double, 2> half{};
+    double length = 0.0;  // along z
+    bool recess = true;
+    bool round = false;
+    const char* noun() const { return recess ? "opening" : "shape"; }
+    const char* itself() const { return recess ? "the opening" : "the shape"; }
+    const char* beside() const {
+        return recess ? "what stands beside the opening" : "the gap beside the shape";
+    }
+};
+
+std::optional<Walls> walls_of(const Layer& layer, double thickness) {
+    if (layer.shape == "trench" || layer.shape == "hole") {
+        const double length =
+            std::min(layer.depth.value_or(std::numeric_limits<double>::infinity()), thickness);
+        if (layer.shape == "trench") return Walls{"width", {0.5 * layer.width, 0.0}, length};
+        return Walls{"radius", {layer.radius, layer.radius}, length, true, true};
+    }
+    if (layer.shape == "fin") return Walls{"width", {0.5 * layer.width, 0.0}, layer.height, false};
+    if (layer.shape == "box")
+        return Walls{"size", {0.5 * layer.size[0], 0.5 * layer.size[1]}, layer.height, false};
+    return std::nullopt;
+}
+
+// The shape grown by \p lean on every side.
+std::array<Reach, 2> reaches(const Layer& layer, const Walls& walls, double lean,
+                             const levelset::Domain& domain) {
+    std::array<Reach, 2> reach;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        if (walls.half[axis] == 0.0) {
+            reach[axis].covers = true;  // it has no ends
+            reach[axis].width = std::numeric_limits<double>::infinity();
+            continue;
+        }
+        const double half = walls.half[axis] + lean;
+        reach[axis] = reach_of(layer.position[axis] - half, layer.position[axis] + half, domain, axis);
+    }
+    return reach;
+}
+
+// Whether nothing of the domain is left beside the shape grown by \p lean.
+bool covers(const Layer& layer, const Walls& walls, double lean, const levelset::Domain& domain) {
+    const std::array<Reach, 2> reach = reaches(layer, walls, lean, domain);
+    if (!walls.round) return reach[0].covers && reach[1].covers;
+    // A circle that holds the corner farthest from its centre.
+    std::array<double, 2> farthest{};
+    for (std::size_t axis = 0; axis < 2; ++axis)
+        farthest[axis] = domain.side[axis] == levelset::Side::periodic
+                             ? 0.5 * (domain.max[axis] - domain.min[axis])
+                             : std::max(std::abs(domain.max[axis] - layer.position[axis]),
+                                        std::abs(domain.min[axis] - layer.position[axis]));
+    return std::hypot(farthest[0], farthest[1]) <= walls.half[0] + lean;
+}
+
+void check_place(const Layer& layer, const Walls& walls, const levelset::Domain& domain) {
+    const std::array<Reach, 2> reach = reaches(layer, walls, 0.0, domain);
+    const std::string size =
+        fmt::format("{:g} x {:g}", domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
+    if (covers(layer, walls, 0.0, domain))
+        throw KeyError(walls.key, fmt::format("the {} covers the whole domain, {}: only the wafer's height "
+                                              "would change; use a smaller one or a larger domain.extent",
+                                              walls.noun(), size));
+    if (reach[0].misses || reach[1].misses)
+        throw KeyError("position",
+                       fmt::format("the {} lies outside the domain, {} and centred on 0; move it inside",
+                                   walls.noun(), size));
+}
+
+// Walls that lean must neither meet nor reach their neighbours before their end.
+void check_taper(const Layer& layer, const Walls& walls, const levelset::Domain& domain) {
+    if (!std::isfinite(walls.length) || walls.length <= 0.0 || layer.taper_deg == 0.0) return;
+    const double degree = std::numbers::pi / 180.0, slope = std::tan(layer.taper_deg * degree);
+    double half = walls.half[0];
+    if (walls.half[1] > 0.0) half = std::min(half, walls.half[1]);
+    constexpr double kSharp = 1e-3;  // share by which a V that was asked for may miss
+    const char* extent = walls.recess ? "depth" : "height";
+    if (slope * walls.length > (1.0 + kSharp) * half)
+        throw KeyError(
+            "taper_deg",
+            fmt::format("the walls meet at a {0} of {1:.4g}, before the {2:.4g} asked for: use a "
+                        "taper of at most {3:.4g} degrees, or a {0} of at most {1:.4g}",
+                        extent, half / slope, walls.length, std::atan(half / walls.length) / degree));
+    if (slope < 0.0 && covers(layer, walls, -slope * walls.length, domain))
+        throw KeyError("taper_deg",
+                       fmt::format("the walls lean out so far that the {} covers the whole domain "
+                                   "at its {}; use a smaller taper or a larger domain.extent",
+                                   walls.noun(), walls.recess ? "bottom" : "top"));
+}
+
+void check_width(const Layer& layer, const Walls& walls, const levelset::Domain& domain,
+                 const std::string& path, std::vector<std::string>& notes) {
+    const double dx = domain.spacing, least = kFewestCells * dx * (1.0 - kRounding);
+    double width = std::numeric_limits<double>::infinity(), rest = width;
+    for (const Reach& reach : reaches(layer, walls, 0.0, domain)) {
+        if (reach.covers) continue;  // a wall from side to side
+        width = std::min(width, reach.width);
+        rest = std::min(rest, reach.rest);
+    }
+    const bool beside = rest < width;
+    const double narrowest = std::min(width, rest);
+    const std::string what =
+        fmt::format("{} is {:.3g} cells wide", beside ? walls.beside() : walls.itself(), narrowest / dx);
+    const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", narrowest / kGoodCells);
+    if (narrowest < least)
+        throw KeyError(walls.key, fmt::format("{}, and the grid loses what is under {:g}: {}", what,
+                                              kFewestCells, finer));
+    if (narrowest < kGoodCells * dx * (1.0 - kRounding))
+        notes.push_back(fmt::format("{}.{}: {}: under {:g} its corners and fluxes are coarse; {}", path,
+                                    walls.key, what, kGoodCells, finer));
+}
+
+}  // namespace
+
+void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
+                 const std::string& path, std::vector<std::string>& notes) {
+    const std::optional<Walls> walls = walls_of(layer, thickness);
+    if (!walls) return;
+    check_place(layer, *walls, domain);
+    check_taper(layer, *walls, domain);
+    check_width(layer, *walls, domain, path, notes);
+}
+
+void check_mesh(const Layer& layer, const levelset::Domain& domain, double most) {
+    const Box3 bounds = bounding_box(surface::read_mesh(layer.file));
+    if (std::max(std::abs(bounds.min.z()), std::abs(bounds.max.z())) > most)
+        throw KeyError("file",
+                       fmt::format("reaches from z = {:g} to {:g}, beyond +-{:g}; check its unit, or use "
+                                   "a larger grid_spacing",
+                                   bounds.min.z(), bounds.max.z(), most));
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        if (bounds.max[a] <= domain.min[axis] || bounds.min[a] >= domain.max[axis])
+            throw KeyError(
+                "file",
+                fmt::format("the mesh lies from {} = {:g} to {:g}, outside the domain's {:g} to "
+                            "{:g}; check its unit and place",
+                            "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
+    }
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,278 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "app/recipe/layer_checks.hpp"
+
+namespace sidewall::app {
+namespace {
+
+using levelset::Polygon;
+using Corner = std::array<double, 2>;
+
+constexpr double kFewestCells = 2.0, kGoodCells = 6.0;  // as in layer_checks.cpp
+constexpr double kRounding = 1e-9;
+
+struct Bounds {
+    Corner low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    Corner high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    double size() const { return std::max(high[0] - low[0], high[1] - low[1]); }
+    bool meets(const Bounds& other) const {
+        for (std::size_t a = 0; a < 2; ++a)
+            if (low[a] >= other.high[a] || high[a] <= other.low[a]) return false;
+        return true;
+    }
+};
+
+Bounds bounds_of(const Polygon& polygon) {
+    Bounds bounds;
+    for (const Corner& p : polygon)
+        for (std::size_t a = 0; a < 2; ++a) {
+            bounds.low[a] = std::min(bounds.low[a], p[a]);
+            bounds.high[a] = std::max(bounds.high[a], p[a]);
+        }
+    return bounds;
+}
+
+// Positive if it goes round counter-clockwise.
+double signed_area(const Polygon& polygon) {
+    double twice = 0.0;
+    const Corner o = polygon[0];  // near, for small outlines far from 0
+    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
+        twice +=
+            (polygon[j][0] - o[0]) * (polygon[k][1] - o[1]) - (polygon[k][0] - o[0]) * (polygon[j][1] - o[1]);
+    return 0.5 * twice;
+}
+
+// Width of the rectangle of the same area and perimeter: exact for rectangles, however they are turned, near
+// for lines with bends.
+double width_of(const Polygon& polygon) {
+    double perimeter = 0.0;
+    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
+        perimeter += std::hypot(polygon[k][0] - polygon[j][0], polygon[k][1] - polygon[j][1]);
+    const double area = std::abs(signed_area(polygon)), half = 0.5 * perimeter;
+    const double root = std::sqrt(std::max(0.0, half * half - 4.0 * area));
+    return half > 0.0 ? 2.0 * area / (half + root) : 0.0;
+}
+
+// Distance of \p p from the line through \p a and \p b, positive on its left.
+double side_of(const Corner& a, const Corner& b, const Corner& p) {
+    const double ex = b[0] - a[0], ey = b[1] - a[1];
+    return (ex * (p[1] - a[1]) - ey * (p[0] - a[0])) / std::hypot(ex, ey);
+}
+
+// Edges that cross by more than rounding; those that only touch do not.
+bool cross(const Corner& a, const Corner& b, const Corner& c, const Corner& d, double tiny) {
+    const auto apart = [&](double one, double other) {
+        return std::min(one, other) < -tiny && std::max(one, other) > tiny;
+    };
+    return apart(side_of(a, b, c), side_of(a, b, d)) && apart(side_of(c, d, a), side_of(c, d, b));
+}
+
+bool inside(const Polygon& polygon, const Corner& p) {
+    return levelset::signed_distance({polygon}, p[0], p[1]) < 0.0;
+}
+
+// Points just within \p polygon, near the ends and the middle of each edge.
+std::vector<Corner> points_within(const Polygon& polygon, double tiny) {
+    const double left = signed_area(polygon) > 0.0 ? 1.0 : -1.0;
+    std::vector<Corner> points;
+    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++) {
+        const double ex = polygon[k][0] - polygon[j][0], ey = polygon[k][1] - polygon[j][1];
+        const double step = left * tiny / std::hypot(ex, ey);
+        for (const double t : {0.01, 0.5, 0.99})
+            points.push_back({polygon[j][0] + t * ex - step * ey, polygon[j][1] + t * ey + step * ex});
+    }
+    return points;
+}
+
+// Without corners that repeat the one before.
+Polygon distinct(const Polygon& polygon) {
+    Polygon corners;
+    for (const Corner& p : polygon)
+        if (corners.empty() || corners.back() != p) corners.push_back(p);
+    while (corners.size() > 1 && corners.back() == corners.front()) corners.pop_back();
+    return corners;
+}
+
+// How many comparisons of edges may be made: seconds of work.
+class Effort {
+  public:
+    void spend(std::size_t a, std::size_t b) {
+        left_ -= static_cast<double>(a) * static_cast<double>(b);
+        if (left_ < 0.0)
+            throw KeyError(
+                "polygons",
+                "too many corners lie close together to tell whether outlines cross: give them as a "
+                "GDSII file, whose polygons are united");
+    }
+
+  private:
+    double left_ = 5e8;
+};
+
+// 0 to \p count - 1 by ascending values, equal ones in their order.
+template <class Value>
+std::vector<std::size_t> sorted_by(std::size_t count, Value&& value) {
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return value(a) < value(b); });
+    return order;
+}
+
+std::string points_key(std::size_t k) {
+    return fmt::format("polygons[{}].points", k);
+}
+
+// Only edges that overlap along x are compared.
+void refuse_self_crossing(const Polygon& polygon, std::size_t key, double tiny, Effort& effort) {
+    const std::size_t n = polygon.size();
+    const auto end = [&](std::size_t i) -> const Corner& { return polygon[(i + 1) % n]; };
+    const auto low = [&](std::size_t i) { return std::min(polygon[i][0], end(i)[0]); };
+    const std::vector<std::size_t> order = sorted_by(n, low);
+    for (std::size_t a = 0; a < n; ++a)
+        for (std::size_t b = a + 1; b < n; ++b) {
+            const std::size_t i = order[a], j = order[b];
+            effort.spend(1, 1);
+            if (low(j) > std::max(polygon[i][0], end(i)[0])) break;
+            if ((i + 1) % n == j || (j + 1) % n == i) continue;
+            if (cross(polygon[i], end(i), polygon[j], end(j), tiny))
+                throw KeyError(
+                    points_key(key),
+                    fmt::format("the outline crosses itself near ({:g}, {:g}): list the corners in "
+                                "order around it",
+                                polygon[i][0], polygon[i][1]));
+        }
+}
+
+void refuse_overlap(const std::vector<Polygon>& polygons, std::size_t first, std::size_t second,
+                    double tiny) {
+    const Polygon &a = polygons[first], &b = polygons[second];
+    const std::string rule = fmt::format(
+        "polygons[{}], and outlines are united: draw both as one outline, a ring as one with a slit", first);
+    for (std::size_t i = 0; i < a.size(); ++i)
+        for (std::size_t j = 0; j < b.size(); ++j)
+            if (cross(a[i], a[(i + 1) % a.size()], b[j], b[(j + 1) % b.size()], tiny))
+                throw KeyError(points_key(second), "the outline crosses " + rule);
+    const auto within = [&](const Polygon& one, const Polygon& other) {
+        const std::vector<Corner> points = points_within(one, tiny);
+        return static_cast<std::size_t>(
+            std::count_if(points.begin(), points.end(), [&](const Corner& p) { return inside(other, p); }));
+    };
+    if (const std::size_t points = within(b, a); points > 0)
+        throw KeyError(
+            points_key(second),
+            (points == 3 * b.size() ? "the outline lies inside " : "the outline overlaps ") + rule);
+    if (within(a, b) > 0) throw KeyError(points_key(second), "the outline encloses or overlaps " + rule);
+}
+
+// Outlines that the recipe lists may touch, but not cross or overlap: the grid would take their union, and a
+// ring drawn as two of them would be a disc.
+void refuse_crossings(const std::vector<Polygon>& polygons) {
+    std::vector<Bounds> bounds;
+    Effort effort;
+    double size = 0.0;
+    for (const Polygon& polygon : polygons) {
+        bounds.push_back(bounds_of(polygon));
+        size = std::max(size, bounds.back().size());
+    }
+    const double tiny = kRounding * size;
+    for (std::size_t k = 0; k < polygons.size(); ++k) {
+        if (polygons[k].size() < 3)
+            throw KeyError(points_key(k), "must be x and y of at least three different corners");
+        refuse_self_crossing(polygons[k], k, tiny, effort);
+    }
+    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].low[0]; });
+    for (std::size_t i = 0; i < order.size(); ++i)
+        for (std::size_t j = i + 1; j < order.size(); ++j) {
+            const auto [first, second] = std::minmax(order[i], order[j]);
+            if (bounds[order[j]].low[0] >= bounds[order[i]].high[0]) break;
+            effort.spend(1, 1);
+            if (!bounds[first].meets(bounds[second])) continue;
+            effort.spend(polygons[first].size(), 8 * polygons[second].size());
+            refuse_overlap(polygons, first, second, tiny);
+        }
+}
+
+// Whether a part of the edge lies within the domain; on a periodic axis all of it does.
+bool reaches(const Corner& a, const Corner& b, const levelset::Domain& domain) {
+    double from = 0.0, to = 1.0;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        if (domain.side[axis] == levelset::Side::periodic) continue;
+        const double tiny = kRounding * (domain.max[axis] - domain.min[axis]);
+        const double low = domain.min[axis] + tiny - a[axis], high = domain.max[axis] - tiny - a[axis];
+        const double along = b[axis] - a[axis];
+        if (along == 0.0) {
+            if (low > 0.0 || high < 0.0) return false;
+            continue;
+        }
+        from = std::max(from, std::min(low / along, high / along));
+        to = std::min(to, std::max(low / along, high / along));
+    }
+    return from < to;
+}
+
+// The same, but across it alone where the outline reaches from side to side: the domain may be thin.
+double width_in(const Polygon& polygon, const levelset::Domain& domain) {
+    const Bounds bounds = bounds_of(polygon);
+    double width = width_of(polygon);
+    for (std::size_t a = 0; a < 2; ++a)
+        if (bounds.high[a] - bounds.low[a] >= (1.0 - kRounding) * (domain.max[a] - domain.min[a]))
+            width = std::max(width, bounds.high[1 - a] - bounds.low[1 - a]);
+    return width;
+}
+
+// The widths of those with an edge in the domain; infinite for the others.
+std::vector<double> widths_in(const std::vector<Polygon>& polygons, const levelset::Domain& domain) {
+    std::vector<double> widths;
+    for (const Polygon& polygon : polygons) {
+        bool any = false;  // a layout may hold outlines of one or two different corners
+        for (std::size_t k = 0, j = polygon.size() - 1; polygon.size() > 2 && k < polygon.size() && !any;
+             j = k++)
+            any = reaches(polygon[j], polygon[k], domain);
+        widths.push_back(any ? width_in(polygon, domain) : std::numeric_limits<double>::infinity());
+    }
+    return widths;
+}
+
+}  // namespace
+
+void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, const levelset::Domain& domain,
+                    const std::string& path, std::vector<std::string>& notes) {
+    const bool listed = layer.file.empty();
+    std::vector<Polygon> placed;
+    for (const Polygon& polygon : polygons) {
+        placed.push_back(distinct(polygon));
+        for (Corner& p : placed.back())
+            for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
+    }
+    if (listed) refuse_crossings(placed);
+    const std::vector<double> widths = widths_in(placed, domain);
+    const auto narrowest = std::min_element(widths.begin(), widths.end());
+    if (std::isinf(*narrowest))
+        throw KeyError(
+            listed ? "polygons" : "file",
+            fmt::format("no edge of the outlines lies in the domain, {:g} x {:g} and centred on 0: the "
+                        "mask would be all open or all closed; check unit and position",
+                        domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]));
+    const auto k = static_cast<std::size_t>(narrowest - widths.begin());
+    const double cells = *narrowest / domain.spacing * (1.0 + kRounding);
+    const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", *narrowest / kGoodCells);
+    // Pieces of a layout may adjoin others.
+    if (listed && cells < kFewestCells)
+        throw KeyError(points_key(k),
+                       fmt::format("the outline is only {:.3g} cells wide, and the grid loses what "
+                                   "is under {:g}: {}",
+                                   cells, kFewestCells, finer));
+    if (cells < kGoodCells)
+        notes.push_back(fmt::format(
+            "{}.{}: the narrowest outline is {:.3g} cells wide: its corners and fluxes are coarse under "
+            "{:g}, and under {:g} it is lost unless it adjoins others; {}",
+            path, listed ? points_key(k) : "file", cells, kGoodCells, kFewestCells, finer));
+}
+
+}  // namespace sidewall::app
