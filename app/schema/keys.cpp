@@ -228,7 +228,7 @@ std::string did_you_mean(std::string_view before, std::string_view name,
     const std::string* best = nullptr;
     std::size_t best_distance = std::numeric_limits<std::size_t>::max();
     for (const std::string& candidate : candidates) {
-        const std::size_t close = std::max<std::size_t>(1, std::max(name.size(), candidate.size()) / 3);
+        const std::size_t close = (std::max(name.size(), candidate.size()) + 2) / 3;
         // So many letters differ at the least; a name of a megabyte is not compared letter by letter.
         if (std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size()) > close)
             continue;

@@ -147,7 +147,7 @@ std::string toml_text(double number);
 std::string toml_text(const std::string& text);
 
 /// `did you mean WORD?` after \p before, WORD being the candidate with the smallest edit distance to \p name,
-/// capitals aside; \p otherwise if none is close: more than a third of the longer one's letters differ.
+/// capitals aside; \p otherwise if none is close: over a third of the letters of the longer one differ.
 std::string did_you_mean(std::string_view before, std::string_view name,
                          std::span<const std::string> candidates, std::string_view otherwise = {});
 
