@@ -1,12 +1,15 @@
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <csignal>
 #include <cstdio>
 #include <new>
+#include <string>
+#include <string_view>
 #include <system_error>
 
 #include "app/commands/commands.hpp"
+#include "app/common/console.hpp"
+#include "app/common/free_memory.hpp"
 #include "app/common/version.hpp"
 #include "surface/error.hpp"
 #include "surface/printable.hpp"
@@ -15,12 +18,35 @@ namespace {
 
 using namespace sidewall;
 
+// What libraries throw when the system refuses them a thread is want of memory in nearly all cases.
+bool for_want_of_memory(const std::exception& error) {
+    const auto* system = dynamic_cast<const std::system_error*>(&error);
+    if (system != nullptr)
+        return system->code() == std::errc::resource_unavailable_try_again ||
+               system->code() == std::errc::not_enough_memory;
+    return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;
+}
+
+int say_out_of_memory() {
+    fmt::print(
+        stderr,
+        "sidewall: out of memory: use a larger grid_spacing, a smaller extent or mesh or fewer --threads, or "
+        "raise the limit (ulimit -v)\n");
+    return 4;
+}
+
+// CLI11's text, as an error of this program.
+std::string usage_error(const CLI::App* app, const CLI::Error& error) {
+    return "sidewall: " + CLI::FailureMessage::simple(app, error);
+}
+
 // The program's exit code.
 int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");
     program.set_version_flag("--version", app::version());
     program.require_subcommand(1);
+    program.failure_message(usage_error);
     app::add_run_command(program);
     app::add_check_command(program);
     app::add_models_command(program);
@@ -35,6 +61,8 @@ int run(int argc, char** argv) {
     app::add_man_command(program);
 
     try {
+        constexpr double kToBegin = 32e6;  // bytes; with less, some libraries end the program
+        app::require_address_space(kToBegin);
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");
@@ -47,29 +75,22 @@ int run(int argc, char** argv) {
         std::fputs(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(), stderr);
         return error.exit_code();
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "sidewall: out of memory: use a larger grid_spacing or a smaller extent\n");
-        return 4;
+        return say_out_of_memory();
     } catch (const std::system_error& error) {  // of the C library's streams, by fmt
+        if (for_want_of_memory(error)) return say_out_of_memory();
         fmt::print(stderr, "sidewall: {}; check space and permissions\n", error.what());
         return 5;
     } catch (const std::exception& error) {
+        if (for_want_of_memory(error)) return say_out_of_memory();
         fmt::print(stderr, "sidewall: internal error: {}\n", error.what());
         return 4;
     }
 }
 
-// A file that is written must not get the number of a standard stream that is closed, or messages would go
-// into it. Writing to such a standard output stays an error; nobody reads such a standard error.
-void occupy_standard_streams() {
-    constexpr int kModes[] = {O_RDONLY, O_RDONLY, O_WRONLY};
-    for (int stream = 0; stream < 3; ++stream)
-        if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", kModes[stream]);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    occupy_standard_streams();
+    app::secure_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {
         return run(argc, argv);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "levelset/polygon_index.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
 #include "surface/signed_distance.hpp"
@@ -126,12 +127,12 @@ Body mask(const Shape& shape, const Domain& domain) {
     for (Polygon& polygon : polygons)
         for (auto& p : polygon)
             for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
-    return {
-        [polygons = repeated(polygons, domain), top = shape.top, openings = shape.openings](const Vec3& p) {
-            const double d = signed_distance(polygons, p.x(), p.y());
-            return std::max(p.z() - top, openings ? -d : d);
-        },
-        shape.top, shape.top};
+    const auto index = std::make_shared<const PolygonIndex>(repeated(polygons, domain));
+    return {[index, top = shape.top, openings = shape.openings](const Vec3& p) {
+                const double d = index->signed_distance(p.x(), p.y());
+                return std::max(p.z() - top, openings ? -d : d);
+            },
+            shape.top, shape.top};
 }
 
 Body mesh_body(const Shape& shape) {

@@ -40,6 +40,8 @@ struct State {
     Vec3 box_min, box_max;     ///< of the input, relative to its centre
     Vector low, high;          ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
     std::vector<VertexConstraint> constraint;
+    std::vector<std::uint8_t>
+        crowded;  ///< has so many neighbours that its edges stay: CGAL looks at all for each
     std::vector<std::uint32_t> source;  ///< input vertex whose position it has, or kMoved
     std::uint32_t next_source = kMoved;
 
@@ -158,16 +160,18 @@ struct Visitor : sms::Edge_collapse_visitor_base<Mesh> {
     }
 };
 
-/// CGAL collapses edges of no length without asking Placement; those that must not are declared constrained.
-struct UntouchableZeroEdges {
+/// CGAL collapses edges of no length without asking Placement; those that must not are declared constrained, as
+/// are the edges of crowded vertices.
+struct UntouchableEdges {
     using key_type = Mesh::Edge_index;
     using value_type = bool;
     using reference = bool;
     using category = boost::readable_property_map_tag;
     const State* state;
-    friend bool get(const UntouchableZeroEdges& map, key_type edge) {
+    friend bool get(const UntouchableEdges& map, key_type edge) {
         const State& s = *map.state;
         const Vertex a = s.mesh->vertex(edge, 0), b = s.mesh->vertex(edge, 1);
+        if (s.crowded[a] || s.crowded[b]) return true;
         const Point &p = s.mesh->point(a), &q = s.mesh->point(b);
         return p == q && (s.vertices <= s.target ||
                           s.place(a, b, p, q, s.mesh->is_border(edge)) == MergedPlace::nowhere);
@@ -241,6 +245,12 @@ struct Engine {
         state.box_max = box.max - centre;
         state.constraint.resize(n);
         find_boundary();
+        std::vector<std::uint32_t> triangles(n, 0);
+        for (const Triangle& t : input.triangles)
+            for (const std::uint32_t v : t) ++triangles[v];
+        constexpr std::uint32_t kCrowd = 64;  // the other methods' bound, too
+        state.crowded.resize(n);
+        for (std::size_t v = 0; v < n; ++v) state.crowded[v] = triangles[v] > kCrowd;
         const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);
         for (std::size_t v = 0; v < n; ++v)
             if (frozen[v]) state.constraint[v].kind = VertexKind::frozen;
@@ -272,7 +282,7 @@ struct Engine {
                            CGAL::parameters::get_cost(sms::LindstromTurk_cost<Mesh>(weights))
                                .get_placement(Placement{&state, sms::LindstromTurk_placement<Mesh>(weights)})
                                .filter(ShapeFilter{&state})
-                               .edge_is_constrained_map(UntouchableZeroEdges{&state})
+                               .edge_is_constrained_map(UntouchableEdges{&state})
                                .visitor(Visitor(&state)));
     }
 

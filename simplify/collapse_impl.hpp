@@ -74,6 +74,12 @@ struct CollapseEngine::Impl {
     /// \returns whether it is queued again.
     bool defer(CollapseWorker& worker, std::uint32_t edge, const Candidate& candidate,
                BucketQueue::Bucket bucket);
+    /// Under a bound on the error, queues an edge again, at a greater cost the more points of the original keep to
+    /// what is around it beyond some thousands: on a flat fan one vertex would take in all others one by one, and
+    /// each time all points would be measured.
+    /// \returns whether it is queued again.
+    bool wait(CollapseWorker& worker, std::uint32_t edge, BucketQueue::Bucket now,
+              BucketQueue::Bucket bucket) const;
     /// Collapses an edge that passed can_collapse() and within_bound().
     void collapse(std::uint32_t h, const Vec3& place, const Surroundings& s);
     /// With stop_when_refused: whether the bound has refused clearly more edges than have collapsed. \p

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -9,6 +10,7 @@ namespace sidewall::simplify {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kTwice = 8;  // buckets an eighth of a power of two wide
 
 }  // namespace
 
@@ -45,7 +47,6 @@ bool CollapseEngine::Impl::within_bound(std::uint32_t h, const Vec3& place, Surr
 
 bool CollapseEngine::Impl::defer(CollapseWorker& worker, std::uint32_t edge, const Candidate& candidate,
                                  BucketQueue::Bucket bucket) {
-    constexpr int kTwice = 8;  // buckets an eighth of a power of two wide
     if (deviation || !pass.defer_outliers) return false;
     const std::uint32_t v0 = mesh.start(edge), v1 = mesh.end(edge);
     const double distance2 = candidate.area2 > 0.0 ? candidate.swept / candidate.area2 : 0.0;
@@ -60,6 +61,19 @@ bool CollapseEngine::Impl::defer(CollapseWorker& worker, std::uint32_t edge, con
     }
     witness[v0] = farther.point;
     return false;
+}
+
+bool CollapseEngine::Impl::wait(CollapseWorker& worker, std::uint32_t edge, BucketQueue::Bucket now,
+                                BucketQueue::Bucket bucket) const {
+    constexpr std::size_t kMany = 2048;
+    if (!deviation) return false;
+    const Surroundings& s = worker.around;
+    const std::size_t points =
+        deviation->points_at(std::span(s.moved).first(s.count), std::span(s.gone).first(s.apexes));
+    const int later = now + kTwice * static_cast<int>(std::bit_width(points / kMany));
+    if (bucket >= later || later > BucketQueue::kLast) return false;
+    worker.queue.push(edge, static_cast<BucketQueue::Bucket>(later));
+    return true;
 }
 
 void CollapseEngine::Impl::collapse(std::uint32_t h, const Vec3& place, const Surroundings& s) {
@@ -92,6 +106,7 @@ std::size_t CollapseEngine::Impl::work(CollapseWorker& worker, BucketQueue::Buck
             continue;
         }
         if (!can_collapse(mesh, edge, candidate.place, worker.around)) continue;
+        if (wait(worker, edge, now, bucket)) continue;
         if (!within_bound(edge, candidate.place, worker.around)) {
             ++worker.refused;
             if (refused_too_many(worker, removed)) break;

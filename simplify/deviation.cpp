@@ -19,11 +19,13 @@ Deviation::Deviation(const CollapseMesh& mesh)
     points_.resize(n);
     for (std::uint32_t v = 0; v < n; ++v) points_[v] = mesh.position(v);
     first_.assign(corner_.size() / 3, kNone);
+    count_.assign(corner_.size() / 3, 0);
     next_.assign(n, kNone);
     for (std::uint32_t v = 0; v < n; ++v) {
         if (leaving_[v] == kNone) continue;
         next_[v] = first_[leaving_[v] / 3];
         first_[leaving_[v] / 3] = v;
+        ++count_[leaving_[v] / 3];
     }
     home_.resize(n);
     std::iota(home_.begin(), home_.end(), 0u);
@@ -83,11 +85,20 @@ bool Deviation::within(double limit, const CollapseMesh& mesh, std::uint32_t a, 
     return true;
 }
 
+std::size_t Deviation::points_at(std::span<const MovedTriangle> moved,
+                                 std::span<const std::uint32_t> gone) const {
+    std::size_t points = 0;
+    for (const std::uint32_t t : gone) points += count_[t];
+    for (const MovedTriangle& t : moved) points += count_[t.triangle];
+    return points;
+}
+
 void Deviation::apply(std::uint32_t a, std::span<const MovedTriangle> moved,
                       std::span<const std::uint32_t> gone, const Plan& plan) {
-    for (const std::uint32_t t : gone) first_[t] = kNone;
-    for (const MovedTriangle& t : moved) first_[t.triangle] = kNone;
+    for (const std::uint32_t t : gone) first_[t] = kNone, count_[t] = 0;
+    for (const MovedTriangle& t : moved) first_[t.triangle] = kNone, count_[t.triangle] = 0;
     for (const auto& [point, triangle] : plan.points) {
+        ++count_[triangle];
         next_[point] = first_[triangle];
         first_[triangle] = point;
     }

@@ -34,6 +34,9 @@ class Deviation {
     bool within(double limit, const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
                 std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone, Plan& plan) const;
 
+    /// Points that keep to those triangles: what within() has to look at.
+    std::size_t points_at(std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone) const;
+
     /// Follows the collapse that within() has just measured; \p a is the vertex that is left.
     void apply(std::uint32_t a, std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone,
                const Plan& plan);
@@ -46,6 +49,7 @@ class Deviation {
     std::vector<std::uint32_t> corner_, opposite_, leaving_;  ///< of the original
     std::vector<std::uint32_t> first_;                        ///< per triangle: a point that keeps to it
     std::vector<std::uint32_t> next_;                         ///< per point: another one
+    std::vector<std::uint32_t> count_;                        ///< per triangle: points that keep to it
     std::vector<std::uint32_t> home_;                         ///< per vertex: point near to it
 };
 

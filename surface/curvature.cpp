@@ -63,7 +63,23 @@ std::vector<Rim> rims(const TriangleMesh& mesh, const Rows& around) {
     std::vector<Rim> rim(mesh.vertices.size());
     const Box3 box = bounding_box(mesh);
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(rim.size()), [&](std::uint32_t v) {
-        const auto triangles_with = [&](std::uint32_t neighbour) {
+        // A neighbour of one triangle alone is across a boundary edge. Few are counted fastest one by one,
+        // but the hub of a fan has thousands.
+        constexpr std::size_t kFew = 32;
+        std::vector<std::uint32_t> corners;  // of the triangles around, once a triangle, sorted
+        if (around[v].size() > kFew) {
+            for (const std::uint32_t c : around[v]) {
+                Triangle t = mesh.triangles[c / 3];
+                std::sort(t.begin(), t.end());
+                corners.insert(corners.end(), t.begin(), std::unique(t.begin(), t.end()));
+            }
+            std::sort(corners.begin(), corners.end());
+        }
+        const auto triangles_with = [&](std::uint32_t neighbour) -> std::ptrdiff_t {
+            if (!corners.empty()) {
+                const auto same = std::equal_range(corners.begin(), corners.end(), neighbour);
+                return same.second - same.first;
+            }
             return std::count_if(around[v].begin(), around[v].end(), [&](std::uint32_t c) {
                 const Triangle& t = mesh.triangles[c / 3];
                 return std::find(t.begin(), t.end(), neighbour) != t.end();

@@ -17,10 +17,13 @@ std::string read_whole_file(const std::filesystem::path& path) {
         throw FileError(fmt::format("{}: no such file: check the path", path.string()));
     if (std::filesystem::is_directory(status))
         throw FileError(fmt::format("{}: is a folder: name a file in it", path.string()));
+    if (!std::filesystem::is_regular_file(status))  // a pipe would keep the program waiting
+        throw FileError(
+            fmt::format("{}: is a pipe, a socket or a device: name a regular file", path.string()));
     errno = 0;
     std::ifstream in(path, std::ios::binary);
     std::string bytes;
-    if (std::filesystem::is_regular_file(status)) bytes.reserve(std::filesystem::file_size(path, failure));
+    bytes.reserve(std::filesystem::file_size(path, failure));
     char block[1 << 16];
     while (in.read(block, sizeof block) || in.gcount() > 0)
         bytes.append(block, static_cast<std::size_t>(in.gcount()));

@@ -5,7 +5,7 @@
 namespace sidewall::surface {
 
 /// All bytes of a file.
-/// \throws FileError if it is missing, a folder or unreadable.
+/// \throws FileError if it is missing, a folder, a pipe or a device, or unreadable.
 std::string read_whole_file(const std::filesystem::path& path);
 
 }  // namespace sidewall::surface

@@ -88,6 +88,30 @@ inline void append_scalar(std::string& bytes, Scalar type, double value) {
     if (type == Scalar::int32) append_value(bytes, to_int32(value));
 }
 
+/// What a file may become in memory: values that compress well, or one cell's that many triangles repeat, make
+/// gigabytes of a few kilobytes. Counted before it is taken.
+class MemoryBudget {
+  public:
+    /// Room for kLeast bytes and kTimes the file's size; a mesh as this program writes it takes ten times its file.
+    MemoryBudget(std::string name, std::size_t file_size)
+        : name_(std::move(name)), left_(kLeast + kTimes * static_cast<double>(file_size)), all_(left_) {}
+
+    /// \throws FileError naming the file if \p count doubles more are too many.
+    void take_doubles(double count) {
+        left_ -= 8.0 * count;
+        if (left_ < 0.0)
+            throw FileError(fmt::format(
+                "{}: unfolds to over {:.0f} MB, {:g} MB and {:g} times its size: it is damaged, or "
+                "save it uncompressed and without attributes",
+                name_, 1e-6 * all_, 1e-6 * kLeast, kTimes));
+    }
+
+  private:
+    static constexpr double kLeast = 32e6, kTimes = 100.0;
+    std::string name_;
+    double left_, all_;
+};
+
 /// Builds the triangles of a file's cells, with which cell each came from.
 struct CellTriangles {
     std::vector<Triangle> triangles;

@@ -206,7 +206,7 @@ std::string clean_name(std::string name, char space) {
 }
 
 void take_attributes(const Element& element, Columns& columns, std::vector<Attribute>& attributes,
-                     const std::vector<std::uint32_t>* cell) {
+                     const std::vector<std::uint32_t>* cell, MemoryBudget& budget) {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
         const Property& property = element.properties[p];
         if (property.list_count ||
@@ -214,15 +214,18 @@ void take_attributes(const Element& element, Columns& columns, std::vector<Attri
             continue;
         Attribute attribute{
             clean_name(property.name, '_'), 1, attribute_scalar(property.type, columns.values[p]), {}};
-        if (cell)
+        if (cell) {
+            budget.take_doubles(static_cast<double>(cell->size()));
             for (const std::uint32_t row : *cell) attribute.values.push_back(columns.values[p][row]);
-        else
+        } else {
             attribute.values = std::move(columns.values[p]);
+        }
         attributes.push_back(std::move(attribute));
     }
 }
 
-void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh, const std::string& name) {
+void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh, const std::string& name,
+                   MemoryBudget& budget) {
     for (int k = 0; k < 3; ++k) {
         const std::string axis(1, static_cast<char>('x' + k));
         const auto at = std::find_if(element.properties.begin(), element.properties.end(),
@@ -233,7 +236,7 @@ void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh,
         mesh.vertices.resize(column.size());
         for (std::size_t i = 0; i < column.size(); ++i) mesh.vertices[i][k] = column[i];
     }
-    take_attributes(element, columns, mesh.vertex_attributes, nullptr);
+    take_attributes(element, columns, mesh.vertex_attributes, nullptr, budget);
 }
 
 }  // namespace
@@ -241,6 +244,7 @@ void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh,
 TriangleMesh decode_ply(std::string_view bytes, const std::string& name) {
     const Header header = parse_header(bytes, name);
     Values source(header, bytes, name);
+    MemoryBudget budget(name, bytes.size());
     TriangleMesh mesh;
     bool vertices_seen = false, faces_seen = false;
     for (const Element& element : header.elements) {
@@ -250,10 +254,10 @@ TriangleMesh decode_ply(std::string_view bytes, const std::string& name) {
             throw FileError(
                 fmt::format("{}: declares {} of '{}': too many", name, element.count, element.name));
         Columns columns = read_element(source, element, vertex || face, name);
-        if (vertex) take_vertices(element, columns, mesh, name);
+        if (vertex) take_vertices(element, columns, mesh, name, budget);
         if (face) {
             mesh.triangles = std::move(columns.cells.triangles);
-            take_attributes(element, columns, mesh.triangle_attributes, &columns.cells.cell);
+            take_attributes(element, columns, mesh.triangle_attributes, &columns.cells.cell, budget);
         }
         vertices_seen |= vertex;
         faces_seen |= face;

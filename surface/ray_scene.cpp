@@ -19,6 +19,10 @@ constexpr const char* kDevice = "start_threads=0,set_affinity=0,max_isa=avx2";
 constexpr const char* kDevice = "start_threads=0,set_affinity=0";
 #endif
 
+constexpr const char* kNoMemory =
+    "out of memory for tracing the mesh: use a larger grid_spacing or a smaller extent, free memory or raise its "
+    "limit";
+
 }  // namespace
 
 struct RayScene::Impl {
@@ -39,7 +43,7 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     impl_->triangles = mesh.triangles;
     impl_->top = bounding_box(mesh).max.z();
     impl_->device = rtcNewDevice(kDevice);
-    if (!impl_->device) throw NumericsError("Embree could not start on this machine: it needs at least SSE2");
+    if (!impl_->device) throw NumericsError(kNoMemory);
     impl_->scene = rtcNewScene(impl_->device);
     rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(impl_->scene,
@@ -51,7 +55,7 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     auto* indices = static_cast<std::uint32_t*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                 3 * sizeof(std::uint32_t), mesh.triangles.size()));
-    if (!positions || !indices) throw NumericsError("Embree ran out of memory for the mesh");
+    if (!positions || !indices) throw NumericsError(kNoMemory);
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
         for (int k = 0; k < 3; ++k)
             positions[3 * i + static_cast<std::size_t>(k)] = static_cast<float>(mesh.vertices[i][k]);
@@ -61,8 +65,7 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     rtcAttachGeometry(impl_->scene, geometry);
     rtcReleaseGeometry(geometry);
     rtcCommitScene(impl_->scene);
-    if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE)
-        throw NumericsError("Embree could not build the hierarchy of the mesh: it ran out of memory");
+    if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE) throw NumericsError(kNoMemory);
 }
 
 RayScene::~RayScene() = default;

@@ -171,6 +171,7 @@ std::vector<double> read_values(const Document& document, const DataArray& array
     // No file is that large; keeps the products below from overflowing.
     if (count > std::uint64_t{1} << 40) decoder.fail(fmt::format("should have {} values", count));
     if (array.format == "ascii") return decoder.ascii(count);
+    document.budget.take_doubles(static_cast<double>(count));
     if (array.format != "binary" && array.format != "appended")
         decoder.fail(fmt::format("has the format '{}', not ascii, binary or appended", array.format));
     const std::size_t size = byte_size(*type);

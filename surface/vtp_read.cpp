@@ -63,6 +63,8 @@ std::vector<Attribute> read_attributes(const Document& document, const std::vect
         attribute.values = vtp::read_values(document, array, stored * array.components);
         attribute.type = attribute_scalar(*type, attribute.values);
         if (element) {
+            document.budget.take_doubles(static_cast<double>(element->size()) *
+                                         static_cast<double>(array.components));
             std::vector<double> spread;
             spread.reserve(element->size() * array.components);
             for (const std::size_t e : *element)

@@ -122,6 +122,7 @@ void XMLCALL on_text(void* user, const char* text, int length) {
 Document read_document(std::string_view bytes, const std::string& name) {
     Scanner s;
     s.document.name = name;
+    s.document.budget = MemoryBudget(name, bytes.size());
     const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                               &XML_ParserFree);
     if (!parser) throw FileError(fmt::format("{}: cannot be parsed: out of memory", name));

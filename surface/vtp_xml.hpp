@@ -44,7 +44,8 @@ struct Document {
     std::vector<DataArray> field_data;
     std::vector<Piece> pieces;
     bool appended_base64 = false;
-    std::string_view appended;  ///< what follows the underscore, up to the end of the file
+    std::string_view appended;           ///< what follows the underscore, up to the end of the file
+    mutable MemoryBudget budget{"", 0};  ///< for the values of all arrays
 };
 
 /// Reads the declarations with expat, up to the appended data.
@@ -55,9 +56,8 @@ Document read_document(std::string_view bytes, const std::string& name);
 std::optional<FileScalar> scalar_type(std::string_view vtk_name);
 
 /// All values of an array as doubles, decoded from wherever they lie.
-/// \throws FileError if there are not exactly \p count of them or they are damaged. Never allocates more than
-/// the
-///         file's size justifies.
+/// \throws FileError if there are not exactly \p count of them, they are damaged or, before they are decoded,
+///         beyond the document's budget.
 std::vector<double> read_values(const Document& document, const DataArray& array, std::uint64_t count);
 
 }  // namespace sidewall::surface::vtp

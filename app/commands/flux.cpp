@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
@@ -158,9 +159,10 @@ flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& argumen
         return flux::lateral_box(mesh, {Boundary::reflective, Boundary::reflective});
     } catch (const GeometryError& reason) {
         const auto box = flux::lateral_box(mesh, {Boundary::open, Boundary::open});
-        fmt::print(stderr,
-                   "sidewall flux: the sides are taken as open, particles leave there and none come in: {}\n",
-                   reason.what());
+        fmt::print(
+            stderr,
+            "sidewall flux: {}: the sides are taken as open, particles leave there and none come in: {}\n",
+            arguments.mesh, reason.what());
         return box;
     }
 }
@@ -353,7 +355,7 @@ void add_flux_command(CLI::App& program) {
     command->add_option("--seed", arguments->seed, "Of the random numbers (default 1)")->type_name("k");
     command->add_option("--json", arguments->json, "Write a summary; - prints it, and nothing else")
         ->type_name("FILE");
-    command->callback([arguments] { run_flux(*arguments); });
+    command->callback([arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
 }
 
 }  // namespace sidewall::app

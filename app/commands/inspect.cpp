@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 
+#include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/results/result.hpp"
 #include "surface/error.hpp"
@@ -189,7 +190,7 @@ void add_inspect_command(CLI::App& program) {
         ->required()
         ->type_name("MESH|DIR");
     command->add_option("--json", *json, "Write the same as JSON; - for standard output")->type_name("FILE");
-    command->callback([input, json] { inspect(*input, *json); });
+    command->callback([input, json] { about(*input, [&] { inspect(*input, *json); }); });
 }
 
 }  // namespace sidewall::app

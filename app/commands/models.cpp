@@ -33,9 +33,8 @@ void print_documentation(const std::string& name) {
     }
     if (!found) {
         throw RecipeError(
-            fmt::format("models {}: no model or recipe section of that name: did you mean {}? "
-                        "`sidewall models` lists all",
-                        name, nearest(name, names)));
+            fmt::format("models {}: no model or recipe section of that name{} `sidewall models` lists all",
+                        name, did_you_mean(": ", name, names, ";")));
     }
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string_view>
 
+#include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
@@ -88,7 +89,7 @@ void add_run_command(CLI::App& program) {
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command(*recipe, *options);
         install_interrupt_handler();
-        const RunResult result = run_recipe(parsed, *options);
+        const RunResult result = about(recipe->file, [&] { return run_recipe(parsed, *options); });
         if (!json->empty()) write_json(*json, result.summary);
         if (!options->quiet && *json != "-") print_report(result, *options);
     });

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
@@ -194,7 +195,7 @@ void add_simplify_command(CLI::App& program) {
         ->type_name("LENGTH");
     command->add_option("--json", a->json, "Report as JSON to a file, or - for standard output")
         ->type_name("FILE");
-    command->callback([a] { run(*a); });
+    command->callback([a] { about(a->input, [&] { run(*a); }); });
 }
 
 }  // namespace sidewall::app

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
-#include <limits>
 #include <numbers>
 #include <string>
 
+#include "app/common/free_memory.hpp"
 #include "app/recipe/layers.hpp"
 #include "surface/error.hpp"
 
@@ -30,19 +29,6 @@ double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
         default:
             return 0.0;
     }
-}
-
-// Bytes the system can still give, or infinity where it does not say.
-double free_memory() {
-    std::ifstream meminfo("/proc/meminfo");
-    std::string word;
-    while (meminfo >> word)
-        if (word == "MemAvailable:") {
-            double kilobytes = 0.0;
-            meminfo >> kilobytes;
-            return 1024.0 * kilobytes;
-        }
-    return std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -68,13 +54,14 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
 }
 
 void require_memory(const Recipe& recipe, const levelset::Domain& domain) {
-    const double needed = estimated_memory(recipe, domain), available = free_memory();
-    if (needed <= available) return;
+    const double needed = estimated_memory(recipe, domain);
+    const FreeMemory available = free_memory();
+    if (needed <= available.bytes) return;
     throw RecipeError(
-        fmt::format("{}: domain.grid_spacing = {:.4g}: the run would need about {:.1f} GB and {:.1f} GB are "
-                    "free; use a spacing of {:.3g} or more",
-                    recipe.file, domain.spacing, needed / 1e9, available / 1e9,
-                    domain.spacing * std::sqrt(needed / available)));
+        fmt::format("{}: domain.grid_spacing = {:.4g}: the run would need about {:.3g} GB and {:.3g} GB are "
+                    "{}; use a spacing of {:.3g} or more",
+                    recipe.file, domain.spacing, needed / 1e9, available.bytes / 1e9, available.limit,
+                    domain.spacing * std::sqrt(needed / std::max(available.bytes, 1e6))));
 }
 
 }  // namespace sidewall::app

@@ -3,19 +3,16 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 #include <numbers>
-#include <set>
-#include <sstream>
 
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostPolygons = 10'000'000, kMostPlacements = 10'000'000;
-constexpr double kFarthest = 1e3;  // metres
 constexpr std::uintmax_t kMostBytes = 1'000'000'000;
+constexpr std::size_t kMostCorners = 50'000'000;  // of what the cells hold
 
 // Record types of the stream format, release 6.
 enum Record : std::uint8_t {
@@ -64,6 +61,7 @@ class Parser {
     Parser(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
 
     GdsLibrary run() {
+        library_.file = name_;
         if (next().type != kHeader) fail("is not a GDSII file: its first record is no header");
         while (true) {
             const Field field = next();
@@ -195,7 +193,7 @@ class Parser {
         }
     }
 
-    void finish(Element e, GdsCell& cell) const {
+    void finish(Element e, GdsCell& cell) {
         if (e.kind == kReference || e.kind == kArray) {
             GdsReference& r = e.reference;
             if (r.cell.empty() || e.points.size() != (e.kind == kArray ? 3u : 1u))
@@ -211,12 +209,21 @@ class Parser {
         }
         if (e.kind == kPath) {
             if (e.points.size() < 2) fail("a path has fewer than two points");
+            count_corners(4 * e.points.size());
             segments(e, cell);
             return;
         }
         if (e.points.size() > 1 && e.points.front() == e.points.back()) e.points.pop_back();
         if (e.points.size() < 3) fail("a polygon has fewer than three corners");
+        count_corners(e.points.size());
         cell.shapes.push_back({e.layer, e.datatype, std::move(e.points)});
+    }
+
+    void count_corners(std::size_t more) {
+        if ((corners_ += more) > kMostCorners)
+            throw FileError(
+                fmt::format("{}: its cells hold over {} corners of polygons; export less of the chip", name_,
+                            kMostCorners));
     }
 
     // A rectangle a segment; at bends they reach half a width farther and so meet.
@@ -240,64 +247,8 @@ class Parser {
 
     std::string_view bytes_;
     const std::string& name_;
-    std::size_t position_ = 0, at_ = 0;
+    std::size_t position_ = 0, at_ = 0, corners_ = 0;
     GdsLibrary library_;
-};
-
-// x -> m x + o
-struct Placement {
-    double m[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
-    std::array<double, 2> o{0.0, 0.0};
-
-    std::array<double, 2> apply(const std::array<double, 2>& p) const {
-        return {m[0][0] * p[0] + m[0][1] * p[1] + o[0], m[1][0] * p[0] + m[1][1] * p[1] + o[1]};
-    }
-    Placement of(const GdsReference& r, int column, int row) const {
-        const double c = r.magnification * std::cos(r.angle), s = r.magnification * std::sin(r.angle),
-                     flip = r.mirror ? -1.0 : 1.0;
-        const double local[2][2] = {{c, -flip * s}, {s, flip * c}};
-        Placement result;
-        for (int i = 0; i < 2; ++i)
-            for (int j = 0; j < 2; ++j) result.m[i][j] = m[i][0] * local[0][j] + m[i][1] * local[1][j];
-        result.o = apply({r.origin[0] + column * r.column_step[0] + row * r.row_step[0],
-                          r.origin[1] + column * r.column_step[1] + row * r.row_step[1]});
-        return result;
-    }
-};
-
-struct Flattener {
-    const GdsLibrary& library;
-    int layer, datatype;
-    std::vector<levelset::Polygon> polygons;
-    std::vector<std::string_view> path;  // cells being placed
-    std::size_t placements = 0;
-
-    void add(const std::string& name, const Placement& place) {
-        const auto found = library.cells.find(name);
-        if (found == library.cells.end())
-            throw FileError(fmt::format("GDSII cell {}: there is none of that name", name));
-        for (const std::string_view above : path)
-            if (above == name) throw FileError(fmt::format("GDSII cell {}: refers to itself", name));
-        if (++placements > kMostPlacements) throw FileError("GDSII: over ten million placed cells");
-        path.push_back(found->first);
-        for (const GdsShape& shape : found->second.shapes) {
-            if (shape.layer != layer || shape.datatype != datatype) continue;
-            if (polygons.size() >= kMostPolygons) throw FileError("GDSII: over ten million polygons");
-            levelset::Polygon& polygon = polygons.emplace_back();
-            for (const auto& p : shape.polygon) {
-                const auto [x, y] = place.apply(p);
-                if (!(std::hypot(x, y) * library.metres < kFarthest))
-                    throw FileError(
-                        fmt::format("GDSII cell {}: lies over a kilometre from the origin", name));
-                polygon.push_back({x * library.metres, y * library.metres});
-            }
-        }
-        for (const GdsReference& reference : found->second.references)
-            for (int row = 0; row < reference.rows; ++row)
-                for (int column = 0; column < reference.columns; ++column)
-                    add(reference.cell, place.of(reference, column, row));
-        path.pop_back();
-    }
 };
 
 }  // namespace
@@ -312,28 +263,7 @@ GdsLibrary read_gds(const std::filesystem::path& path) {
     if (failure) throw FileError(fmt::format("{}: cannot be read: {}", path.string(), failure.message()));
     if (size > kMostBytes)
         throw FileError(fmt::format("{}: larger than {} bytes", path.string(), kMostBytes));
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream bytes;
-    bytes << in.rdbuf();
-    if (!in) throw FileError(fmt::format("{}: cannot be read: check its permissions", path.string()));
-    return parse_gds(bytes.str(), path.string());
-}
-
-std::vector<std::string> top_cells(const GdsLibrary& library) {
-    std::set<std::string> placed;
-    for (const auto& [name, cell] : library.cells)
-        for (const GdsReference& reference : cell.references) placed.insert(reference.cell);
-    std::vector<std::string> tops;
-    for (const auto& [name, cell] : library.cells)
-        if (!placed.contains(name)) tops.push_back(name);
-    return tops;
-}
-
-std::vector<levelset::Polygon> flatten(const GdsLibrary& library, const std::string& cell, int layer,
-                                       int datatype) {
-    Flattener flattener{library, layer, datatype, {}, {}};
-    flattener.add(cell, {});
-    return std::move(flattener.polygons);
+    return parse_gds(surface::read_whole_file(path), path.string());
 }
 
 }  // namespace sidewall::app

@@ -32,6 +32,7 @@ struct GdsCell {
 
 /// A GDSII stream file: cells by name.
 struct GdsLibrary {
+    std::string file;      ///< for messages
     double metres = 1e-9;  ///< length of a database unit
     std::map<std::string, GdsCell, std::less<>> cells;
 };
@@ -39,7 +40,7 @@ struct GdsLibrary {
 /// Reads a library from its bytes. Texts, nodes and properties are skipped; round path ends become square
 /// ones.
 /// \param name  for messages.
-/// \throws FileError for anything damaged, telling the byte.
+/// \throws FileError for anything damaged, telling the byte, and for over 50 million corners of polygons.
 GdsLibrary parse_gds(std::string_view bytes, const std::string& name);
 
 /// The same from a file.
@@ -50,7 +51,9 @@ GdsLibrary read_gds(const std::filesystem::path& path);
 std::vector<std::string> top_cells(const GdsLibrary& library);
 
 /// All polygons of a layer and datatype in \p cell and the cells it refers to, in metres.
-/// \throws FileError for an unknown cell, references in a circle, or over ten million polygons.
+/// \throws FileError naming the file for an unknown cell, references in a circle, a polygon over a kilometre
+///         from the origin, and, before anything is placed, for over 10 million cells placed, 2 million polygons or
+///         20 million corners. The hierarchy may be of any depth.
 std::vector<levelset::Polygon> flatten(const GdsLibrary& library, const std::string& cell, int layer,
                                        int datatype);
 

@@ -36,8 +36,12 @@ std::vector<levelset::Polygon> mask_polygons(const Layer& layer, const std::stri
     const std::vector<std::string> tops = top_cells(library);
     const bool known = layer.cell.empty() ? tops.size() == 1 : library.cells.contains(layer.cell);
     if (!known)
-        throw KeyError("cell", fmt::format("must be one of the file's cells, whose top ones are: {}",
-                                           fmt::join(tops, ", ")));
+        throw KeyError(
+            "cell",
+            fmt::format(
+                "must be one of the file's cells, whose top ones are: {}{}",
+                fmt::join(tops.begin(), tops.begin() + std::min<std::ptrdiff_t>(std::ssize(tops), 10), ", "),
+                tops.size() > 10 ? ", ..." : ""));
     polygons = flatten(library, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
                        static_cast<int>(layer.gds_datatype));
     if (polygons.empty())

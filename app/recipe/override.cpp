@@ -16,6 +16,8 @@ bool key_character(char c) {
 toml::table parse_value(const std::string& text, const std::string& source) {
     const bool word =
         !text.empty() && (key_character(text[0]) && !(text[0] >= '0' && text[0] <= '9') && text[0] != '-');
+    if (line_of_deep_key("v = " + text) > 0)
+        throw RecipeError(fmt::format("{}: a key of over {} parts", source, kMostKeyParts));
     try {
         toml::table table = toml::parse("v = " + text, std::string_view(source));
         if (table.size() == 1 && text.find('\n') == std::string::npos) return table;
@@ -58,6 +60,7 @@ std::vector<PathPart> split_path(std::string_view path) {
             part.indices.push_back(index);
             i = end + 1;
         }
+        if (parts.size() == kMostKeyParts) return {};
         parts.push_back(std::move(part));
         if (i == path.size()) return parts;
         if (path[i++] != '.') return {};
@@ -78,7 +81,9 @@ const toml::node* find_node(const toml::table& root, std::string_view path) {
 }
 
 void apply_override(toml::table& root, const std::string& setting) {
-    const std::string source = "--set " + setting;
+    constexpr std::size_t kShown = 200;
+    const std::string source =
+        "--set " + (setting.size() > kShown ? setting.substr(0, kShown) + "..." : setting);
     const std::size_t equals = setting.find('=');
     const std::vector<PathPart> parts =
         equals == std::string::npos ? std::vector<PathPart>() : split_path(setting.substr(0, equals));

@@ -10,16 +10,21 @@
 namespace sidewall::app {
 namespace {
 
+// What a message has room for.
+std::string shortened(std::string_view text, std::size_t most = 200) {
+    return text.size() > most ? std::string(text.substr(0, most - 3)) + "..." : std::string(text);
+}
+
 std::string value_text(const toml::node& node) {
     if (node.is_table()) return "{...}";
     if (const auto* number = node.as_floating_point()) return toml_text(number->get());
-    if (const auto* string = node.as_string()) return toml_text(string->get());
+    if (const auto* string = node.as_string()) return shortened(toml_text(string->get()));
+    if (const auto* array = node.as_array(); array != nullptr && array->size() > 20) return "[...]";
     std::ostringstream text;
     node.visit([&](const auto& value) { text << value; });
     std::string line = text.str();
     std::replace(line.begin(), line.end(), '\n', ' ');
-    if (line.size() > 60) line = line.substr(0, 57) + "...";
-    return line;
+    return shortened(line, 60);
 }
 
 double read_number(const toml::node& node, const std::string& path, const Rule& rule,
@@ -51,7 +56,7 @@ std::string read_word(const toml::node& node, const std::string& path,
     if (text != nullptr && std::find(words.begin(), words.end(), text->get()) != words.end())
         return text->get();
     std::string rule = fmt::format("must be one of {}", fmt::join(words, ", "));
-    if (text != nullptr) rule += fmt::format("; did you mean {}?", nearest(text->get(), words));
+    if (text != nullptr) rule += did_you_mean("; ", text->get(), words);
     fail(node, path, rule);
 }
 
@@ -59,8 +64,8 @@ void check_material(const toml::node& node, const std::string& path, const std::
                     const Materials& materials) {
     if (material_id(materials, name)) return;
     fail(node, path,
-         fmt::format("unknown material: did you mean {}? A new one needs a [[material]] of that name",
-                     nearest(name, material_names(materials))));
+         fmt::format("unknown material{} A new one needs a [[material]] of that name",
+                     did_you_mean(": ", name, material_names(materials), ".")));
 }
 
 std::string read_string(const toml::node& node, const std::string& path, const Rule& rule,
@@ -184,6 +189,9 @@ struct Reader {
 }  // namespace
 
 toml::table parse_toml(std::string_view text, const std::string& source) {
+    if (const std::size_t line = line_of_deep_key(text); line > 0)
+        throw RecipeError(fmt::format("{}:{}: a key of over {} parts joined by dots: no recipe has one",
+                                      source, line, kMostKeyParts));
     try {
         return toml::parse(text, std::string_view(source));
     } catch (const toml::parse_error& error) {
@@ -200,11 +208,12 @@ std::string place_of(const toml::node& node) {
 }
 
 void fail(const toml::node& node, std::string_view path, std::string_view rule) {
-    throw RecipeError(fmt::format("{}: {} = {}: {}", place_of(node), path, value_text(node), rule));
+    throw RecipeError(
+        fmt::format("{}: {} = {}: {}", place_of(node), shortened(path), value_text(node), rule));
 }
 
 void fail_missing(const toml::node& table, std::string_view path, std::string_view rule) {
-    throw RecipeError(fmt::format("{}: {}: {}", place_of(table), path, rule));
+    throw RecipeError(fmt::format("{}: {}: {}", place_of(table), shortened(path), rule));
 }
 
 void read_field(const toml::table& table, const std::string& path, const Field& field,
@@ -237,8 +246,8 @@ void read_fields(const toml::table& table, const std::string& path, std::string_
     for (const auto& [key, node] : table)
         if (std::find(known.begin(), known.end(), key.str()) == known.end() && !former(key.str()))
             fail(node, path_to(key.str()),
-                 fmt::format("unknown key of {}: did you mean {}? `sidewall models` lists all keys", what,
-                             nearest(key.str(), known)));
+                 fmt::format("unknown key of {}{} `sidewall models` lists all keys", what,
+                             did_you_mean(": ", key.str(), known, ";")));
     for (const Field& field : fields) {
         if (field.rule.required && !table.contains(field.name) &&
             (field.former.empty() || !table.contains(field.former)))

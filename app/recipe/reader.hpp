@@ -9,6 +9,12 @@
 // From TOML nodes to fields; every message says where. Included by the recipe's own sources only.
 namespace sidewall::app {
 
+/// Parts of one dotted key or header. The TOML library makes and frees the tables they name by recursion.
+inline constexpr std::size_t kMostKeyParts = 16;
+
+/// The line, counted from 1, of the first key or header of more parts than that; 0 if there is none.
+std::size_t line_of_deep_key(std::string_view text);
+
 /// TOML of \p text; every node knows \p source, a file's name or an override.
 /// \throws RecipeError with its line.
 toml::table parse_toml(std::string_view text, const std::string& source);
@@ -53,7 +59,7 @@ struct PathPart {
     std::vector<std::size_t> indices;
 };
 
-/// Parts of a path; empty if it is not one.
+/// Parts of a path; empty if it is not one or has more than kMostKeyParts of them.
 std::vector<PathPart> split_path(std::string_view path);
 
 /// The node at \p path below \p root, or nullptr.

@@ -1,6 +1,7 @@
 #include "app/recipe/recipe.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +28,8 @@ void refuse_unknown_sections(const toml::table& root) {
     for (const auto& [key, node] : root)
         if (std::find(known.begin(), known.end(), key.str()) == known.end())
             fail(node, key.str(),
-                 fmt::format("unknown section: did you mean {}?", nearest(key.str(), known)));
+                 fmt::format("unknown section{} There are {}", did_you_mean(": ", key.str(), known, "."),
+                             fmt::join(known, ", ")));
 }
 
 Reading reading_for(Recipe& recipe) {

@@ -222,10 +222,16 @@ std::optional<std::string> toml_text(const Field& field) {
         field.target);
 }
 
-std::string nearest(std::string_view name, std::span<const std::string> candidates) {
-    std::string best;
+std::string did_you_mean(std::string_view before, std::string_view name,
+                         std::span<const std::string> candidates, std::string_view otherwise) {
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+    const std::string* best = nullptr;
     std::size_t best_distance = std::numeric_limits<std::size_t>::max();
     for (const std::string& candidate : candidates) {
+        const std::size_t close = (std::max(name.size(), candidate.size()) + 2) / 3;
+        // So many letters differ at the least; a name of a megabyte is not compared letter by letter.
+        if (std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size()) > close)
+            continue;
         // Levenshtein distance, one row at a time.
         std::vector<std::size_t> row(candidate.size() + 1);
         std::iota(row.begin(), row.end(), std::size_t{0});
@@ -233,17 +239,16 @@ std::string nearest(std::string_view name, std::span<const std::string> candidat
             std::size_t diagonal = row[0];
             row[0] = i + 1;
             for (std::size_t j = 0; j < candidate.size(); ++j) {
-                const std::size_t replaced = diagonal + (name[i] == candidate[j] ? 0 : 1);
+                const std::size_t replaced = diagonal + (lower(name[i]) == lower(candidate[j]) ? 0 : 1);
                 diagonal = row[j + 1];
                 row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
             }
         }
-        if (row.back() < best_distance) {
-            best_distance = row.back();
-            best = candidate;
-        }
+        if (row.back() > close || row.back() >= best_distance) continue;
+        best_distance = row.back();
+        best = &candidate;
     }
-    return best;
+    return best == nullptr ? std::string(otherwise) : fmt::format("{}did you mean {}?", before, *best);
 }
 
 }  // namespace sidewall::app

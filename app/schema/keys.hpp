@@ -146,9 +146,10 @@ std::optional<std::string> toml_text(const Field& field);
 std::string toml_text(double number);
 std::string toml_text(const std::string& text);
 
-/// The candidate with the smallest edit distance to \p name.
-/// \pre there is one.
-std::string nearest(std::string_view name, std::span<const std::string> candidates);
+/// `did you mean WORD?` after \p before, WORD being the candidate with the smallest edit distance to \p name,
+/// capitals aside; \p otherwise if none is close: over a third of the letters of the longer one differ.
+std::string did_you_mean(std::string_view before, std::string_view name,
+                         std::span<const std::string> candidates, std::string_view otherwise = {});
 
 /// A rule that a key breaks, found after it was read. The parser adds file, line and value.
 struct KeyError : RecipeError {

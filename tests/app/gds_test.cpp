@@ -75,3 +75,29 @@ TEST_CASE("a damaged GDSII file is refused, wherever the damage is", "[foreign]"
     CHECK(refused > 100);
     CHECK_THROWS_AS(parse_gds("not a layout at all", "text"), FileError);
 }
+
+TEST_CASE("a layout of any depth is flattened, and one that expands too far is refused before it does",
+          "[foreign]") {
+    const std::string square = test::gds_boundary(1, 0, {0, 0, 100, 0, 100, 100, 0, 100, 0, 0});
+    std::string chain = test::gds_cell("C0", square);
+    for (int k = 1; k < 100'000; ++k)
+        chain +=
+            test::gds_cell("C" + std::to_string(k), test::gds_reference("C" + std::to_string(k - 1), {1, 0}));
+    const GdsLibrary deep = parse_gds(test::gds_library(chain), "deep.gds");
+    const auto polygons = flatten(deep, "C99999", 1, 0);
+    REQUIRE(polygons.size() == 1);
+    CHECK(polygons[0][0][0] == Approx(99999e-9));
+
+    // A kilobyte of 9 nested arrays: 1e18 polygons on one layer, none on another.
+    std::string nested = test::gds_cell("N0", square);
+    for (int k = 1; k < 10; ++k)
+        nested += test::gds_cell("N" + std::to_string(k),
+                                 test::gds_array("N" + std::to_string(k - 1), 10, 10, {0, 0, 9, 0, 0, 9}));
+    const GdsLibrary wide = parse_gds(test::gds_library(nested), "wide.gds");
+    CHECK_THROWS_WITH(flatten(wide, "N9", 1, 0),
+                      Catch::Matchers::StartsWith("wide.gds: cell N9 becomes 4e+18 corners") &&
+                          Catch::Matchers::Contains("2e+07 is the most"));
+    CHECK(flatten(wide, "N9", 2, 0).empty());
+    CHECK(flatten(wide, "N2", 1, 0).size() == 10'000);
+    CHECK_THROWS_WITH(flatten(wide, "ELSE", 1, 0), Catch::Matchers::StartsWith("wide.gds: "));
+}

@@ -3,7 +3,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <random>
 
+#include "levelset/polygon_index.hpp"
 #include "levelset/stack.hpp"
 
 using namespace sidewall;
@@ -33,4 +35,25 @@ TEST_CASE("a polygon across a periodic side opens the mask on both") {
         for (const Vec3& p : {Vec3(1.8, 0.2, open), Vec3(-1.8, -0.2, open), Vec3(0.0, 0.0, 0.5 - open)})
             CHECK(std::abs(distance_at(stack.top(), domain, p)) < 1e-3);
     }
+}
+
+TEST_CASE("the index of polygons gives the distance to the last bit") {
+    std::mt19937 random(1);
+    const auto number = [&](double size) {
+        return size * (static_cast<double>(random()) / 4294967296.0 - 0.5);
+    };
+    std::vector<Polygon> polygons;
+    for (int k = 0; k < 60; ++k) {  // small and large ones, that overlap and cross themselves
+        Polygon& polygon = polygons.emplace_back();
+        const double x = number(10.0), y = number(10.0), size = k % 7 == 0 ? 6.0 : 0.5;
+        for (int corners = k % 10 == 0 ? 500 : 3 + k % 5; corners > 0; --corners)
+            polygon.push_back({x + number(size), y + number(size)});
+    }
+    const PolygonIndex index(polygons);
+    for (int k = 0; k < 4000; ++k) {
+        const auto& corner = polygons[static_cast<std::size_t>(k) % polygons.size()][0];
+        const double x = k % 5 == 0 ? corner[0] : number(14.0), y = k % 10 == 0 ? corner[1] : number(14.0);
+        REQUIRE(index.signed_distance(x, y) == signed_distance(polygons, x, y));
+    }
+    CHECK(PolygonIndex({}).signed_distance(0.0, 0.0) == std::numeric_limits<double>::infinity());
 }

@@ -1,6 +1,7 @@
 // What no simplification may do, on meshes that invite it.
 #include <tbb/global_control.h>
 
+#include <ctime>
 #include <random>
 
 #include "checks.hpp"
@@ -300,5 +301,30 @@ TEST_CASE("a thousand random meshes stay sound", "[slow]") {
         require_sound(mesh, result.mesh);
         if (options.max_error)
             REQUIRE(surface::two_sided_distance(mesh, result.mesh).max <= *options.max_error * (1.0 + 1e-9));
+    }
+}
+
+TEST_CASE("a fan is simplified in time proportional to its triangles") {
+    // Flat, its rim on a line: everything may go, one neighbour of the hub after the other.
+    const auto fan = [](std::uint32_t n) {
+        TriangleMesh mesh;
+        mesh.vertices.emplace_back(0.5, 1.0, 0.0);
+        for (std::uint32_t i = 0; i <= n; ++i) mesh.vertices.emplace_back(double(i) / n, 0.0, 0.0);
+        for (std::uint32_t i = 1; i <= n; ++i) mesh.triangles.push_back({0, i, i + 1});
+        return mesh;
+    };
+    for (const Method method : kMethods) {
+        const auto cpu_seconds = [&](std::uint32_t n) {
+            const TriangleMesh mesh = fan(n);
+            const std::clock_t start = std::clock();
+            const auto features = surface::feature_flags(mesh, 1.0 / n, 0.2);
+            simplify::simplify(mesh, features, {.method = method});
+            return double(std::clock() - start) / CLOCKS_PER_SEC;
+        };
+        // Four times the triangles: 4 if linear, 16 if quadratic; CPU time on a busy machine is good to a
+        // factor of two.
+        const double few = std::max(0.02, cpu_seconds(6000));
+        INFO(to_string(method));
+        CHECK(cpu_seconds(24000) < 9.0 * few);
     }
 }

@@ -1,3 +1,5 @@
+#include <sys/stat.h>
+
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <random>
@@ -192,6 +194,33 @@ TEST_CASE("a damaged OBJ file is refused with its name, the fault and a remedy",
     REQUIRE_THROWS_WITH(decode_obj(bytes, "dir/part.obj"), Contains("dir/part.obj") && Contains(message));
 }
 
+TEST_CASE("a small file that unfolds to gigabytes is refused before it does", "[foreign]") {
+    // An attribute that compresses to nothing, listed again and again.
+    TriangleMesh mesh = test::plane_mesh(100);
+    mesh.vertex_attributes.push_back(
+        {"zero", 1, Scalar::float64, std::vector<double>(mesh.vertices.size(), 0.0)});
+    std::string bytes = encode_vtp(mesh);
+    const std::size_t begin = bytes.rfind('\n', bytes.find("Name=\"zero\"")),
+                      end = bytes.find('\n', begin + 1);
+    const std::string line = bytes.substr(begin, end - begin);
+    std::string lines;
+    for (int k = 0; k < 3000; ++k) lines += line;
+    const std::string bomb = bytes.substr(0, end) + lines + bytes.substr(end);
+    CHECK_THROWS_WITH(vtp(bomb), Contains("fuzz: unfolds to over"));
+    CHECK(vtp(bytes).vertices.size() == mesh.vertices.size());
+
+    // One face of many corners: every triangle of its fan repeats every property.
+    std::string ply_bytes =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar "
+        "z\nelement face 1\nproperty list uint uchar vertex_indices\n";
+    constexpr std::uint32_t kCorners = 60000;
+    for (int k = 0; k < 1000; ++k) ply_bytes += "property uchar p" + std::to_string(k) + "\n";
+    ply_bytes += "end_header\n" + std::string(9, '\1');
+    for (int k = 0; k < 4; ++k) ply_bytes += static_cast<char>(kCorners >> (8 * k) & 0xff);
+    ply_bytes += std::string(kCorners, '\2') + std::string(1000, '\0');
+    CHECK_THROWS_WITH(ply(ply_bytes), Contains("fuzz: unfolds to over"));
+}
+
 TEST_CASE("a path that is missing, a folder, empty or of another format is refused by name", "[foreign]") {
     const auto folder = std::filesystem::temp_directory_path() / "sidewall_mesh_damage_test";
     std::filesystem::create_directories(folder / "folder.vtp");
@@ -199,6 +228,9 @@ TEST_CASE("a path that is missing, a folder, empty or of another format is refus
     CHECK_THROWS_WITH(read_mesh(folder / "none.vtp"), Contains("none.vtp") && Contains("no such file"));
     CHECK_THROWS_WITH(read_mesh(folder / "folder.vtp"), Contains("is a folder"));
     CHECK_THROWS_WITH(read_mesh(folder / "empty.ply"), Contains("is empty"));
+    std::filesystem::remove(folder / "pipe.stl");
+    REQUIRE(mkfifo((folder / "pipe.stl").c_str(), 0600) == 0);
+    CHECK_THROWS_WITH(read_mesh(folder / "pipe.stl"), Contains("pipe.stl: is a pipe"));
     CHECK_THROWS_WITH(write_mesh("part.txt", test::plane_mesh(1)), Contains("use .vtp, .ply, .stl or .obj"));
     CHECK_THROWS_WITH(read_mesh("part.txt"), Contains("'.txt'"));
     CHECK_THROWS_AS(read_mesh("part"), FileError);

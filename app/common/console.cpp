@@ -1,0 +1,36 @@
+#include "app/common/console.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace sidewall::app {
+namespace {
+
+#ifdef __GLIBC__
+extern "C" ssize_t write_or_lose(void*, const char* bytes, size_t count) {
+    for (size_t done = 0; done < count;) {
+        const ssize_t written = write(STDERR_FILENO, bytes + done, count - done);
+        if (written <= 0) break;
+        done += static_cast<size_t>(written);
+    }
+    return static_cast<ssize_t>(count);
+}
+#endif
+
+}  // namespace
+
+void secure_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) == -1)  // open() takes the lowest free number, which is this one
+            (void)open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR);
+#ifdef __GLIBC__
+    if (FILE* messages = fopencookie(nullptr, "w", {nullptr, write_or_lose, nullptr, nullptr})) {
+        std::setvbuf(messages, nullptr, _IONBF, 0);
+        stderr = messages;
+    }
+#endif
+}
+
+}  // namespace sidewall::app

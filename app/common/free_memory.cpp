@@ -1,0 +1,105 @@
+#include "app/common/free_memory.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <optional>
+
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The number after \p word in a file of words and numbers, times \p unit.
+std::optional<double> number_after(const fs::path& file, const std::string& word, double unit) {
+    std::ifstream in(file);
+    double value = 0.0;
+    for (std::string read; in >> read;)
+        if (read == word && in >> value) return unit * value;
+    return std::nullopt;
+}
+
+std::optional<double> number_in(const fs::path& file) {
+    std::ifstream in(file);
+    double value = 0.0;
+    if (in >> value) return value;  // "max" is none
+    return std::nullopt;
+}
+
+// Bytes left in a control group; infinity if it sets no limit.
+double left_in_group(const fs::path& group, const char* limit, const char* usage, const char* cached) {
+    const auto most = number_in(group / limit);
+    if (!most) return kInfinity;
+    const double used = number_in(group / usage).value_or(0.0),
+                 files = number_after(group / "memory.stat", cached, 1.0).value_or(0.0);
+    return std::max(0.0, *most - std::max(0.0, used - files));
+}
+
+// The least of a group and all above it, up to where its hierarchy is mounted. Inside of a container the path
+// may be one of the machine outside; then its own group is the mounted one.
+double left_in_groups(const fs::path& mount, fs::path group, const char* limit, const char* usage,
+                      const char* cached) {
+    double left = kInfinity;
+    for (group = group.relative_path();; group = group.parent_path()) {
+        left = std::min(left, left_in_group(mount / group, limit, usage, cached));
+        if (group.empty()) return left;
+    }
+}
+
+// /proc/self/cgroup: a line ID:CONTROLLERS:PATH a hierarchy; version 2 has ID 0 and no controllers.
+double left_in_all_groups(const fs::path& root) {
+    double left = kInfinity;
+    std::ifstream in(root / "proc/self/cgroup");
+    for (std::string line; std::getline(in, line);) {
+        const std::size_t first = line.find(':'), second = line.find(':', first + 1);
+        if (second == std::string::npos) continue;
+        const std::string controllers = fmt::format(",{},", line.substr(first + 1, second - first - 1));
+        const fs::path path = line.substr(second + 1), mount = root / "sys/fs/cgroup";
+        if (controllers == ",,")
+            left =
+                std::min(left, left_in_groups(mount, path, "memory.max", "memory.current", "inactive_file"));
+        if (controllers.find(",memory,") != std::string::npos)
+            left = std::min(left, left_in_groups(mount / "memory", path, "memory.limit_in_bytes",
+                                                 "memory.usage_in_bytes", "total_inactive_file"));
+    }
+    return left;
+}
+
+double left_of_address_space() {
+    rlimit limit{};
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kInfinity;
+    const double pages = number_in("/proc/self/statm").value_or(0.0);  // of virtual memory
+    return std::max(0.0,
+                    static_cast<double>(limit.rlim_cur) - pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+}
+
+}  // namespace
+
+FreeMemory free_memory(const fs::path& root) {
+    FreeMemory least{number_after(root / "proc/meminfo", "MemAvailable:", 1024.0).value_or(kInfinity),
+                     "free on this machine"};
+    const auto consider = [&](double bytes, const char* limit) {
+        if (bytes < least.bytes) least = {bytes, limit};
+    };
+    consider(left_of_address_space(), "left of the address space that ulimit -v allows");
+    consider(left_in_all_groups(root), "left of the memory that the process's control group allows");
+    return least;
+}
+
+void require_address_space(double bytes) {
+    if (const double left = left_of_address_space(); left < bytes)
+        throw NumericsError(
+            fmt::format("out of memory: {:.0f} MB are left of the address space that ulimit -v "
+                        "allows, and {:.0f} MB are needed to begin: raise it, or use fewer --threads",
+                        1e-6 * left, 1e-6 * bytes));
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,159 @@
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/app/gds_bytes.hpp"
+#include "tests/integration/program.hpp"
+
+// Files that are small and ask for much, and surroundings that give little: the program says so, and ends by
+// itself.
+namespace {
+
+using sidewall::test::Folder;
+using sidewall::test::Outcome;
+using sidewall::test::run_program;
+
+const std::string kRecipe =
+    "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[step]]\nmodel = "
+    "\"isotropic\"\nduration = 1.0\nrate = -0.1\n";
+
+std::string masked(const std::string& mask) {
+    return kRecipe + "[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 0.3\n" + mask;
+}
+
+void write(const std::filesystem::path& path, const std::string& bytes) {
+    std::ofstream(path, std::ios::binary) << bytes;
+}
+
+void check_refused(const Outcome& outcome, int exit_code, const std::string& message) {
+    INFO(outcome.output);
+    CHECK(outcome.exit_code == exit_code);
+    CHECK(outcome.output.starts_with("sidewall: "));
+    CHECK(outcome.output.find(message) != std::string::npos);
+    CHECK(outcome.output.size() < 1000);
+}
+
+}  // namespace
+
+TEST_CASE("a key of 50,000 parts is refused, wherever it stands", "[foreign]") {
+    const Folder folder;
+    std::string key = "a";
+    for (int k = 1; k < 50'000; ++k) key += ".a";
+    for (const std::string& line : {key + " = 1\n", "[" + key + "]\n", "x = {" + key + " = 1}\n"}) {
+        write(folder.path / "deep.toml", kRecipe + line);
+        check_refused(run_program(folder.path, "check deep.toml"), 2, "deep.toml:10: a key of over 16 parts");
+    }
+    write(folder.path / "good.toml", kRecipe);
+    check_refused(run_program(folder.path, "check good.toml --set " + key + "=1"), 2, "must be key=value");
+    write(folder.path / "text.toml", kRecipe + "name = \"" + key + "\" # " + key + "\n");
+    CHECK(run_program(folder.path, "check text.toml").exit_code == 0);
+}
+
+TEST_CASE("a suggestion is made only if it is close", "[foreign]") {
+    const Folder folder;
+    write(folder.path / "good.toml", kRecipe);
+    const auto output = [&](const std::string& arguments) {
+        return run_program(folder.path, arguments).output;
+    };
+    CHECK(output("check good.toml --set flux.ryas=100").find("did you mean rays?") != std::string::npos);
+    CHECK(output("check good.toml --set layer[0].material=SIO2").find("did you mean SiO2?") !=
+          std::string::npos);
+    for (const char* far : {"check good.toml --set flux.xyzzy=1", "check good.toml --set zebra.a=1",
+                            "check good.toml --set layer[0].material=unobtainium", "models frobnicate"}) {
+        const std::string text = output(far);
+        INFO(text);
+        CHECK(text.starts_with("sidewall: "));
+        CHECK(text.find("did you mean") == std::string::npos);
+    }
+    std::string name(1'000'000, 'x');
+    write(folder.path / "long.toml", kRecipe + name + " = 1\n");
+    check_refused(run_program(folder.path, "check long.toml"), 2, "long.toml:10: ");
+}
+
+TEST_CASE("a usage error is this program's, and names it", "[foreign]") {
+    const Folder folder;
+    for (const char* wrong : {"", "bogus", "check", "check a.toml --fast", "run --threads 0 a.toml"})
+        CHECK(run_program(folder.path, wrong).output.starts_with("sidewall: "));
+}
+
+TEST_CASE("a pipe is no mesh and no recipe", "[foreign]") {
+    const Folder folder;
+    for (const char* name : {"pipe.vtp", "pipe.toml"})
+        REQUIRE(mkfifo((folder.path / name).c_str(), 0600) == 0);
+    check_refused(run_program(folder.path, "inspect pipe.vtp"), 3, "pipe.vtp: is a pipe");
+    check_refused(run_program(folder.path, "check pipe.toml"), 3, "pipe.toml: not a file");
+    write(folder.path / "mask.toml", masked("file = \"pipe.vtp\"\n"));
+    check_refused(run_program(folder.path, "check mask.toml"), 2, "no such file");
+}
+
+TEST_CASE("faults of geometry name the mesh", "[foreign]") {
+    const Folder folder;
+    write(folder.path / "odd.obj",
+          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
+    check_refused(run_program(folder.path, "simplify odd.obj -o out.vtp"), 3,
+                  "odd.obj: edge between vertex 0");
+    check_refused(run_program(folder.path, "flux odd.obj --boundary reflective"), 3, "odd.obj: ");
+}
+
+TEST_CASE("a standard error that takes no messages does not end the program", "[foreign]") {
+    const Folder folder;
+    write(folder.path / "good.toml", kRecipe);
+    const auto exit_code = [&](const std::string& arguments) {
+        const std::string command =
+            "cd '" + folder.path.string() + "' && '" SIDEWALL_PROGRAM "' " + arguments;
+        const int status = std::system(command.c_str());
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+    };
+    for (const std::string closed : {" 2>&- >/dev/null", " 2>/dev/full >/dev/null"}) {
+        CHECK(exit_code("check good.toml" + closed) == 0);
+        CHECK(exit_code("check none.toml" + closed) == 3);
+        CHECK(exit_code("bogus" + closed) == 2);
+        CHECK(exit_code("run good.toml -o out --set step[0].duration=0.1" + closed) == 0);
+    }
+    CHECK(exit_code("check good.toml 2>/dev/null >&-") == 5);
+}
+
+#ifndef __SANITIZE_ADDRESS__
+TEST_CASE("under a limit of address space, messages speak of memory", "[foreign]") {
+    const Folder folder;
+    write(folder.path / "good.toml", kRecipe);
+    for (const int megabytes : {150, 180, 240}) {
+        const std::string command =
+            "cd '" + folder.path.string() + "' && ulimit -v " + std::to_string(1000 * megabytes) +
+            " && '" SIDEWALL_PROGRAM "' run good.toml --threads 16 -o out 2>&1 >/dev/null";
+        FILE* pipe = popen(command.c_str(), "r");
+        REQUIRE(pipe != nullptr);
+        std::string output(4096, '\0');
+        output.resize(fread(output.data(), 1, output.size(), pipe));
+        const int status = pclose(pipe);
+        INFO(output);
+        REQUIRE(WIFEXITED(status));
+        CHECK((WEXITSTATUS(status) == 4 || WEXITSTATUS(status) == 2 || WEXITSTATUS(status) == 0));
+        if (WEXITSTATUS(status) != 0) CHECK(output.find("memory") != std::string::npos);
+        CHECK(output.find("SSE2") == std::string::npos);
+        CHECK(output.find("pthread") == std::string::npos);
+    }
+}
+#endif
+
+TEST_CASE("a mask of 100,000 polygons is sampled at once", "[foreign][slow]") {
+    const Folder folder;
+    constexpr int kRow = 317;
+    std::string polygons = "polygons = [\n";
+    for (int i = 0; i < 100'000; ++i) {
+        const double x = -2.0 + 4.0 * (i % kRow) / kRow, y = -2.0 + 4.0 * (i / kRow) / kRow, s = 2.0 / kRow;
+        char line[200];
+        std::snprintf(line, sizeof line, "{points = [%.6f, %.6f, %.6f, %.6f, %.6f, %.6f]},\n", x, y, x + s, y,
+                      x, y + s);
+        polygons += line;
+    }
+    write(folder.path / "mask.toml", masked(polygons + "]\n"));
+    const Outcome outcome =
+        run_program(folder.path, "run mask.toml -o out --set step[0].duration=0.1 --quiet", 200);
+    INFO(outcome.output);
+    CHECK(outcome.exit_code == 0);
+}
