@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <functional>
 #include <limits>
+#include <memory>
 
 #include "surface/error.hpp"
 #include "tests/folder.hpp"
@@ -26,9 +27,11 @@ rate = -0.1
 
 // A flat sheet with a coverage of one half.
 SurfaceField half_covered() {
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
     SurfaceField field;
-    field.mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    field.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    field.scene = std::make_shared<const surface::RayScene>(mesh);
     field.names = {"theta"};
     field.corner = {std::vector<double>(6, 0.5)};
     return field;
@@ -56,8 +59,6 @@ TEST_CASE("a state comes back from its checkpoint; one that no run can be in is 
     const std::vector<std::function<void(RunState&)>> faults = {
         [&](RunState& s) { s.carried.corner[0][3] = nan; },
         [&](RunState& s) { s.carried.corner[0][0] = -infinity; },
-        [&](RunState& s) { s.carried.mesh.vertices[1].z() = nan; },
-        [&](RunState& s) { s.carried.mesh.triangles[1][2] = 4; },
         [&](RunState& s) { s.step = 2; },
         [&](RunState& s) { s.step = std::numeric_limits<std::size_t>::max(); },
         [&](RunState& s) { s.time_steps.clear(); },

@@ -67,6 +67,10 @@ TEST_CASE("a checkpoint gives coverages back bit for bit, and refuses damaged on
     Json strange = to_json(field);
     strange["triangles"].get_binary()[1] = 0xff;  // a vertex that there is not
     CHECK_THROWS(surface_field_from_json(strange));
+    strange = to_json(field);
+    for (std::size_t byte = 0; byte < 8; ++byte)
+        strange["vertices"].get_binary()[byte] = 0xff;  // not a number
+    CHECK_THROWS(surface_field_from_json(strange));
     SurfaceField bad = field;
     bad.corner[0].pop_back();
     CHECK_THROWS(surface_field_from_json(to_json(bad)));
