@@ -53,16 +53,15 @@ void print_estimate(const Recipe& recipe) {
 }  // namespace
 
 void add_check_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand(
-        "check",
+    CLI::App& command = add_command(
+        program, "check",
         "Parse and validate a recipe, print it with every default, and estimate what a run takes; write nothing");
-    const auto options = add_recipe_options(*command);
+    const auto options = add_recipe_options(command);
     const auto quick = std::make_shared<bool>(false);
-    command->add_flag(
-        "--no-estimate", *quick,
-        "Do not make first time steps (a second or two) to estimate time steps, rays, memory and "
-        "wall time, nor say whether this machine would refuse the run");
-    command->callback([options, quick] {
+    add_flag(command, "--no-estimate", *quick,
+             "Do not make first time steps (a second or two) to estimate time steps, rays, memory and "
+             "wall time, nor say whether this machine would refuse the run");
+    run_by(command, [options, quick] {
         const Recipe recipe = load(*options);
         const levelset::Domain domain = domain_of(recipe);
         fmt::print("{}# The grid: {} x {} cells of {} {}.\n{}", effective_recipe(recipe), domain.cells[0],

@@ -1,7 +1,8 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
+
+#include "app/commands/options.hpp"
 
 // One function a subcommand: adds it to the program, with its options and what it does. Each lives in
 // app/commands/<name>.cpp. The type of an option's value says what a shell completes there: FILE or MESH
@@ -20,9 +21,6 @@ void add_inspect_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_completion_command(CLI::App& program);
 void add_man_command(CLI::App& program);
-
-/// Adds `--threads N` (default: all cores) to a subcommand; takes effect when the command line is parsed.
-void add_threads_option(CLI::App& command);
 
 /// Where results go if no -o is given: results/<recipe's name>.
 std::filesystem::path default_output(const std::string& recipe_file);

@@ -20,18 +20,16 @@ struct CompareArguments {
 }  // namespace
 
 void add_compare_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand(
-        "compare", "Run a recipe raw and with each way of simplification: run time against error");
-    const auto recipe = add_recipe_options(*command);
+    CLI::App& command = add_command(
+        program, "compare", "Run a recipe raw and with each way of simplification: run time against error");
+    const auto recipe = add_recipe_options(command);
     const auto arguments = std::make_shared<CompareArguments>();
-    command
-        ->add_option("-o,--output", arguments->output,
-                     "Folder for results (default: results/<recipe>-compare)")
-        ->type_name("DIR");
-    command->add_flag("--overwrite", arguments->overwrite, "Replace other runs in the folder");
-    command->add_option("--json", arguments->json, "Also write the comparison there; - for standard output")
-        ->type_name("FILE");
-    command->callback([recipe, arguments] {
+    add_option(command, "-o,--output", arguments->output, "DIR",
+               "Folder for results (default: results/<recipe>-compare)");
+    add_flag(command, "--overwrite", arguments->overwrite, "Replace other runs in the folder");
+    add_option(command, "--json", arguments->json, "FILE",
+               "Also write the comparison there; - for standard output");
+    run_by(command, [recipe, arguments] {
         const Recipe parsed = load(*recipe);
         const std::filesystem::path output = arguments->output.empty()
                                                  ? default_output(recipe->file).concat("-compare")

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -237,21 +238,17 @@ void print_offer(const Offer& offer, const std::string& shell, const std::string
 }  // namespace
 
 void add_completion_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand(
-        "completion",
+    CLI::App& command = add_command(
+        program, "completion",
         "Print a script that completes commands, options, files and recipe keys at the Tab key:\n"
         "source <(sidewall completion bash), the same for zsh, or sidewall completion fish | source");
     const auto shell = std::make_shared<std::string>();
     const auto words = std::make_shared<std::vector<std::string>>();
-    command->add_option("SHELL", *shell, "Which shell the script is for")
-        ->required()
-        ->type_name("")
-        ->check(CLI::IsMember({"bash", "zsh", "fish"}));
-    command
-        ->add_option("WORD", *words,
-                     "Words of a command line, after --: print what the last one may be, as the script asks")
-        ->type_name("TEXT");
-    command->callback([&program, shell, words] {
+    add_option(command, "SHELL", *shell, "", "Which shell the script is for",
+               {.required = true, .one_of = {"bash", "zsh", "fish"}});
+    add_option(command, "WORD", *words, "TEXT",
+               "Words of a command line, after --: print what the last one may be, as the script asks");
+    run_by(command, [&program, shell, words] {
         if (words->empty())
             fmt::print("{}", *shell == "bash" ? kBash : *shell == "zsh" ? kZsh : kFish);
         else

@@ -316,46 +316,32 @@ void run_flux(const FluxArguments& arguments) {
 
 void add_flux_command(CLI::App& program) {
     const auto arguments = std::make_shared<FluxArguments>();
-    CLI::App* command =
-        program.add_subcommand("flux", "Particle flux on a surface, by Monte Carlo ray tracing");
-    command
-        ->add_option("mesh", arguments->mesh,
-                     "The surface: .vtp, .ply, .stl or .obj, normals out of the material, z up")
-        ->required()
-        ->type_name("MESH");
-    command->add_option("-o,--output", arguments->output, "Write flux, flux_error and area: .vtp or .csv")
-        ->type_name("FILE");
-    command
-        ->add_option("--rays", arguments->rays,
-                     fmt::format("Source rays, rounded up to a multiple of 32 (default {:.0e}; with "
-                                 "--relative-error the most to spend, default {:.0e})",
-                                 kDefaultRays, kMostRays))
-        ->type_name("N");
-    command
-        ->add_option(
-            "--relative-error", arguments->relative_error,
-            "Trace until sum(area * standard error) / sum(area * flux) over vertices is at most this")
-        ->type_name("E");
-    command
-        ->add_option("--source-exponent", arguments->source_exponent,
-                     "n of the source's cos^n: 1 thermal, hundreds a beam (default 1)")
-        ->type_name("n");
-    command
-        ->add_option("--sticking", arguments->sticking,
-                     "Sticking probability, or one for each id of the per-triangle attribute material: "
-                     "ID=s,ID=s (default 1)")
-        ->type_name("s");
-    command
-        ->add_option(
-            "--boundary", arguments->boundary,
-            "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "
-            "else open). No particle comes in through open sides: the source is the surface's bounding "
-            "rectangle")
-        ->type_name("{reflective,periodic,open}");
-    command->add_option("--seed", arguments->seed, "Of the random numbers (default 1)")->type_name("k");
-    command->add_option("--json", arguments->json, "Write a summary; - prints it, and nothing else")
-        ->type_name("FILE");
-    command->callback([arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
+    CLI::App& command =
+        add_command(program, "flux", "Particle flux on a surface, by Monte Carlo ray tracing");
+    add_option(command, "mesh", arguments->mesh, "MESH",
+               "The surface: .vtp, .ply, .stl or .obj, normals out of the material, z up",
+               {.required = true});
+    add_option(command, "-o,--output", arguments->output, "FILE",
+               "Write flux, flux_error and area: .vtp or .csv");
+    add_option(command, "--rays", arguments->rays, "N",
+               fmt::format("Source rays, rounded up to a multiple of 32 (default {:.0e}; with "
+                           "--relative-error the most to spend, default {:.0e})",
+                           kDefaultRays, kMostRays));
+    add_option(command, "--relative-error", arguments->relative_error, "E",
+               "Trace until sum(area * standard error) / sum(area * flux) over vertices is at most this");
+    add_option(command, "--source-exponent", arguments->source_exponent, "n",
+               "n of the source's cos^n: 1 thermal, hundreds a beam (default 1)");
+    add_option(command, "--sticking", arguments->sticking, "s",
+               "Sticking probability, or one for each id of the per-triangle attribute material: "
+               "ID=s,ID=s (default 1)");
+    add_option(
+        command, "--boundary", arguments->boundary, "{reflective,periodic,open}",
+        "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "
+        "else open). No particle comes in through open sides: the source is the surface's bounding "
+        "rectangle");
+    add_option(command, "--seed", arguments->seed, "k", "Of the random numbers (default 1)");
+    add_option(command, "--json", arguments->json, "FILE", "Write a summary; - prints it, and nothing else");
+    run_by(command, [arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
 }
 
 }  // namespace sidewall::app

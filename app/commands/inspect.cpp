@@ -183,14 +183,13 @@ void inspect(const std::string& input, const std::string& json_file) {
 }  // namespace
 
 void add_inspect_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand(
-        "inspect", "Tell what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
+    CLI::App& command = add_command(
+        program, "inspect", "Tell what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
     auto input = std::make_shared<std::string>(), json = std::make_shared<std::string>();
-    command->add_option("input", *input, "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote")
-        ->required()
-        ->type_name("MESH|DIR");
-    command->add_option("--json", *json, "Write the same as JSON; - for standard output")->type_name("FILE");
-    command->callback([input, json] { about(*input, [&] { inspect(*input, *json); }); });
+    add_option(command, "input", *input, "MESH|DIR",
+               "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote", {.required = true});
+    add_option(command, "--json", *json, "FILE", "Write the same as JSON; - for standard output");
+    run_by(command, [input, json] { about(*input, [&] { inspect(*input, *json); }); });
 }
 
 }  // namespace sidewall::app

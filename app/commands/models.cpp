@@ -41,12 +41,11 @@ void print_documentation(const std::string& name) {
 }  // namespace
 
 void add_models_command(CLI::App& program) {
-    CLI::App* command =
-        program.add_subcommand("models", "List every model and recipe key with type, unit and default");
+    CLI::App& command =
+        add_command(program, "models", "List every model and recipe key with type, unit and default");
     const auto name = std::make_shared<std::string>();
-    command->add_option("NAME", *name, "Only this model or section, e.g. single_particle or flux")
-        ->type_name("MODEL");
-    command->callback([name] { print_documentation(*name); });
+    add_option(command, "NAME", *name, "MODEL", "Only this model or section, e.g. single_particle or flux");
+    run_by(command, [name] { print_documentation(*name); });
 }
 
 }  // namespace sidewall::app

@@ -1,10 +1,13 @@
 #pragma once
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace sidewall::app {
 

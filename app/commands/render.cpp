@@ -107,48 +107,39 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_render_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand("render", "Draw a surface as a picture; needs no display");
+    CLI::App& command = add_command(program, "render", "Draw a surface as a picture; needs no display");
     auto arguments = std::make_shared<Arguments>();
-    command
-        ->add_option(
-            "input", arguments->input,
-            "Mesh file (VTP, STL, PLY, OBJ), or folder that `run` wrote: its last surface. A surface_NNNN.vtp "
-            "is drawn with the interface_NNNN_*.vtp beside it")
-        ->required()
-        ->type_name("MESH|DIR");
-    command->add_option("-o,--output", arguments->output, "Picture to write; with --all the folder for them")
-        ->required()
-        ->type_name("FILE.png|DIR");
-    auto* time =
-        command
-            ->add_option("--time", arguments->time,
-                         "Of a folder: the saved surface nearest to this process time, in the recipe's unit; "
-                         "the one drawn is printed")
-            ->type_name("T");
-    auto* frame =
-        command->add_option("--frame", arguments->frame, "Of a folder: surface_NNNN of this number, from 0")
-            ->type_name("N");
-    auto* all =
-        command->add_flag("--all", arguments->all,
-                          "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
-                          "range of colours, and strip.png with all of them");
-    time->excludes(frame)->excludes(all);
-    frame->excludes(all);
-    command
-        ->add_option("--color", arguments->options.color,
-                     "material, flux, rate, distance, height or any attribute (default: material if there)")
-        ->type_name("NAME");
-    command
-        ->add_option("--view", arguments->view,
-                     "Azimuth and elevation of the viewer in degrees (default: 25,30)")
-        ->type_name("AZ,EL");
-    command->add_option("--cut", arguments->cut, "Take away what lies before a plane, such as y=0")
-        ->type_name("AXIS=VALUE");
-    command->add_option("--size", arguments->size, "Pixels (default: 1200x900)")->type_name("WxH");
-    command->add_option("--range", arguments->range, "Ends of the colour bar (default: the values')")
-        ->type_name("LOW,HIGH");
-    command->add_flag("--edges", arguments->options.edges, "Draw the triangles' edges");
-    command->callback([arguments] { run(*arguments); });
+    add_option(
+        command, "input", arguments->input, "MESH|DIR",
+        "Mesh file (VTP, STL, PLY, OBJ), or folder that `run` wrote: its last surface. A surface_NNNN.vtp "
+        "is drawn with the interface_NNNN_*.vtp beside it",
+        {.required = true});
+    add_option(command, "-o,--output", arguments->output, "FILE.png|DIR",
+               "Picture to write; with --all the folder for them", {.required = true});
+    CLI::Option& time =
+        add_option(command, "--time", arguments->time, "T",
+                   "Of a folder: the saved surface nearest to this process time, in the recipe's unit; "
+                   "the one drawn is printed");
+    CLI::Option& frame = add_option(command, "--frame", arguments->frame, "N",
+                                    "Of a folder: surface_NNNN of this number, from 0");
+    CLI::Option& all =
+        add_flag(command, "--all", arguments->all,
+                 "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
+                 "range of colours, and strip.png with all of them");
+    exclude(time, frame);
+    exclude(time, all);
+    exclude(frame, all);
+    add_option(command, "--color", arguments->options.color, "NAME",
+               "material, flux, rate, distance, height or any attribute (default: material if there)");
+    add_option(command, "--view", arguments->view, "AZ,EL",
+               "Azimuth and elevation of the viewer in degrees (default: 25,30)");
+    add_option(command, "--cut", arguments->cut, "AXIS=VALUE",
+               "Take away what lies before a plane, such as y=0");
+    add_option(command, "--size", arguments->size, "WxH", "Pixels (default: 1200x900)");
+    add_option(command, "--range", arguments->range, "LOW,HIGH",
+               "Ends of the colour bar (default: the values')");
+    add_flag(command, "--edges", arguments->options.edges, "Draw the triangles' edges");
+    run_by(command, [arguments] { run(*arguments); });
 }
 
 }  // namespace sidewall::app

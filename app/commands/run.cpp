@@ -62,28 +62,24 @@ std::filesystem::path default_output(const std::string& recipe_file) {
 }
 
 void add_run_command(CLI::App& program) {
-    CLI::App* command =
-        program.add_subcommand("run", "Run a recipe and write surfaces, profiles, timeline and summary");
-    const auto recipe = add_recipe_options(*command);
+    CLI::App& command =
+        add_command(program, "run", "Run a recipe and write surfaces, profiles, timeline and summary");
+    const auto recipe = add_recipe_options(command);
     const auto options = std::make_shared<RunOptions>();
-    command->add_option("-o,--output", options->output, "Folder for results (default: results/<recipe>)")
-        ->type_name("DIR");
-    CLI::Option* resume = command->add_flag(
-        "--resume", options->resume,
+    add_option(command, "-o,--output", options->output, "DIR",
+               "Folder for results (default: results/<recipe>)");
+    CLI::Option& resume = add_flag(
+        command, "--resume", options->resume,
         "Go on from the folder's checkpoint; also from a finished run's, with a longer last step or more steps");
-    command
-        ->add_flag("--overwrite", options->overwrite,
-                   "Replace an unfinished run or another recipe's result in the folder")
-        ->excludes(resume);
-    command->add_flag(
-        "--quiet", options->quiet,
-        "No progress, no word on what happens to the wafer, no report; summary.json has it all");
+    exclude(add_flag(command, "--overwrite", options->overwrite,
+                     "Replace an unfinished run or another recipe's result in the folder"),
+            resume);
+    add_flag(command, "--quiet", options->quiet,
+             "No progress, no word on what happens to the wafer, no report; summary.json has it all");
     const auto json = std::make_shared<std::string>();
-    command
-        ->add_option("--json", *json,
-                     "Write summary.json here too; - for standard output, and then no report")
-        ->type_name("FILE");
-    command->callback([recipe, options, json] {
+    add_option(command, "--json", *json, "FILE",
+               "Write summary.json here too; - for standard output, and then no report");
+    run_by(command, [recipe, options, json] {
         const Recipe parsed = load(*recipe);
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();

@@ -137,65 +137,40 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_simplify_command(CLI::App& program) {
-    CLI::App* command =
-        program.add_subcommand("simplify",
-                               "Coarsens a surface mesh, its features less than its flat parts.\n"
-                               "Lengths are in the mesh's own unit.");
+    CLI::App& command = add_command(program, "simplify",
+                                    "Coarsens a surface mesh, its features less than its flat parts.\n"
+                                    "Lengths are in the mesh's own unit.");
     const auto a = std::make_shared<Arguments>();
-    command->add_option("mesh", a->input, "Input mesh: .vtp, .ply, .stl, .obj")
-        ->required()
-        ->type_name("MESH");
-    command->add_option("-o,--output", a->output, "Output mesh, same formats")->required()->type_name("MESH");
-    command->add_option("--method", a->method, "How edges to collapse are chosen (default: region-bounded)")
-        ->type_name("{none,lindstrom-turk,region,region-bounded,cgal-lindstrom-turk}");
-    command
-        ->add_option(
-            "--l0", a->options.l0,
-            "Edges shorter than this collapse everywhere, features included; 0 leaves features alone "
-            "(length; default: --grid-spacing if given, else the mean edge length between features)")
-        ->type_name("LENGTH");
-    command
-        ->add_option("--step", a->options.step,
-                     "Growth of that length per ring away from features (length; default: as --l0's default)")
-        ->type_name("LENGTH");
-    command
-        ->add_option(
-            "--l-max", a->options.l_max,
-            "No longer edge collapses (length; default: regions 3, lindstrom-turk 2 times --l0's default; "
-            "lindstrom-turk with a target: none)")
-        ->type_name("LENGTH");
-    command
-        ->add_option(
-            "--weights", a->weights,
-            "Lindstrom-Turk weights of volume, boundary and shape (default: 0.5,0.5,0; 0.4,0.3,0.3 gives "
-            "rounder triangles at a larger distance)")
-        ->delimiter(',')
-        ->expected(3)
-        ->type_name("V,B,S");
-    command
-        ->add_option("--max-error", a->options.max_error,
-                     "Hard bound on the distance between input and output, both ways, at their vertices "
-                     "(length; default: region-bounded without a target 0.05 times --l0's default, else "
-                     "none; not for cgal-lindstrom-turk)")
-        ->type_name("LENGTH");
-    command
-        ->add_option(
-            "--target-vertices", a->options.target_vertices,
-            "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)")
-        ->type_name("N");
-    command
-        ->add_option(
-            "--feature-parameter", a->feature_parameter,
-            "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing; auto: from the "
-            "distribution of curvature (default: 0.5)")
-        ->type_name("C|auto");
-    command
-        ->add_option("--grid-spacing", a->options.grid_spacing,
-                     "dx of the level set the mesh was extracted from (length; default: mean edge length)")
-        ->type_name("LENGTH");
-    command->add_option("--json", a->json, "Report as JSON to a file, or - for standard output")
-        ->type_name("FILE");
-    command->callback([a] { about(a->input, [&] { run(*a); }); });
+    add_option(command, "mesh", a->input, "MESH", "Input mesh: .vtp, .ply, .stl, .obj", {.required = true});
+    add_option(command, "-o,--output", a->output, "MESH", "Output mesh, same formats", {.required = true});
+    add_option(command, "--method", a->method,
+               "{none,lindstrom-turk,region,region-bounded,cgal-lindstrom-turk}",
+               "How edges to collapse are chosen (default: region-bounded)");
+    add_option(command, "--l0", a->options.l0, "LENGTH",
+               "Edges shorter than this collapse everywhere, features included; 0 leaves features alone "
+               "(length; default: --grid-spacing if given, else the mean edge length between features)");
+    add_option(command, "--step", a->options.step, "LENGTH",
+               "Growth of that length per ring away from features (length; default: as --l0's default)");
+    add_option(command, "--l-max", a->options.l_max, "LENGTH",
+               "No longer edge collapses (length; default: regions 3, lindstrom-turk 2 times --l0's default; "
+               "lindstrom-turk with a target: none)");
+    add_option(command, "--weights", a->weights, 3, "V,B,S",
+               "Lindstrom-Turk weights of volume, boundary and shape (default: 0.5,0.5,0; 0.4,0.3,0.3 gives "
+               "rounder triangles at a larger distance)");
+    add_option(command, "--max-error", a->options.max_error, "LENGTH",
+               "Hard bound on the distance between input and output, both ways, at their vertices "
+               "(length; default: region-bounded without a target 0.05 times --l0's default, else "
+               "none; not for cgal-lindstrom-turk)");
+    add_option(command, "--target-vertices", a->options.target_vertices, "N",
+               "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)");
+    add_option(
+        command, "--feature-parameter", a->feature_parameter, "C|auto",
+        "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing; auto: from the "
+        "distribution of curvature (default: 0.5)");
+    add_option(command, "--grid-spacing", a->options.grid_spacing, "LENGTH",
+               "dx of the level set the mesh was extracted from (length; default: mean edge length)");
+    add_option(command, "--json", a->json, "FILE", "Report as JSON to a file, or - for standard output");
+    run_by(command, [a] { about(a->input, [&] { run(*a); }); });
 }
 
 }  // namespace sidewall::app

@@ -36,32 +36,24 @@ void run(const StudyArguments& arguments) {
 }  // namespace
 
 void add_study_command(CLI::App& program) {
-    CLI::App* command = program.add_subcommand(
-        "study",
+    CLI::App& command = add_command(
+        program, "study",
         "Redo the evaluation of region simplification (Lenz 2023, section 8.3) on surfaces grown here:\n"
         "distance, simplification time, tracing time and flux error at equal numbers of vertices.");
     const auto a = std::make_shared<StudyArguments>();
-    command->add_option("-o,--output", a->output, "Folder for results (default: results/study)")
-        ->type_name("DIR");
-    command->add_option("--surface", a->surface, "1 (low relief), 2 (deep hole) or all (default: all)")
-        ->check(CLI::IsMember({"1", "2", "all"}))
-        ->type_name("N");
-    command
-        ->add_option("--recipes", a->recipes,
-                     "Folder with surface1.toml and surface2.toml (default: configs/study)")
-        ->type_name("DIR");
-    command->add_option("--rays", a->rays, "Source rays of every timed trace (default: 1e7)")
-        ->check(CLI::Range(1e3, 1e10))
-        ->type_name("N");
-    command
-        ->add_option("--sticking", a->sticking, "Sticking probability of the traced neutral (default: 0.1)")
-        ->check(CLI::Range(1e-3, 1.0))
-        ->type_name("S");
-    command->add_flag("--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
-    command->add_flag("--overwrite", a->overwrite, "Replace other runs in the folder");
-    command->add_option("--json", a->json, "Also write the study there; - for standard output")
-        ->type_name("FILE");
-    command->callback([a] { run(*a); });
+    add_option(command, "-o,--output", a->output, "DIR", "Folder for results (default: results/study)");
+    add_option(command, "--surface", a->surface, "N", "1 (low relief), 2 (deep hole) or all (default: all)",
+               {.one_of = {"1", "2", "all"}});
+    add_option(command, "--recipes", a->recipes, "DIR",
+               "Folder with surface1.toml and surface2.toml (default: configs/study)");
+    add_option(command, "--rays", a->rays, "N", "Source rays of every timed trace (default: 1e7)",
+               {.range = {{1e3, 1e10}}});
+    add_option(command, "--sticking", a->sticking, "S",
+               "Sticking probability of the traced neutral (default: 0.1)", {.range = {{1e-3, 1.0}}});
+    add_flag(command, "--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
+    add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder");
+    add_option(command, "--json", a->json, "FILE", "Also write the study there; - for standard output");
+    run_by(command, [a] { run(*a); });
 }
 
 }  // namespace sidewall::app

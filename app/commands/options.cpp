@@ -1,0 +1,69 @@
+#include "app/commands/options.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "app/common/threads.hpp"
+
+namespace sidewall::app {
+CLI::App& add_command(CLI::App& program, const std::string& name, const std::string& doc) {
+    return *program.add_subcommand(name, doc);
+}
+
+void run_by(CLI::App& command, std::function<void()> run) {
+    command.callback(std::move(run));
+}
+
+template <class T>
+CLI::Option& add_option(CLI::App& command, const std::string& names, T& value, const std::string& type,
+                        const std::string& doc, const OptionRule& rule) {
+    CLI::Option& option = *command.add_option(names, value, doc);
+    option.required(rule.required);
+    if (rule.range) option.check(CLI::Range((*rule.range)[0], (*rule.range)[1]));
+    if (!rule.one_of.empty()) option.check(CLI::IsMember(rule.one_of));
+    return *option.type_name(type);
+}
+
+#define ADD_OPTION(T)                                                                       \
+    template CLI::Option& add_option(CLI::App&, const std::string&, T&, const std::string&, \
+                                     const std::string&, const OptionRule&);
+ADD_OPTION(std::string)
+ADD_OPTION(std::filesystem::path)
+ADD_OPTION(double)
+ADD_OPTION(std::optional<double>)
+ADD_OPTION(std::optional<long long>)
+ADD_OPTION(std::optional<std::size_t>)
+ADD_OPTION(std::vector<std::string>)
+#undef ADD_OPTION
+
+CLI::Option& add_option(CLI::App& command, const std::string& names, std::vector<double>& values, int count,
+                        const std::string& type, const std::string& doc) {
+    return *command.add_option(names, values, doc)->delimiter(',')->expected(count)->type_name(type);
+}
+
+CLI::Option& add_repeated(CLI::App& command, const std::string& names,
+                          const std::function<void(const std::string&)>& take, const std::string& type,
+                          const std::string& doc) {
+    return *command.add_option_function<std::string>(names, take, doc)
+                ->type_name(type)
+                ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
+                ->trigger_on_parse();
+}
+
+void add_threads_option(CLI::App& command) {
+    command
+        .add_option_function<int>("--threads", limit_threads,
+                                  "Threads to use; results do not depend on it (default: all cores)")
+        ->check(CLI::Range(1, 1024))
+        ->trigger_on_parse()
+        ->type_name("N");
+}
+
+CLI::Option& add_flag(CLI::App& command, const std::string& names, bool& value, const std::string& doc) {
+    return *command.add_flag(names, value, doc);
+}
+
+void exclude(CLI::Option& one, CLI::Option& other) {
+    one.excludes(&other);
+}
+
+}  // namespace sidewall::app
