@@ -54,7 +54,8 @@ Recipe on_coarser_grid(const Recipe& recipe, double memory) {
     constexpr double kMemory = 2e8, kCoarsest = 4.0;
     const double factor = std::min(kCoarsest, std::ceil(std::sqrt(memory / kMemory)));
     Recipe coarse = recipe;
-    if (factor <= 1.0) return coarse;
+    // The wafer of an earlier run comes on its own grid.
+    if (factor <= 1.0 || !recipe.start.from.empty()) return coarse;
     coarse.domain.grid_spacing = factor * domain_of(recipe).spacing;
     coarse.flux.averaging *= factor;
     SimplifySection& simplify = coarse.simplify;
@@ -193,7 +194,8 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_seconds = e.cells * tracing.reducing + tracing.seconds;
 
     double start = now();
-    const double to_stop = distance_to_stop(step, e.measured.materials, e.state.stack, tracing.surface.raw);
+    const double to_stop =
+        distance_to_stop(step, e.measured.materials, e.state.stack, tracing.surface.raw).left;
     if (to_stop == 0.0) return;
     Timing timing;
     const levelset::Motion motion = surface_motion(model, e.state.stack, tracing.surface, timing);

@@ -85,9 +85,11 @@ void unroll(const std::vector<Step>& steps, const std::string& number, const std
     }
 }
 
-// The lowest point of the wafer as its layers make it; minus infinity where a mesh file decides.
+// The lowest point of the wafer as its layers make it; minus infinity where a mesh file or an earlier run
+// decides.
 double lowest_start(const Recipe& recipe) {
     double lowest = std::numeric_limits<double>::infinity();
+    if (!recipe.start.from.empty()) return -lowest;
     for (const Layer& layer : recipe.layers) {
         if (layer.shape == "mesh") return -lowest;
         if (layer.top) lowest = std::min(lowest, *layer.top - layer.depth.value_or(0.0));

@@ -385,7 +385,8 @@ TEST_CASE("every key that a section reads is documented, with a default or as re
 
 TEST_CASE("the nearest name is the one with the fewest edits", "[foreign]") {
     const std::vector<std::string> names = {"sticking", "rate", "duration"};
-    CHECK(nearest("stiking", names) == "sticking");
-    CHECK(nearest("Rate", names) == "rate");
-    CHECK(nearest("", names) == "rate");
+    CHECK(did_you_mean("", "stiking", names) == "did you mean sticking?");
+    CHECK(did_you_mean("; ", "Rate", names) == "; did you mean rate?");
+    CHECK(did_you_mean("; ", "", names, ".") == ".");
+    CHECK(did_you_mean("; ", "pressure", names, ".") == ".");
 }

@@ -80,8 +80,10 @@ std::string damaged(std::string bytes, Random& random) {
 
 app::RunState seed_state(const app::Recipe& recipe) {
     app::RunState state = app::initial_state(recipe);
-    state.carried.mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-    state.carried.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    TriangleMesh sheet;
+    sheet.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    state.carried.scene = std::make_shared<const surface::RayScene>(sheet);
     state.carried.names = {"flux_neutral", "theta"};
     state.carried.corner = {std::vector<double>(6, 1.0), std::vector<double>(6, 0.5)};
     state.files = {{0.0, 0, "surface_0000.vtp"}};

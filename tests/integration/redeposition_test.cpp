@@ -86,7 +86,13 @@ Atoms mill(const std::vector<std::string>& overrides) {
     const app::Model model = app::make_model(step, recipe.materials, recipe.domain);
     app::RunState state = app::initial_state(recipe);
     levelset::begin_film(state.stack, *model.deposit);
-    const auto volumes = [&] { return app::material_volumes(state.stack, recipe.materials.size()); };
+    const auto volumes = [&] {
+        const std::vector<double> layers = app::layer_volumes(state.stack);
+        std::vector<double> materials(recipe.materials.size());
+        for (std::size_t k = 0; k < layers.size(); ++k)
+            materials[static_cast<std::size_t>(state.stack.layers[k].material)] += layers[k];
+        return materials;
+    };
     std::vector<double> before;
     app::Timing timing;
     Atoms total;
