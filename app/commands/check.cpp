@@ -39,7 +39,7 @@ void print_estimate(const Recipe& recipe) {
     const Estimate estimate = estimate_run(recipe);
     const bool reuse = recipe.flux.reuse > 0.0 && estimate.rays > 0.0;
     const std::string most = reuse ? "at most " : "";
-    fmt::print("# A run on this machine with {} threads takes, usually within a factor of two:\n",
+    fmt::print("#\n# A run on this machine with {} threads takes, usually within a factor of two:\n",
                thread_count());
     fmt::print("#   time steps {}\n", count_text(estimate.time_steps));
     fmt::print("#   rays       {}{}{}\n", most, count_text(estimate.rays),

@@ -23,17 +23,14 @@ CLI::Option& add_option(CLI::App& command, const std::string& names, T& value, c
     return *option.type_name(type);
 }
 
-#define ADD_OPTION(T)                                                                       \
-    template CLI::Option& add_option(CLI::App&, const std::string&, T&, const std::string&, \
-                                     const std::string&, const OptionRule&);
-ADD_OPTION(std::string)
-ADD_OPTION(std::filesystem::path)
-ADD_OPTION(double)
-ADD_OPTION(std::optional<double>)
-ADD_OPTION(std::optional<long long>)
-ADD_OPTION(std::optional<std::size_t>)
-ADD_OPTION(std::vector<std::string>)
-#undef ADD_OPTION
+using Text = const std::string&;
+template CLI::Option& add_option(CLI::App&, Text, std::string&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, std::filesystem::path&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, double&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, std::optional<double>&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, std::optional<long long>&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, std::optional<std::size_t>&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, std::vector<std::string>&, Text, Text, const OptionRule&);
 
 CLI::Option& add_option(CLI::App& command, const std::string& names, std::vector<double>& values, int count,
                         const std::string& type, const std::string& doc) {

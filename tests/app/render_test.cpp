@@ -323,7 +323,7 @@ TEST_CASE("render draws the saved surface of a time or a number, with its own in
     CHECK(bytes("alone.png") != bytes("last.png"));
 }
 
-TEST_CASE("--all draws every saved surface in one view and one range, and a strip of them") {
+TEST_CASE("render --all draws every saved surface in one view and one range, and a strip of them") {
     const test::Folder folder;
     test::write_result_folder(folder.path);
     const std::string in = folder.path.string();

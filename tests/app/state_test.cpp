@@ -39,7 +39,7 @@ SurfaceField half_covered() {
 
 }  // namespace
 
-TEST_CASE("a state comes back from its checkpoint; one that no run can be in is refused by name") {
+TEST_CASE("a state comes back from its checkpoint, one that no run can be in is refused by name") {
     const test::Folder folder;
     const Recipe recipe = parse_recipe(kRecipe, "plane.toml");
     RunState good = initial_state(recipe);

@@ -211,8 +211,8 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
                "6: step: ", "repeat fewer times"),
         recipe("repeat by half", kGood + "repeat = 1.5\n", "10: step[0].repeat = 1.5: ", "whole number"),
 
-        recipe("no rays", kGood + "[flux]\nrays = 0\n", "11: flux.rays = 0: ", "in [1000, 1e+12]"),
-        recipe("too many rays", kGood + "[flux]\nrays = 1e15\n", "11: flux.rays = ", "in [1000, 1e+12]"),
+        recipe("no rays", kGood + "[flux]\nrays = 0\n", "11: flux.rays = 0: ", "in [100, 1e+12]"),
+        recipe("too many rays", kGood + "[flux]\nrays = 1e15\n", "11: flux.rays = ", "in [100, 1e+12]"),
         recipe("relative error", kGood + "[flux]\nrelative_error = 0.0\n", "11: flux.relative_error = 0",
                "must be in (0, 0.5]"),
         recipe("few batches", kGood + "[flux]\nbatches = 8\n", "11: flux.batches = 8: ", "in [16"),
@@ -318,9 +318,9 @@ TEST_CASE("a recipe whose shapes make no sense is refused with file, line, key a
 TEST_CASE("a recipe whose numbers make no sense is refused with file, line, key and remedy", "[foreign]") {
     const std::string polish = "[[step]]\nmodel = \"planarize\"\n";
     check_rows({
-        recipe("one ray", kGood + "[flux]\nrays = 1\n", "11: flux.rays = 1: ", "in [1000, 1e+12]"),
+        recipe("one ray", kGood + "[flux]\nrays = 1\n", "11: flux.rays = 1: ", "in [100, 1e+12]"),
         recipe("one ray at most", kGood + "[flux]\nrelative_error = 0.1\nmax_rays = 1\n",
-               "12: flux.max_rays = 1: ", "in [1000, 1e+12]"),
+               "12: flux.max_rays = 1: ", "in [100, 1e+12]"),
         recipe("more batches than rays", kGood + "[flux]\nrays = 1000\nbatches = 5000\n",
                "12: flux.batches = 5000: ", "at most rays = 1000"),
         recipe("cfl", kGood + "[advection]\ncfl = 1e-9\n", "11: advection.cfl = 1e-09: ", "in [0.001, 0.5]"),

@@ -140,7 +140,8 @@ TEST_CASE("under a limit of address space, messages speak of memory", "[foreign]
 }
 #endif
 
-TEST_CASE("a mask of 100,000 polygons is sampled at once", "[foreign][slow]") {
+TEST_CASE("a mask of 100,000 polygons, each far too fine for the grid, is refused at once",
+          "[foreign][slow]") {
     const Folder folder;
     constexpr int kRow = 317;
     std::string polygons = "polygons = [\n";
@@ -155,5 +156,6 @@ TEST_CASE("a mask of 100,000 polygons is sampled at once", "[foreign][slow]") {
     const Outcome outcome =
         run_program(folder.path, "run mask.toml -o out --set step[0].duration=0.1 --quiet", 200);
     INFO(outcome.output);
-    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.output.find("use a grid_spacing of") != std::string::npos);
 }

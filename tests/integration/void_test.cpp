@@ -39,7 +39,7 @@ TEST_CASE("a void that deposition has closed off keeps its volume while the film
                                                     {"step[0].duration=2.4", "simplify.method=" + method});
         REQUIRE(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/pinch_off.toml").steps[0].duration ==
                 Approx(2.0 * *recipe.output.every));
-        app::run_recipe(recipe, {.output = folder.path, .quiet = true});
+        app::run_recipe(recipe, {.output = folder.path, .overwrite = true, .quiet = true});
         const auto volume = [&](int n) {
             return void_volume(
                 surface::read_mesh(folder.path / ("surface_000" + std::to_string(n) + ".vtp")));
@@ -61,7 +61,7 @@ TEST_CASE("speeds without particles do not reach into a closed void either", "[s
                                    "model = \"isotropic\"\nrate = 0.3\ndeposit = \"Polymer\"\n",
                                    "model = \"directional\"\ndirectional = -0.1\nisotropic = -0.2\n"}) {
         app::run_recipe(app::parse_recipe(text + "\n[[step]]\nduration = 0.3\n" + step, "void.toml"),
-                        {.output = folder.path, .quiet = true});
+                        {.output = folder.path, .overwrite = true, .quiet = true});
         const auto surface = [&](int n) {
             return surface::read_mesh(folder.path / ("surface_000" + std::to_string(n) + ".vtp"));
         };

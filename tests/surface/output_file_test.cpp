@@ -91,7 +91,7 @@ TEST_CASE("a device is written to, not replaced, and what it refuses is an error
     CHECK_THROWS_AS(write_whole_file(folder.path / "flux.csv", "text"), IoError);
 }
 
-TEST_CASE("a link stays and what it names is replaced; a folder is neither") {
+TEST_CASE("a link stays and what it names is replaced, and a folder is neither") {
     const test::Folder folder;
     const fs::path target = folder.path / "target", link = folder.path / "link";
     write_whole_file(target, "old");
