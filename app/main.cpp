@@ -29,10 +29,10 @@ bool for_want_of_memory(const std::exception& error) {
 }
 
 int say_out_of_memory() {
-    fmt::print(
-        stderr,
+    std::fputs(
         "sidewall: out of memory: use a larger grid_spacing, a smaller extent or mesh or fewer --threads, or "
-        "raise the limit (ulimit -v)\n");
+        "raise the limit (ulimit -v)\n",
+        stderr);
     return 4;
 }
 
@@ -95,6 +95,8 @@ int main(int argc, char** argv) {
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {
         return run(argc, argv);
+    } catch (const std::bad_alloc&) {  // while the commands were put together, or for the message itself
+        return say_out_of_memory();
     } catch (...) {  // not even a message got through
         return 4;
     }

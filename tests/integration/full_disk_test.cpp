@@ -65,6 +65,20 @@ void check_holds(const Files& folder, const Files& expected) {
     }
 }
 
+// What a run that failed has left: whole files of it, and whole rows.
+void check_whole(const Files& left, const Files& whole) {
+    for (const auto& [name, bytes] : left) {
+        CAPTURE(name);
+        REQUIRE(whole.count(name) == 1);  // nothing partial
+        if (name == "timeline.csv") {
+            CHECK(whole.at(name).starts_with(bytes));
+            CHECK((bytes.empty() || bytes.ends_with('\n')));
+        } else if (repeats(name)) {
+            CHECK(bytes == whole.at(name));
+        }
+    }
+}
+
 }  // namespace
 
 TEST_CASE("a disk that fills up during a run ends it with exit code 5, and the last checkpoint resumes") {
@@ -116,16 +130,7 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
         CHECK(outcome.output.find(": cannot write: No space left on device; check space") !=
               std::string::npos);
         const Files left = files_in(out);
-        for (const auto& [name, bytes] : left) {
-            CAPTURE(name);
-            REQUIRE(whole.count(name) == 1);  // nothing partial
-            if (name == "timeline.csv") {
-                CHECK(whole.at(name).starts_with(bytes));
-                CHECK((bytes.empty() || bytes.ends_with('\n')));
-            } else if (repeats(name)) {
-                CHECK(bytes == whole.at(name));
-            }
-        }
+        check_whole(left, whole);
         if (left.count("checkpoint.vdb") == 0 || operation % 3 != 0) continue;
         ++resumes;
         const Outcome resumed = run_program(folder.path, run + "out --resume");
@@ -135,6 +140,33 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
     }
     CHECK(operation > 80);
     CHECK(resumes > 10);
+}
+
+TEST_CASE("memory refused at any time of a run ends it with exit code 4 and a message, files whole",
+          "[slow]") {
+    const Folder folder;
+    std::ofstream(folder.path / "quick.toml") << kQuick;
+    const std::string run = "run quick.toml --threads 1 --quiet -o ";
+    REQUIRE(run_program(folder.path, run + "whole").exit_code == 0);
+    const Files whole = files_in(folder.path / "whole");
+    const fs::path out = folder.path / "out";
+    // The first ones are made before main; a run makes a hundred thousand.
+    int runs = 0;
+    bool done = false;
+    for (int allocation = 64; !done; allocation += 1 + allocation / 6, ++runs) {
+        REQUIRE(allocation < 100'000'000);
+        fs::remove_all(out);
+        const Outcome outcome =
+            run_command(folder.path, "SIDEWALL_FAULT='memory " + std::to_string(allocation) +
+                                         "' '" SIDEWALL_FAULTS "' " + run + "out 2>&1");
+        CAPTURE(allocation, outcome.output);
+        done = outcome.exit_code == 0;
+        if (done) continue;
+        CHECK(outcome.exit_code == 4);
+        CHECK(outcome.output.find("sidewall: out of memory: use a larger grid_spacing") != std::string::npos);
+        if (fs::exists(out)) check_whole(files_in(out), whole);
+    }
+    CHECK(runs > 30);
 }
 
 TEST_CASE("a damaged checkpoint is refused by name within a second and 200 MB", "[foreign]") {
