@@ -1,17 +1,21 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "app/commands/commands.hpp"
 #include "app/common/console.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/version.hpp"
+#include "app/schema/keys.hpp"
 #include "surface/error.hpp"
 #include "surface/printable.hpp"
 
@@ -41,6 +45,15 @@ std::string usage_error(const CLI::App* app, const CLI::Error& error) {
     return "sidewall: " + CLI::FailureMessage::simple(app, error);
 }
 
+// What is not the name of a command, with one that is close.
+std::optional<std::string> unknown_command(CLI::App& program, const std::string& word) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    if (word.starts_with('-') || std::find(names.begin(), names.end(), word) != names.end()) return {};
+    return fmt::format("sidewall: there is no command {}{}\n", surface::printable(word),
+                       app::did_you_mean("; ", word, names, "; see sidewall --help"));
+}
+
 // The program's exit code.
 int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
@@ -64,6 +77,10 @@ int run(int argc, char** argv) {
     try {
         constexpr double kToBegin = 32e6;  // bytes; with less, some libraries end the program
         app::require_address_space(kToBegin);
+        if (const auto text = argc > 1 ? unknown_command(program, argv[1]) : std::nullopt) {
+            std::fputs(text->c_str(), stderr);
+            return 2;
+        }
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");

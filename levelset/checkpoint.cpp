@@ -71,7 +71,7 @@ void save_checkpoint(const std::filesystem::path& path, const MaterialStack& sta
 Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& domain) {
     initialize();
     if (!std::filesystem::exists(path))
-        throw FileError(fmt::format("{}: there is no checkpoint; run without --resume", path.string()));
+        throw FileError(fmt::format("{}: there is no checkpoint", path.string()));
     Checkpoint checkpoint{{domain, {}}, {}};
     try {
         std::ifstream in = surface::open_sealed_file(path, kVersion);
@@ -90,7 +90,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& doma
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        throw FileError(fmt::format("{}: not a usable checkpoint: {}; run without --resume", path.string(),
+        throw FileError(fmt::format("{}: not a usable checkpoint: {}", path.string(),
                                     surface::printable(error.what())));
     }
     return checkpoint;

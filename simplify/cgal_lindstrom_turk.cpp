@@ -248,7 +248,8 @@ struct Engine {
         std::vector<std::uint32_t> triangles(n, 0);
         for (const Triangle& t : input.triangles)
             for (const std::uint32_t v : t) ++triangles[v];
-        constexpr std::uint32_t kCrowd = 64;  // the other methods' bound, too
+        constexpr std::uint32_t kCrowd =
+            1000;  // collapses at a vertex take time in proportion to its triangles
         state.crowded.resize(n);
         for (std::size_t v = 0; v < n; ++v) state.crowded[v] = triangles[v] > kCrowd;
         const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);

@@ -107,7 +107,7 @@ class MemoryBudget {
     }
 
   private:
-    static constexpr double kLeast = 32e6, kTimes = 100.0;
+    static constexpr double kLeast = 32e6, kTimes = 300.0;
     std::string name_;
     double left_, all_;
 };

@@ -25,7 +25,7 @@ for recipe in "${recipes[@]}"; do
         [ ! -e "$file" ] || cmp -s "$file" "../1/$file" || echo -n " $file"
     done)
     files=$(ls "$results/0" | wc -l)
-    [ "$(ls "$results/0")" = "$(ls "$results/1")" ] || unequal+=" (other files)"
+    [ "$(ls -I manifest.txt "$results/0")" = "$(ls -I manifest.txt "$results/1")" ] || unequal+=" (other files)"
     if [ -z "$unequal" ]; then echo "$recipe: the same bytes in all of $files files"; else
         echo "$recipe: differs in$unequal"
         different=1

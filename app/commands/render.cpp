@@ -89,7 +89,8 @@ Result read_input(const Arguments& arguments) {
 void run(const Arguments& arguments) {
     const RenderOptions options = parse(arguments);
     const bool folder = std::filesystem::is_directory(arguments.input);
-    if (!folder && (arguments.all || arguments.time || arguments.frame))
+    if (std::filesystem::exists(arguments.input) && !folder &&
+        (arguments.all || arguments.time || arguments.frame))
         throw RecipeError(fmt::format(
             "{}: {} chooses among the surfaces of a run: name the folder that `run` wrote", arguments.input,
             arguments.all    ? "--all"

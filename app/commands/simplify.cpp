@@ -162,7 +162,8 @@ void add_simplify_command(CLI::App& program) {
                "(length; default: region-bounded without a target 0.05 times --l0's default, else "
                "none; not for cgal-lindstrom-turk)");
     add_option(command, "--target-vertices", a->options.target_vertices, "N",
-               "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)");
+               "Stop at this many vertices; a region schedule then goes on beyond --l-max (default: none)",
+               {.range = {{1, 1e15}}});
     add_option(
         command, "--feature-parameter", a->feature_parameter, "C|auto",
         "C: a vertex is a feature if |H| > C/dx or |K| > (C/dx)^2, dx the grid spacing; auto: from the "

@@ -1,21 +1,35 @@
 #include "app/common/console.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <ctime>
 #include <initializer_list>
 
 namespace sidewall::app {
 namespace {
 
 #ifdef __GLIBC__
+// A reader that has gone, as `tee` has after Ctrl-C, must not end the run: SIGPIPE is taken back.
 extern "C" ssize_t write_or_lose(void*, const char* bytes, size_t count) {
+    sigset_t pipe, before;
+    sigemptyset(&pipe);
+    sigaddset(&pipe, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe, &before);
     for (size_t done = 0; done < count;) {
         const ssize_t written = write(STDERR_FILENO, bytes + done, count - done);
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0 && errno == EPIPE) {
+            const timespec at_once{};
+            sigtimedwait(&pipe, nullptr, &at_once);
+        }
         if (written <= 0) break;
         done += static_cast<size_t>(written);
     }
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     return static_cast<ssize_t>(count);
 }
 #endif

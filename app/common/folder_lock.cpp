@@ -43,11 +43,14 @@ bool still_there(int file, const std::filesystem::path& path) {
 }  // namespace
 
 FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".sidewall.lock") {
-    for (;;) {
+    constexpr int kMostTries = 100;  // some network file systems give a file another number each time
+    for (int tries = 0;; ++tries) {
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        // A killed run of another user may have left one that only he may write to.
+        if (file_ < 0 && errno == EACCES) file_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
         if (file_ < 0)
-            throw IoError(fmt::format("{}: cannot write there: {}; check space and permissions",
-                                      folder.string(), std::strerror(errno)));
+            throw IoError(fmt::format("{}: cannot write: {}; check space and permissions", path_.string(),
+                                      std::strerror(errno)));
         const bool locked = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
         if (!locked && errno == EWOULDBLOCK) {
             const std::string who = holder(file_);
@@ -57,7 +60,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".s
                             "folder with -o",
                             folder.string(), who));
         }
-        if (!locked || still_there(file_, path_)) break;
+        if (!locked || still_there(file_, path_) || tries >= kMostTries) break;
         ::close(file_);
     }
     const std::string text = this_process();

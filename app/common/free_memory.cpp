@@ -35,21 +35,24 @@ std::optional<double> number_in(const fs::path& file) {
 }
 
 // Bytes left in a control group; infinity if it sets no limit.
-double left_in_group(const fs::path& group, const char* limit, const char* usage, const char* cached) {
+// Cached files count as free: the kernel drops them first.
+double left_in_group(const fs::path& group, const char* limit, const char* usage, const std::string& prefix) {
     const auto most = number_in(group / limit);
     if (!most) return kInfinity;
-    const double used = number_in(group / usage).value_or(0.0),
-                 files = number_after(group / "memory.stat", cached, 1.0).value_or(0.0);
+    const double used = number_in(group / usage).value_or(0.0);
+    double files = 0.0;
+    for (const char* kind : {"inactive_file", "active_file"})
+        files += number_after(group / "memory.stat", (prefix + kind).c_str(), 1.0).value_or(0.0);
     return std::max(0.0, *most - std::max(0.0, used - files));
 }
 
 // The least of a group and all above it, up to where its hierarchy is mounted. Inside of a container the path
 // may be one of the machine outside; then its own group is the mounted one.
 double left_in_groups(const fs::path& mount, fs::path group, const char* limit, const char* usage,
-                      const char* cached) {
+                      const std::string& prefix) {
     double left = kInfinity;
     for (group = group.relative_path();; group = group.parent_path()) {
-        left = std::min(left, left_in_group(mount / group, limit, usage, cached));
+        left = std::min(left, left_in_group(mount / group, limit, usage, prefix));
         if (group.empty()) return left;
     }
 }
@@ -64,11 +67,10 @@ double left_in_all_groups(const fs::path& root) {
         const std::string controllers = fmt::format(",{},", line.substr(first + 1, second - first - 1));
         const fs::path path = line.substr(second + 1), mount = root / "sys/fs/cgroup";
         if (controllers == ",,")
-            left =
-                std::min(left, left_in_groups(mount, path, "memory.max", "memory.current", "inactive_file"));
+            left = std::min(left, left_in_groups(mount, path, "memory.max", "memory.current", ""));
         if (controllers.find(",memory,") != std::string::npos)
             left = std::min(left, left_in_groups(mount / "memory", path, "memory.limit_in_bytes",
-                                                 "memory.usage_in_bytes", "total_inactive_file"));
+                                                 "memory.usage_in_bytes", "total_"));
     }
     return left;
 }

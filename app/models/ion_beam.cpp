@@ -125,12 +125,9 @@ Model make(const Values& values, const Materials& materials) {
 
     Model model;
     const bool comes_down = growth > 0.0 || fraction > 0.0;
-    if (comes_down == values.get<std::string>("deposit").empty())
-        throw KeyError("deposit",
-                       comes_down ? "missing: what redeposits is a film; name it, e.g. deposit = \"Si\""
-                                  : "names a film, but nothing redeposits: give redeposition_fraction, up "
-                                    "to 1, or drop deposit");
-    model.deposit = film(values, materials, comes_down);
+    if (comes_down && values.get<std::string>("deposit").empty())
+        throw KeyError("deposit", "missing: what redeposits is a film; name it, e.g. deposit = \"Si\"");
+    if (comes_down) model.deposit = film(values, materials, true);
     if (model.deposit)
         ion.redeposition =
             flux::Redeposition{ion.yields[0], flux::Reemission::coned,

@@ -225,10 +225,11 @@ void count_step(Estimation& e, const Step& step, double times) {
 }
 
 void count_reshaping(Estimation& e, const Step& step, double times) {
-    // The wafer is as before the steps that take time: what they etch lies deeper.
+    // The wafer is as before the steps that take time: what they etch lies deeper. A coarser grid loses
+    // openings.
     if (step.model == "planarize") {
         const double height = step.values.get<double>("height");
-        if (height < lowest_point(e.state.stack) && height >= e.lowest) return;
+        if (height < lowest_point(e.state.stack) && (height >= e.lowest || e.cells != 1.0)) return;
     }
     const double start = now();
     reshape(e.measured, step, e.state.stack);

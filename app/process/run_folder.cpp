@@ -205,8 +205,13 @@ void RunFolder::cut_timeline(std::size_t rows) const {
     if (rows == 0) return remove_file(timeline);
     const std::string text = is_there(timeline) ? surface::read_whole_file(timeline) : "";
     std::size_t end = 0, lines = 0;
-    for (std::size_t at = 0; lines <= rows && (at = text.find('\n', end)) != std::string::npos; ++lines)
+    bool quoted = false;  // names of steps may hold line breaks
+    for (std::size_t at = 0; at < text.size() && lines <= rows; ++at) {
+        if (text[at] == '"') quoted = !quoted;
+        if (text[at] != '\n' || quoted) continue;
         end = at + 1;
+        ++lines;
+    }
     if (lines <= rows)
         std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline.string(),
                                rows + 1 - std::max<std::size_t>(lines, 1), rows)
@@ -296,8 +301,9 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
     for (const Measure& m : measures)  // none of something that is not there
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
-    append_to_file(options_.output / "timeline.csv",
-                   (state.rows == 0 ? timeline_header(recipe_, measures) : "") + row + "\n");
+    const fs::path timeline = options_.output / "timeline.csv";
+    const bool fresh = state.rows == 0 || !is_there(timeline);
+    append_to_file(timeline, (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
     ++state.rows;
 }
 

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/process/state.hpp"
+#include "app/recipe/step_materials.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -46,13 +48,15 @@ std::string choices(const StartSection& start, const RunState& run, const std::v
 
 // The bodies below each interface, and the surface.
 levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, const SavedStack& saved,
-                                const levelset::Domain& domain) {
+                                const std::vector<SavedFile>& written, const levelset::Domain& domain) {
     std::vector<std::pair<int, levelset::Shape>> bodies;
     const std::size_t top = saved.materials.size() - 1;
     for (std::size_t k = 0; k <= top; ++k) {
         const fs::path file = folder / (k == top ? fmt::format("surface_{:04}.vtp", number)
                                                  : fmt::format("interface_{:04}_{}.vtp", number, k));
-        if (k != top && !fs::exists(file)) continue;  // nothing was left of that layer and those below
+        const bool has_surface = std::any_of(written.begin(), written.end(),
+                                             [&](const SavedFile& f) { return file.filename() == f.name; });
+        if (k != top && !has_surface) continue;  // nothing was left of that layer and those below
         levelset::Shape shape;
         shape.kind = levelset::ShapeKind::mesh;
         shape.file = file.string();
@@ -78,6 +82,8 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe) {
     all.push_back({run.time, run.step, {}});
     std::size_t chosen = all.size() - 1;
     const bool asked = start.time || start.step > 0;
+    if (!asked && !fs::exists(fs::path(start.from) / "summary.json"))
+        throw fail("that run has not ended: finish it, or say where to start with start.time or start.step");
     while (asked && !is_wanted(start, run, all[chosen]))
         if (chosen-- == 0)
             throw fail(start.time
@@ -85,15 +91,24 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe) {
                                          *start.time, choices(start, run, all), recipe.domain.time_unit)
                            : fmt::format("it saved no surface at the end of start.step = {}; it did of {}",
                                          start.step, choices(start, run, all)));
-    levelset::MaterialStack stack = chosen + 1 == all.size()
-                                        ? std::move(run.stack)
-                                        : rebuilt(start.from, chosen, all[chosen], domain_of(recipe));
+    levelset::MaterialStack stack =
+        chosen + 1 == all.size() ? std::move(run.stack)
+                                 : rebuilt(start.from, chosen, all[chosen], run.files, domain_of(recipe));
     for (levelset::Layer& layer : stack.layers) {
         const std::string& name = checkpoint.materials.at(static_cast<std::size_t>(layer.material));
         const std::optional<int> id = material_id(recipe.materials, name);
         if (!id)
             throw fail(fmt::format("it has the material {0}: add a [[material]] with name = \"{0}\"", name));
         layer.material = *id;
+    }
+    std::vector<int> ids;
+    for (const levelset::Layer& layer : stack.layers) ids.push_back(layer.material);
+    for (const StepMaterials& here : materials_by_step(recipe, ids)) {
+        try {  // the reader knew of no materials but those of films
+            require_values(here, recipe.materials);
+        } catch (const KeyError& error) {
+            throw RecipeError(fmt::format("{}: {}.{}", recipe.file, here.path, error.what()));
+        }
     }
     return stack;
 }

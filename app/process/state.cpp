@@ -89,15 +89,16 @@ levelset::Checkpoint load(const std::filesystem::path& folder, const Recipe& rec
     try {
         return levelset::load_checkpoint(folder / "checkpoint.vdb", domain_of(recipe));
     } catch (const FileError& error) {
+        const FileError damaged(fmt::format("{}; {}", error.what(), advice));
         const auto copy = folder / "recipe.toml";
-        if (!std::filesystem::exists(copy)) throw;
+        if (!std::filesystem::exists(copy)) throw damaged;
         Recipe other = recipe;
         try {
             other.domain = load_recipe(copy).domain;
         } catch (const Error&) {
-            throw error;
+            throw damaged;
         }
-        if (other.domain == recipe.domain) throw;
+        if (other.domain == recipe.domain) throw damaged;
         throw unusable(folder,
                        fmt::format("the recipes differ in {}", fmt::join(differences(recipe, other), ", ")),
                        advice);

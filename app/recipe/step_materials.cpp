@@ -14,7 +14,8 @@ namespace {
 
 class Walk {
   public:
-    explicit Walk(const Recipe& recipe) : materials_(recipe.materials) {
+    Walk(const Recipe& recipe, std::span<const int> on_wafer)
+        : materials_(recipe.materials), present_(on_wafer.begin(), on_wafer.end()) {
         for (const Layer& layer : recipe.layers) {
             add(layer.material);
             for (const std::string& name : layer.materials) add(name);
@@ -129,8 +130,8 @@ std::string table_of(const StepMaterials& here, const Recipe& recipe) {
 
 }  // namespace
 
-std::vector<StepMaterials> materials_by_step(const Recipe& recipe) {
-    Walk walk(recipe);
+std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<const int> on_wafer) {
+    Walk walk(recipe, on_wafer);
     walk.through(recipe.steps, "step");
     return std::move(walk.found);
 }

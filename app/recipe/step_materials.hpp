@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct StepMaterials {
 
 /// All steps of \p recipe that take time, in its order and each once, whatever loops repeat. They live as long as the
 /// recipe.
-std::vector<StepMaterials> materials_by_step(const Recipe& recipe);
+/// \param on_wafer  ids of materials that it begins with besides those of its layers.
+std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<const int> on_wafer = {});
 
 /// Refuses a step with a key by material that has no value, neither given nor published, for a material it meets. Its
 /// own film is excepted: models that ask for such values grow and remove it by other laws.

@@ -50,8 +50,8 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
         // Elsewhere it makes a film of as many atoms.
         CHECK(speed(material, 0.0, given_off(material)) == Approx(0.8 * rate * density / 5.0));
     }
-    CHECK_THROWS_WITH(with_mask("Mask", kBeam + "rate = 0.02\n"),
-                      Contains("step[0].deposit = \"PolySi\": names a film, but nothing redeposits"));
+    CHECK_NOTHROW(
+        with_mask("Mask", kBeam + "rate = 0.02\n"));  // the run that those with a fraction are compared with
     CHECK_THROWS_WITH(with_mask("Mask", kPlain + "rate = 0.02\nredeposition_fraction = 1\n"),
                       Contains("step[0].deposit: missing: what redeposits is a film"));
     // A film that the recipe gives no rate would shield the wafer for good.
