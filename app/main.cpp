@@ -45,12 +45,12 @@ std::string usage_error(const CLI::App* app, const CLI::Error& error) {
     return "sidewall: " + CLI::FailureMessage::simple(app, error);
 }
 
-// What is not the name of a command, with one that is close.
+// What to say of a word that is no subcommand.
 std::optional<std::string> unknown_command(CLI::App& program, const std::string& word) {
     std::vector<std::string> names;
     for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
     if (word.starts_with('-') || std::find(names.begin(), names.end(), word) != names.end()) return {};
-    return fmt::format("sidewall: there is no command {}{}\n", surface::printable(word),
+    return fmt::format("sidewall: there is no subcommand {}{}\n", surface::printable(word),
                        app::did_you_mean("; ", word, names, "; see sidewall --help"));
 }
 

@@ -397,7 +397,7 @@ TEST_CASE("a bad override is refused by name", "[foreign]") {
 TEST_CASE("a bad command line is a usage error", "[foreign]") {
     check_rows({
         {"no command", "", "", "", 2, {"subcommand"}},
-        {"unknown command", "", "", "chekc x.toml", 2, {"subcommand"}},
+        {"unknown command", "", "", "chekc x.toml", 2, {"subcommand chekc", "did you mean check?"}},
         {"no recipe", "", "", "check", 2, {"RECIPE"}},
         {"unknown option", "good.toml", kGood, "check good.toml --fast", 2, {"--fast"}},
         {"option without value", "good.toml", kGood, "check good.toml --set", 2, {"--set"}},

@@ -15,6 +15,7 @@ namespace {
 
 using sidewall::test::Folder;
 using sidewall::test::Outcome;
+using sidewall::test::run_command;
 using sidewall::test::run_program;
 
 const std::string kRecipe =
@@ -115,6 +116,12 @@ TEST_CASE("a standard error that takes no messages does not end the program", "[
         CHECK(exit_code("run good.toml -o out --set step[0].duration=0.1" + closed) == 0);
     }
     CHECK(exit_code("check good.toml 2>/dev/null >&-") == 5);
+    // A reader that has gone.
+    const Outcome piped =
+        run_command(folder.path, "( sleep 0.2; '" SIDEWALL_PROGRAM
+                                 "' run good.toml -o piped --set step[0].duration=0.1; "
+                                 "echo $? >code ) 2>&1 >/dev/null | true; exit $(cat code)");
+    CHECK(piped.exit_code == 0);
 }
 
 #ifndef __SANITIZE_ADDRESS__

@@ -126,4 +126,8 @@ TEST_CASE("what forbids to start from another run is named") {
             "length_unit is um, and this recipe's nm");
     CHECK_THROWS_WITH(run(start("from = \"first\"") + kEtch, folder.path / "first"),
                       Catch::Contains("start.from is the folder to write to"));
+    REQUIRE(fs::remove(folder.path / "first/interface_0000_0.vtp"));
+    refuses(start("from = \"first\"\ntime = 0") + kEtch, "interface_0000_0.vtp");
+    REQUIRE(fs::remove(folder.path / "first/summary.json"));
+    refuses(start("from = \"first\"") + kEtch, "that run has not ended");
 }
