@@ -90,8 +90,8 @@ Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& doma
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        throw FileError(fmt::format("{}: not a usable checkpoint: {}", path.string(),
-                                    surface::printable(error.what())));
+        throw FileError(
+            fmt::format("{}: not a usable checkpoint: {}", path.string(), surface::printable(error.what())));
     }
     return checkpoint;
 }
