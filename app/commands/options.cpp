@@ -5,6 +5,7 @@
 #include "app/common/threads.hpp"
 
 namespace sidewall::app {
+
 CLI::App& add_command(CLI::App& program, const std::string& name, const std::string& doc) {
     return *program.add_subcommand(name, doc);
 }

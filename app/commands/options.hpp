@@ -11,8 +11,8 @@ class App;
 class Option;
 }  // namespace CLI
 
-// What the commands need of CLI11, which is compiled in options.cpp alone: it is most of what a command costs
-// to build.
+// What the commands need of CLI11, whose header only options.cpp and those who read the program's own table
+// include: it is most of what a command costs to build.
 namespace sidewall::app {
 
 /// What an option's value must be.

@@ -10,12 +10,6 @@
 namespace sidewall::app {
 namespace {
 
-std::vector<int> materials_of(const levelset::MaterialStack& stack) {
-    std::vector<int> materials;
-    for (const levelset::Layer& layer : stack.layers) materials.push_back(layer.material);
-    return materials;
-}
-
 std::vector<double> by_material(const std::vector<int>& materials, const std::vector<double>& volumes,
                                 std::size_t count) {
     std::vector<double> sums(count, 0.0);
@@ -66,7 +60,7 @@ void check(const History& history, std::size_t materials, std::size_t step) {
 
 History begin_history(const levelset::MaterialStack& stack, std::size_t materials) {
     History history;
-    history.layer_materials = materials_of(stack);
+    history.layer_materials = layer_materials(stack);
     history.layer_volumes = layer_volumes(stack);
     history.initial = by_material(history.layer_materials, history.layer_volumes, materials);
     history.most = history.initial;
@@ -81,7 +75,7 @@ void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd en
     history.ends.resize(step + 1);
     history.ends[step] = std::move(end);
     const std::vector<int> before_materials = std::move(history.layer_materials),
-                           materials = materials_of(stack);
+                           materials = layer_materials(stack);
     const std::vector<double> before = std::move(history.layer_volumes), after = layer_volumes(stack);
     const auto account = [&](std::size_t material, double change) {
         (change > 0.0 ? history.added : history.removed)[material] += std::abs(change);

@@ -238,9 +238,7 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     write_meshes(state, model, surface);
     write_profiles(surface.raw, state.saved);
     ++state.saved;
-    std::vector<int> materials;
-    for (const levelset::Layer& layer : state.stack.layers) materials.push_back(layer.material);
-    state.stacks.push_back({state.time, state.step, std::move(materials)});
+    state.stacks.push_back({state.time, state.step, layer_materials(state.stack)});
     write_pvd(state);
 }
 

@@ -21,6 +21,7 @@
 #include "app/process/traced_surface.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
+#include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
 #include "levelset/extract.hpp"
 #include "surface/error.hpp"
@@ -28,10 +29,10 @@
 namespace sidewall::app {
 namespace {
 
-// Of all steps before number \p step, as asked for: progress counts a step that a condition stopped as whole.
-double duration_before(const std::vector<Step>& steps, std::size_t step) {
-    double sum = 0.0;
-    for (std::size_t k = 0; k < std::min(step, steps.size()); ++k) sum += steps[k].duration;
+// Process time behind the state, for progress: a step that a condition stopped counts as whole.
+double time_done(const std::vector<Step>& steps, const RunState& state) {
+    double sum = state.time - state.step_start;
+    for (std::size_t k = 0; k < std::min(state.step, steps.size()); ++k) sum += steps[k].duration;
     return sum;
 }
 
@@ -45,7 +46,7 @@ struct Run {
     double seconds_before = 0;  // and what the parts before it took
 
     void update(const RunState& state, std::string_view note) const {
-        progress.update(duration_before(steps, state.step) + state.time - state.step_start, note);
+        progress.update(time_done(steps, state), note);
     }
     void count_seconds(Timing& timing) const {
         timing.total = seconds_before + (tbb::tick_count::now() - start).seconds();
@@ -84,10 +85,8 @@ bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
 
 // The reader asks for the materials of the recipe; a wafer that comes from elsewhere may hold others.
 void require_values_on(const levelset::MaterialStack& stack, const Recipe& recipe, const Step& step) {
-    StepMaterials here{step.name, &step, {}};
-    for (const levelset::Layer& layer : stack.layers) here.ids.push_back(layer.material);
     try {
-        require_values(here, recipe.materials);
+        require_values({step.name, &step, layer_materials(stack)}, recipe.materials);
     } catch (const KeyError& error) {
         throw RecipeError(fmt::format("{}: step {}: {}", recipe.file, step.name, error.what()));
     }
@@ -238,9 +237,8 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
                 timing_from_json(summary.at("timing")), summary};
     }
     folder.begin(state);
-    const double done = duration_before(steps, state.step) + state.time - state.step_start;
     ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
-                         {.from = done, .tenths = true});
+                         {.from = time_done(steps, state), .tenths = true});
     const Run run{recipe, steps, folder, progress, tbb::tick_count::now(), state.timing.total};
     try {
         make_steps(run, state);

@@ -8,6 +8,7 @@
 
 #include "app/process/state.hpp"
 #include "app/recipe/step_materials.hpp"
+#include "app/results/metrology.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -101,9 +102,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe) {
             throw fail(fmt::format("it has the material {0}: add a [[material]] with name = \"{0}\"", name));
         layer.material = *id;
     }
-    std::vector<int> ids;
-    for (const levelset::Layer& layer : stack.layers) ids.push_back(layer.material);
-    for (const StepMaterials& here : materials_by_step(recipe, ids)) {
+    for (const StepMaterials& here : materials_by_step(recipe, layer_materials(stack))) {
         try {  // the reader knew of no materials but those of films
             require_values(here, recipe.materials);
         } catch (const KeyError& error) {

@@ -256,6 +256,12 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
     return measures;
 }
 
+std::vector<int> layer_materials(const levelset::MaterialStack& stack) {
+    std::vector<int> materials;
+    for (const levelset::Layer& layer : stack.layers) materials.push_back(layer.material);
+    return materials;
+}
+
 std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
     std::vector<double> volumes;
     double below = 0.0;

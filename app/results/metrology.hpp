@@ -33,6 +33,9 @@ struct Measure {
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
                              const TriangleMesh& surface);
 
+/// Material id of every layer, from the substrate up.
+std::vector<int> layer_materials(const levelset::MaterialStack& stack);
+
 /// Volume of every layer in the domain; the substrate counts from z = 0 down, so that only differences mean
 /// something.
 std::vector<double> layer_volumes(const levelset::MaterialStack& stack);

@@ -65,6 +65,12 @@ void check_holds(const Files& folder, const Files& expected) {
     }
 }
 
+// The program with a fault of tests/faults/faults.cpp.
+Outcome run_with_fault(const Folder& folder, const std::string& fault, const std::string& arguments) {
+    return run_command(folder.path,
+                       "SIDEWALL_FAULT='" + fault + "' '" SIDEWALL_FAULTS "' " + arguments + " 2>&1");
+}
+
 // What a run that failed has left: whole files of it, and whole rows.
 void check_whole(const Files& left, const Files& whole) {
     for (const auto& [name, bytes] : left) {
@@ -120,8 +126,7 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
         ++operation;
         REQUIRE(operation < 500);
         fs::remove_all(out);
-        const Outcome outcome = run_command(folder.path, "SIDEWALL_FAULT='full " + std::to_string(operation) +
-                                                             "' '" SIDEWALL_FAULTS "' " + run + "out 2>&1");
+        const Outcome outcome = run_with_fault(folder, "full " + std::to_string(operation), run + "out");
         CAPTURE(operation, outcome.output);
         done = outcome.exit_code == 0;
         if (done) continue;
@@ -156,9 +161,7 @@ TEST_CASE("memory refused at any time of a run ends it with exit code 4 and a me
     for (int allocation = 64; !done; allocation += 1 + allocation / 6, ++runs) {
         REQUIRE(allocation < 100'000'000);
         fs::remove_all(out);
-        const Outcome outcome =
-            run_command(folder.path, "SIDEWALL_FAULT='memory " + std::to_string(allocation) +
-                                         "' '" SIDEWALL_FAULTS "' " + run + "out 2>&1");
+        const Outcome outcome = run_with_fault(folder, "memory " + std::to_string(allocation), run + "out");
         CAPTURE(allocation, outcome.output);
         done = outcome.exit_code == 0;
         if (done) continue;
