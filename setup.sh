@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Sets Sidewall up on Debian 12 and runs it: ./setup.sh run [ARGS] | test | deps. See README.md.
+# Sets Sidewall up on Debian 12 and runs it: ./setup.sh run [ARGS] | test | package | deps. See README.md.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
@@ -15,6 +15,7 @@ usage() {
 usage: ./setup.sh run [ARGS]   install what is missing, build, and run `sidewall run ARGS`
                                (no ARGS: configs/trench_deposition.toml)
        ./setup.sh test         the same, then all tests
+       ./setup.sh package      build, and make Debian packages in build/package
        ./setup.sh deps         only install the Debian packages
 TEXT
 }
@@ -55,6 +56,14 @@ case "$command" in
         install_packages
         build -DSIDEWALL_TESTS=ON ${SIDEWALL_CMAKE_ARGS:-}
         ctest --preset release
+        ;;
+    package)
+        PACKAGES+=(dpkg-dev file)
+        install_packages
+        build -DSIDEWALL_TESTS=OFF
+        rm -f build/package/*.deb
+        cpack --config build/release/CPackConfig.cmake -B build/package
+        rm -r build/package/_CPack_Packages
         ;;
     *)
         usage >&2
