@@ -1,16 +1,14 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
-#include <string_view>
 
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/process/simulation.hpp"
 
 namespace sidewall::app {
@@ -36,22 +34,10 @@ void print_report(const RunResult& result, const RunOptions& options) {
                options.output.string(), options.output.string());
 }
 
-// Quoted for a shell if it asks for it.
-std::string word(const std::string& text) {
-    const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-        return std::isalnum(c) != 0 ||
-               std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
-    });
-    if (plain) return text;
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-    return quoted + "'";
-}
-
 std::string resume_command(const RecipeOptions& recipe, const RunOptions& options) {
     std::string command =
-        fmt::format("sidewall run {} -o {}", word(recipe.file), word(options.output.string()));
-    for (const std::string& setting : recipe.overrides) command += " --set " + word(setting);
+        fmt::format("sidewall run {} -o {}", shell_word(recipe.file), shell_word(options.output.string()));
+    for (const std::string& setting : recipe.overrides) command += " --set " + shell_word(setting);
     return command + " --resume";
 }
 

@@ -40,9 +40,11 @@ bool still_there(int file, const std::filesystem::path& path) {
            opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }
 
+constexpr const char* kLockFile = ".sidewall.lock";
+
 }  // namespace
 
-FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".sidewall.lock") {
+FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / kLockFile) {
     constexpr int kMostTries = 100;  // some network file systems give a file another number each time
     for (int tries = 0;; ++tries) {
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -71,6 +73,15 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / ".s
 FolderLock::~FolderLock() {
     ::unlink(path_.c_str());
     ::close(file_);
+}
+
+std::optional<std::string> lock_holder(const std::filesystem::path& folder) {
+    const int file = ::open((folder / kLockFile).c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return std::nullopt;
+    std::optional<std::string> who;
+    if (::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) who = holder(file);
+    ::close(file);
+    return who;
 }
 
 }  // namespace sidewall::app

@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <optional>
+#include <string>
 
 namespace sidewall::app {
 
@@ -19,5 +21,8 @@ class FolderLock {
     std::filesystem::path path_;
     int file_ = -1;
 };
+
+/// Who holds a folder's lock, e.g. "process 7 on host, since ..."; nothing if nobody does.
+std::optional<std::string> lock_holder(const std::filesystem::path& folder);
 
 }  // namespace sidewall::app

@@ -1,5 +1,8 @@
 #include "app/common/text.hpp"
 
+#include <algorithm>
+#include <cctype>
+
 namespace sidewall::app {
 
 std::vector<std::string> split(std::string_view text, char separator) {
@@ -11,6 +14,24 @@ std::vector<std::string> split(std::string_view text, char separator) {
             parts.back() += c;
     }
     return parts;
+}
+
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + "\"";
+}
+
+std::string shell_word(const std::string& text) {
+    const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+        return std::isalnum(c) != 0 ||
+               std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
+    });
+    if (plain) return text;
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+    return quoted + "'";
 }
 
 }  // namespace sidewall::app

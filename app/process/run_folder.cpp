@@ -10,6 +10,7 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/process/saved_meshes.hpp"
 #include "app/process/summary.hpp"
 #include "app/results/metrology.hpp"
@@ -77,14 +78,6 @@ std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& me
         time, length);
     for (const Measure& m : measures) header += fmt::format(",{} [{}]", m.name, m.unit);
     return header + "\n";
-}
-
-// A CSV field: quoted if its text asks for it.
-std::string field(const std::string& text) {
-    if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + "\"";
 }
 
 }  // namespace
@@ -292,7 +285,7 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
             error = std::max(error, flux.relative_error);
         }
     std::string row =
-        fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1, field(step.name),
+        fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1, csv_field(step.name),
                     state.time, next.dt, next.speed, surface.raw.vertices.size(),
                     surface.raw.triangles.size(), traced.vertices.size(), traced.triangles.size(), segments,
                     leaked, reused ? std::string() : fmt::format("{:.6g}", error));

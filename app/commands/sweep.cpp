@@ -1,0 +1,92 @@
+#include "app/study/sweep.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+
+#include "app/commands/commands.hpp"
+#include "app/commands/recipe_options.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/text.hpp"
+#include "app/recipe/sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct SweepArguments {
+    SweepOptions sweep;
+    std::optional<std::size_t> jobs;
+    bool plan = false;
+};
+
+std::string resume_command(const SweepOptions& sweep) {
+    std::string command =
+        fmt::format("sidewall sweep {} -o {}", shell_word(sweep.recipe), shell_word(sweep.output));
+    for (const std::string& text : sweep.overrides) command += fmt::format(" --set {}", shell_word(text));
+    for (const std::string& text : sweep.vary) command += fmt::format(" --vary {}", shell_word(text));
+    for (const std::string& name : sweep.measures) command += fmt::format(" --measure {}", shell_word(name));
+    if (sweep.design != "grid") command += " --design " + sweep.design;
+    if (sweep.runs) command += fmt::format(" --runs {}", *sweep.runs);
+    return command + " --resume";
+}
+
+void print_end(const SweepOptions& sweep, const SweepEnd& end) {
+    fmt::print("{} rows of {} runs in {}", end.rows, end.runs, (sweep.output / "sweep.csv").string());
+    if (end.failed > 0)
+        fmt::print(", {} failed: see the column status; --resume tries them again", end.failed);
+    fmt::print("\n");
+}
+
+}  // namespace
+
+void add_sweep_command(CLI::App& program) {
+    CLI::App& command = add_command(
+        program, "sweep", "Run a recipe at many values of its keys, side by side, into one table: sweep.csv");
+    const auto recipe = add_recipe_options(command);
+    const auto arguments = std::make_shared<SweepArguments>();
+    SweepOptions& sweep = arguments->sweep;
+    add_repeated(
+        command, "--vary", [arguments](const std::string& text) { arguments->sweep.vary.push_back(text); },
+        "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
+        "A key and its values: N from LO to HI, evenly or in the logarithm, or a list; may be repeated, and then all "
+        "combinations are run");
+    add_option(command, "--design", sweep.design, "{grid,sobol}",
+               "All combinations (grid, the default), or --runs points that fill the ranges evenly (sobol)",
+               {.one_of = {"grid", "sobol"}});
+    add_option(command, "--runs", sweep.runs, "N", "How many points of the design sobol");
+    add_repeated(
+        command, "--measure",
+        [arguments](const std::string& name) { arguments->sweep.measures.push_back(name); },
+        fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
+        "Measure this, too: a word of [metrology] measures, or a figure such as cd_at_0.5; may be repeated");
+    add_option(
+        command, "--jobs", arguments->jobs, "J",
+        "Runs at the same time, each with an equal part of the --threads (default: as many as threads); "
+        "fewer where the memory does not hold them",
+        {.range = {{1, 1024}}});
+    add_flag(command, "--resume", sweep.resume,
+             "Make what is not finished: unfinished runs go on, failed ones are tried again");
+    add_flag(
+        command, "--plan", arguments->plan,
+        "Run nothing: write the runs' recipes and print a command for each, as for a job array; then gather "
+        "with --resume");
+    add_flag(command, "--quiet", sweep.quiet, "No progress and no report");
+    add_option(command, "-o,--output", sweep.output, "DIR", "Folder for results", {.required = true});
+    run_by(command, [recipe, arguments] {
+        SweepOptions& sweep = arguments->sweep;
+        sweep.recipe = recipe->file;
+        sweep.overrides = recipe->overrides;
+        sweep.jobs = arguments->jobs.value_or(0);
+        sweep.resume_command = resume_command(sweep);
+        if (arguments->plan) {
+            fmt::print("{}", plan_sweep(sweep));
+            return;
+        }
+        install_interrupt_handler();
+        const SweepEnd end = run_sweep(sweep);
+        if (!sweep.quiet) print_end(sweep, end);
+    });
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,17 @@
+#pragma once
+#include <string>
+
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// Makes \p recipe measure what a user names: a word of [metrology] measures, such as film, or one of the figures
+/// in a summary's metrology, such as step_coverage_side, cd_at_0.5 (which adds the depth), mean_rate.
+/// \param option  that names it, for messages.
+/// \throws RecipeError, with the nearest name, for what no run measures.
+void want_measure(Recipe& recipe, const std::string& name, const std::string& option);
+
+/// Whether \p name is such a figure, not a word that stands for several.
+bool is_figure(const Recipe& recipe, const std::string& name);
+
+}  // namespace sidewall::app

@@ -1,0 +1,52 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "app/common/json.hpp"
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// One of many runs.
+struct SetRun {
+    std::string recipe;   ///< effective, as DIR/runs/NNNN/recipe.toml holds it
+    double memory = 0.0;  ///< bytes that it will need, estimated
+    bool ended = false;
+    std::string status;  ///< of one that ended: "ok", or why it failed
+    Json summary;        ///< of one that ended well
+};
+
+/// The runs of a sweep or a fit: DIR/runs/NNNN, one for each recipe, made side by side by this program itself.
+struct RunSet {
+    std::filesystem::path folder;                ///< DIR
+    std::size_t jobs = 0;                        ///< at the same time; 0: as many as there are threads
+    bool quiet = false;                          ///< no progress
+    std::string title;                           ///< of the progress
+    std::string resume_command;                  ///< what an interrupted user goes on with
+    std::vector<SetRun> runs;                    ///< number 1 first
+    std::map<std::string, std::size_t> numbers;  ///< by effective recipe
+};
+
+/// The number, from 1, of the run of a recipe: that of an equal one, if there is one. Nothing is written.
+std::size_t add_run(RunSet& set, const Recipe& recipe);
+
+/// DIR/runs/NNNN.
+std::filesystem::path folder_of(const RunSet& set, std::size_t number);
+
+/// The arguments of the command that makes a run; goes on from what is in its folder.
+std::vector<std::string> run_arguments(const RunSet& set, std::size_t number);
+
+/// Writes DIR/runs/NNNN/recipe.toml, if it is not there.
+void write_run_recipe(const RunSet& set, std::size_t number);
+
+/// Makes those of the runs that have not ended, several at once: no more than jobs, and no more than the free
+/// memory holds. A run whose folder holds its result is read; one that was begun goes on from its checkpoint;
+/// one that another process still writes is waited for. A run that fails stops no other.
+/// \param ended  called in this thread after each.
+/// \throws Interrupted after all runs have stopped at their checkpoints; IoError.
+void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, const std::function<void()>& ended);
+
+}  // namespace sidewall::app

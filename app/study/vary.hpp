@@ -1,0 +1,49 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// A recipe key and what a sweep or a fit makes of it: the values of a list, or a range.
+struct Vary {
+    std::string key;
+    std::vector<std::string> list;     ///< TOML, as written; empty for a range
+    double low = 0.0, high = 0.0;      ///< of a range, low < high
+    std::optional<std::size_t> count;  ///< of a range: grid points, both ends included
+    bool log = false;                  ///< of a range: evenly in the logarithm
+    bool whole = false;                ///< only whole numbers
+
+    bool is_range() const { return list.empty(); }
+};
+
+/// Reads `KEY=LO:HI[:N][:log]` or `KEY=V1,V2,...`; commas within brackets and quotes separate nothing.
+/// \throws RecipeError naming the option: bounds the wrong way round, a logarithm of 0, no values.
+Vary parse_vary(const std::string& text);
+
+/// The same of several, of which keys that \p recipe holds as whole numbers take only these.
+/// \throws RecipeError, too, for a key that is varied twice.
+std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe& recipe);
+
+/// The value at \p place in [0, 1]: from low to high, or of the list's equal parts.
+std::string value_at(const Vary& vary, double place);
+
+/// Where a value of a range lies in [0, 1]. \pre is_range().
+double place_of(const Vary& vary, double value);
+
+/// Values of all keys for a run.
+using RunValues = std::vector<std::string>;
+
+/// Every combination; the last key changes fastest.
+/// \throws RecipeError if a range has no count, or there are over kMostRuns.
+std::vector<RunValues> grid_points(const std::vector<Vary>& varied);
+
+/// Points 1 to \p count of Sobol's sequence: the first of a longer design are those of a shorter one.
+/// \throws RecipeError for more keys than kSobolDimensions, over kMostRuns, or a range with a count.
+std::vector<RunValues> sobol_points(const std::vector<Vary>& varied, std::size_t count);
+
+inline constexpr std::size_t kMostRuns = 9999;
+
+}  // namespace sidewall::app
