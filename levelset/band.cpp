@@ -113,8 +113,7 @@ std::vector<openvdb::Coord> across_sides(const Band& band, const Domain& domain)
 }
 
 // Makes the leaves that the band grows into, and lists all anew.
-void make_leaves(Band& band, Grid& grid, const Domain& domain, const LeafTable& table,
-                 const std::vector<openvdb::Coord>& wrapped) {
+void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector<openvdb::Coord>& wrapped) {
     std::vector<openvdb::Coord> missing;
     for (const std::uint32_t n : band.awake) {
         const openvdb::Coord o = band.leaves[n]->origin();
@@ -122,12 +121,12 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const LeafTable& 
         for (std::size_t f = 0; f < 6; ++f) {
             const openvdb::Coord to = o.offsetBy(8 * kFaces[f][0], 8 * kFaces[f][1], 8 * kFaces[f][2]);
             if ((faces >> f & 1) && domain.owns(to.x(), to.y()) &&
-                table.find(to.x() >> 3, to.y() >> 3, to.z() >> 3) < 0)
+                band.table.find(to.x() >> 3, to.y() >> 3, to.z() >> 3) < 0)
                 missing.push_back(to);
         }
     }
     for (const openvdb::Coord& c : wrapped)
-        if (table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3) < 0) missing.push_back(c & ~7);
+        if (band.table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3) < 0) missing.push_back(c & ~7);
     if (missing.empty()) return;
     for (const openvdb::Coord& origin : missing) grid.tree().touchLeaf(origin);
 
@@ -137,11 +136,12 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const LeafTable& 
     band.leaves.clear();
     band.awake.clear();
     grid.tree().getNodes(band.leaves);
+    band.table = LeafTable(band.leaves);
     band.print.assign(band.leaves.size(), 0);
     band.made.assign(band.leaves.size(), 0);
     for (std::uint32_t n = 0; n < band.leaves.size(); ++n) {
         const openvdb::Coord o = band.leaves[n]->origin();
-        const std::int32_t old = table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3);
+        const std::int32_t old = before.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3);
         if (old < 0 || awake[static_cast<std::size_t>(old)]) band.awake.push_back(n);
         if (old < 0)
             band.made[n] = 1;
@@ -154,7 +154,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const LeafTable& 
 
 Band::Band(Grid& grid, const Domain& domain) {
     grid.tree().getNodes(leaves);
-    const LeafTable table(leaves);
+    table = LeafTable(leaves);
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
     std::vector<std::uint8_t> moved(leaves.size()), near(leaves.size(), 0);
@@ -193,11 +193,7 @@ std::uint32_t fingerprint(const Leaf& leaf) {
 
 void grow(Band& band, Grid& grid, const Domain& domain) {
     const std::vector<openvdb::Coord> wrapped = across_sides(band, domain);
-    {
-        const LeafTable table(band.leaves);
-        make_leaves(band, grid, domain, table, wrapped);
-    }
-    const LeafTable table(band.leaves);
+    make_leaves(band, grid, domain, wrapped);
     std::vector<Mask> before(band.leaves.size());
     const auto parallel = [](std::size_t count, auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 64), [&](const auto& range) {
@@ -211,8 +207,8 @@ void grow(Band& band, Grid& grid, const Domain& domain) {
         const openvdb::Coord o = leaf.origin();
         std::array<const Mask*, 6> around{};
         for (std::size_t f = 0; f < 6; ++f) {
-            const std::int32_t next = table.find((o.x() >> 3) + kFaces[f][0], (o.y() >> 3) + kFaces[f][1],
-                                                 (o.z() >> 3) + kFaces[f][2]);
+            const std::int32_t next = band.table.find(
+                (o.x() >> 3) + kFaces[f][0], (o.y() >> 3) + kFaces[f][1], (o.z() >> 3) + kFaces[f][2]);
             if (next >= 0) around[f] = &before[static_cast<std::size_t>(next)];
         }
         const Mask mask = grown(before[n], around);

@@ -11,6 +11,7 @@ namespace sidewall::levelset {
 /// Numbers of the leaves there are, by their place: a dense box of leaf coordinates (nodes / 8).
 class LeafTable {
   public:
+    LeafTable() = default;
     /// \param leaves  pointers to leaves of one tree, of any value type.
     template <class LeafPointer>
     explicit LeafTable(const std::vector<LeafPointer>& leaves) {

@@ -208,8 +208,12 @@ bool all_finite(const Leaf& leaf, float background) {
 }  // namespace
 
 void redistance(Grid& grid, const Domain& domain, int sweeps) {
-    const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     Band band(grid, domain);
+    redistance(band, grid, domain, sweeps);
+}
+
+void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
+    const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     grow(band, grid, domain);
     if (band.leaves.empty())
         throw NumericsError(
