@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
@@ -18,6 +19,14 @@ using SpeedFunction = std::function<double(std::size_t sample, std::size_t layer
 /// extension's sample number \p sample, over all normals. Called in parallel.
 using EtchRateFunction = std::function<double(std::size_t sample, std::size_t layer)>;
 
+/// A speed that a parallel beam makes: V(n) = facing max(0, n . d) + always, d the unit vector towards its source.
+struct BeamSpeed {
+    double facing = 0.0, always = 0.0;  ///< length per time
+};
+
+/// The beam's speed that layer \p layer would have at the extension's sample number \p sample. Called in parallel.
+using BeamSpeedFunction = std::function<BeamSpeed(std::size_t sample, std::size_t layer)>;
+
 /// What moves the surface in one time step: V and, per sample, what lies below it.
 struct Motion {
     Extension extension;
@@ -31,6 +40,13 @@ struct Motion {
     /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
     /// convex function; else empty.
     std::vector<Vec3> dissipation;
+    /// By sample: those of one number have the same V on the same layer, so that it is asked for once. Empty: each
+    /// sample has its own.
+    std::vector<std::uint8_t> kind;
+    std::vector<std::uint8_t> inert;  ///< by layer: V is 0 wherever it is bare. Empty: not known of any
+    /// Where V has the form of a BeamSpeed, what saves asking for it at every node; else empty.
+    BeamSpeedFunction beam_speed;
+    Vec3 beam = Vec3::UnitZ();  ///< d of beam_speed
 };
 
 /// Layer exposed at a sample: the lowest one that (nearly) touches the surface.

@@ -114,7 +114,9 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
     extension.samples.resize(first.back());
     const IndexMesh mesh =
         scene ? to_index_space(domain, scene->vertices(), scene->triangles()) : IndexMesh{};
-    const LeafTriangles triangles = bin_by_leaf(leaves, mesh, LeafCells::kReach);
+    std::vector<const Leaf*> list;
+    grid.tree().getNodes(list);
+    const LeafTriangles triangles = bin_by_leaf(list, mesh, LeafCells::kReach);
 
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();

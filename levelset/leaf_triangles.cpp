@@ -6,39 +6,10 @@
 #include <atomic>
 #include <cmath>
 
+#include "levelset/leaf_table.hpp"
+
 namespace sidewall::levelset {
 namespace {
-
-// Leaf coordinates (nodes / 8) of the leaves there are, as a dense box of indices.
-struct LeafTable {
-    std::array<int, 3> low{}, size{};
-    std::vector<std::int32_t> leaf;
-
-    explicit LeafTable(const openvdb::tree::LeafManager<const Grid::TreeType>& leaves) {
-        openvdb::CoordBBox box;
-        for (std::size_t n = 0; n < leaves.leafCount(); ++n) box.expand(leaves.leaf(n).origin());
-        if (leaves.leafCount() == 0) return;
-        for (int a = 0; a < 3; ++a) {
-            const auto k = static_cast<std::size_t>(a);
-            low[k] = box.min()[a] >> 3;
-            size[k] = (box.max()[a] >> 3) - low[k] + 1;
-        }
-        leaf.assign(static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
-                        static_cast<std::size_t>(size[2]),
-                    -1);
-        for (std::size_t n = 0; n < leaves.leafCount(); ++n) {
-            const openvdb::Coord o = leaves.leaf(n).origin();
-            leaf[at(o.x() >> 3, o.y() >> 3, o.z() >> 3)] = static_cast<std::int32_t>(n);
-        }
-    }
-
-    std::size_t at(int x, int y, int z) const {
-        return (static_cast<std::size_t>(x - low[0]) * static_cast<std::size_t>(size[1]) +
-                static_cast<std::size_t>(y - low[1])) *
-                   static_cast<std::size_t>(size[2]) +
-               static_cast<std::size_t>(z - low[2]);
-    }
-};
 
 Eigen::Array4i floor(const IndexPoint& p) {
     return p.array().floor().cast<int>();
@@ -55,13 +26,13 @@ void for_each_leaf(const LeafTable& table, const IndexPoint& a, const IndexPoint
     int from[3], to[3];
     for (int k = 0; k < 3; ++k) {
         const auto n = static_cast<std::size_t>(k);
-        from[k] = std::max(-below[k], table.low[n]);
-        to[k] = std::min(last[k], table.low[n] + table.size[n] - 1);
+        from[k] = std::max(-below[k], table.low(n));
+        to[k] = std::min(last[k], table.low(n) + table.size(n) - 1);
     }
     for (int x = from[0]; x <= to[0]; ++x)
         for (int y = from[1]; y <= to[1]; ++y)
             for (int z = from[2]; z <= to[2]; ++z) {
-                const std::int32_t leaf = table.leaf[table.at(x, y, z)];
+                const std::int32_t leaf = table.find(x, y, z);
                 if (leaf >= 0) op(static_cast<std::size_t>(leaf));
             }
 }
@@ -81,10 +52,9 @@ IndexMesh to_index_space(const Domain& domain, std::span<const Vec3> vertices,
     return mesh;
 }
 
-LeafTriangles bin_by_leaf(const openvdb::tree::LeafManager<const Grid::TreeType>& leaves,
-                          const IndexMesh& mesh, float reach) {
+LeafTriangles bin_by_leaf(const std::vector<const Leaf*>& leaves, const IndexMesh& mesh, float reach) {
     const LeafTable table(leaves);
-    std::vector<std::atomic<std::uint32_t>> count(leaves.leafCount());
+    std::vector<std::atomic<std::uint32_t>> count(leaves.size());
     const auto each = [&](auto&& op) {
         tbb::parallel_for(
             tbb::blocked_range<std::size_t>(0, mesh.triangles.size(), 4096), [&](const auto& range) {
@@ -97,8 +67,8 @@ LeafTriangles bin_by_leaf(const openvdb::tree::LeafManager<const Grid::TreeType>
     };
     each([&](std::size_t leaf, std::uint32_t) { count[leaf].fetch_add(1, std::memory_order_relaxed); });
     LeafTriangles lists;
-    lists.first.assign(leaves.leafCount() + 1, 0);
-    for (std::size_t n = 0; n < leaves.leafCount(); ++n) {
+    lists.first.assign(leaves.size() + 1, 0);
+    for (std::size_t n = 0; n < leaves.size(); ++n) {
         lists.first[n + 1] = lists.first[n] + count[n].load(std::memory_order_relaxed);
         count[n].store(lists.first[n], std::memory_order_relaxed);
     }

@@ -1,6 +1,4 @@
 #pragma once
-#include <openvdb/tree/LeafManager.h>
-
 #include <array>
 #include <cstdint>
 #include <span>
@@ -35,8 +33,7 @@ struct LeafTriangles {
 
 /// Lists, for every leaf, the triangles whose bounding box comes within \p reach (in dx) of its nodes.
 /// Parallel; O(triangles + leaves).
-LeafTriangles bin_by_leaf(const openvdb::tree::LeafManager<const Grid::TreeType>& leaves,
-                          const IndexMesh& mesh, float reach);
+LeafTriangles bin_by_leaf(const std::vector<const Leaf*>& leaves, const IndexMesh& mesh, float reach);
 
 /// The triangles around one leaf, by the grid cells they pass through: finds what a short ray from a node
 /// hits by a handful of tests, where a search through a hierarchy over the whole mesh costs ten times as

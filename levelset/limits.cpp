@@ -1,57 +1,73 @@
 #include "levelset/limits.hpp"
 
-#include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 namespace sidewall::levelset {
 namespace {
 
-using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
-
 constexpr float kUnlimited = std::numeric_limits<float>::infinity();
+using Values = std::array<float, Leaf::SIZE>;
 
-// How far the bodies below the surface let it recede at each node. One a thread.
+// How far the bodies below the surface let it recede.
 class Bodies {
   public:
-    Bodies(const MaterialStack& stack, const Grid& before, const Motion& motion, double duration)
-        : stack_(stack),
-          motion_(motion),
-          duration_(duration),
-          before_(before.getConstUnsafeAccessor()),
-          sample_of_(*motion.extension.sample_of) {
-        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
+    Bodies(const MaterialStack& stack, const Motion& motion, double duration)
+        : stack_(stack), motion_(motion), duration_(duration) {}
+
+    // What phi may be after the time step at the nodes of a leaf, by the bodies that they lie in; nothing if
+    // it may be anything.
+    std::unique_ptr<Values> limits(const Leaf& leaf, const float* was) const {
+        const auto* samples = motion_.extension.sample_of->probeConstLeaf(leaf.origin());
+        if (samples == nullptr) return nullptr;
+        std::vector<const Leaf*> layers;
+        bool any = false;
+        for (std::size_t k = 0; k + 1 < stack_.layers.size(); ++k) {
+            layers.push_back(stack_.layers[k].phi->tree().probeConstLeaf(leaf.origin()));
+            any = any || layers.back() != nullptr;
+        }
+        if (!any) return nullptr;
+        std::unique_ptr<Values> result;
+        for (auto it = leaf.cbeginValueOn(); it; ++it) {
+            const std::int32_t sample = samples->getValue(it.pos());
+            if (sample < 0 || !(was[it.pos()] < 0.0f)) continue;
+            const float most = limit(layers, static_cast<std::size_t>(sample), it.pos(), was[it.pos()]);
+            if (most == kUnlimited) continue;
+            if (!result) {
+                result = std::make_unique<Values>();
+                result->fill(kUnlimited);
+            }
+            (*result)[it.pos()] = most;
+        }
+        return result;
     }
 
-    // What phi may be after the time step at a node, by the bodies that it lies in.
-    float limit(const openvdb::Coord& node) const {
+  private:
+    float limit(const std::vector<const Leaf*>& layers, std::size_t sample, openvdb::Index node,
+                float was) const {
         float least = kUnlimited;
-        std::int32_t sample = -1;
-        if (!sample_of_.probeValue(node, sample) || sample < 0) return least;
-        const float was = before_.getValue(node);
-        if (!(was < 0.0f)) return least;
-        const auto index = static_cast<std::size_t>(sample);
-        const std::size_t own = exposed(stack_, motion_, index);
         const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
-        for (std::size_t k = std::max<std::size_t>(own, 1); k <= layers_.size(); ++k) {
-            float below = 0.0f, upper = was;
-            if (!layers_[k - 1].probeValue(node, below)) continue;
-            if (k < layers_.size() && !layers_[k].probeValue(node, upper)) continue;
+        for (std::size_t k = 1; k <= layers.size(); ++k) {
+            if (!layers[k - 1] || !layers[k - 1]->isValueOn(node)) continue;
+            if (k < layers.size() && (!layers[k] || !layers[k]->isValueOn(node))) continue;
+            const float below = layers[k - 1]->getValue(node);
+            const float upper = k < layers.size() ? layers[k]->getValue(node) : was;
             // In the body, or on its underside; where layers coincide it is not there.
             if (!(upper < 0.0f) || -below > touching || below - upper <= touching) continue;
-            const double lost = most_lost(index, k);
+            const std::size_t own = exposed(stack_, motion_, sample);
+            if (k < own) continue;
+            const double lost = most_lost(sample, k);
             if (k > own || lost == 0.0)
                 least = std::min(least, std::max(upper, -below) + static_cast<float>(lost));
         }
         return least;
     }
 
-  private:
     double most_lost(std::size_t sample, std::size_t layer) const {
+        if (!motion_.inert.empty() && motion_.inert[layer]) return 0.0;
         if (!motion_.depends_on_normal)
             return std::max(0.0, -motion_.speed(sample, layer, Vec3::UnitZ()) * duration_);
         // Without the normal all that is known of a body that etches is the rate of its fastest face: no
@@ -63,9 +79,46 @@ class Bodies {
     const MaterialStack& stack_;
     const Motion& motion_;
     double duration_;
-    Grid::ConstUnsafeAccessor before_;
-    openvdb::tree::ValueAccessor<const IndexTree, false> sample_of_;
-    std::vector<Grid::ConstUnsafeAccessor> layers_;
+};
+
+std::vector<std::uint8_t> awake_or_beside(const Band& band) {
+    std::vector<std::uint8_t> marked(band.leaves.size(), 0);
+    for (const std::uint32_t leaf : band.awake) {
+        const openvdb::Coord o = band.leaves[leaf]->origin();
+        for (int n = 0; n < 27; ++n) {
+            const std::int32_t next = band.table.find((o.x() >> 3) + n / 9 - 1, (o.y() >> 3) + n / 3 % 3 - 1,
+                                                      (o.z() >> 3) + n % 3 - 1);
+            if (next >= 0) marked[static_cast<std::size_t>(next)] = 1;
+        }
+    }
+    return marked;
+}
+
+// The limits of a leaf and of those around it.
+class Around {
+  public:
+    Around(const Band& band, const std::vector<std::unique_ptr<Values>>& own, std::size_t leaf) {
+        const openvdb::Coord o = band.leaves[leaf]->origin();
+        for (int n = 0; n < 27; ++n) {
+            const std::int32_t next = band.table.find((o.x() >> 3) + n / 9 - 1, (o.y() >> 3) + n / 3 % 3 - 1,
+                                                      (o.z() >> 3) + n % 3 - 1);
+            values_[static_cast<std::size_t>(n)] =
+                next < 0 ? nullptr : own[static_cast<std::size_t>(next)].get();
+            any_ = any_ || values_[static_cast<std::size_t>(n)] != nullptr;
+        }
+    }
+    bool any() const { return any_; }
+    // At a node in [-1, 8] of the leaf.
+    float at(int x, int y, int z) const {
+        const auto& values =
+            values_[static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (z >> 3) + 1)];
+        return values ? (*values)[static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3 | (z & 7))]
+                      : kUnlimited;
+    }
+
+  private:
+    std::array<const Values*, 27> values_{};
+    bool any_ = false;
 };
 
 // In cells, what re-distancing and an etch of the body may add to a depth of a whole cell or none. With 0.005
@@ -75,60 +128,74 @@ constexpr float kDepthTolerance = 0.05f;
 
 // A body's corner on a node lies on its faces, not in it, and has no limit of its own: there the body's depth
 // is a whole cell at a diagonal neighbour and none at the others. Slanted faces have depths between.
-float corner_limit(const openvdb::tree::ValueAccessor<const Grid::TreeType, false>& own,
-                   const openvdb::Coord& node, float was, float dx) {
+float corner_limit(const Around& own, int x, int y, int z, float was, float dx) {
     if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
     bool corner = false;
     for (int n = 0; n < 27; ++n) {
-        const openvdb::Coord offset(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-        const float depth = -own.getValue(node + offset) / dx;
+        const int i = n % 3 - 1, j = n / 3 % 3 - 1, k = n / 9 - 1;
+        const float depth = -own.at(x + i, y + j, z + k) / dx;
         if (depth <= kDepthTolerance) continue;
-        const bool diagonal = std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) > 1;
+        const bool diagonal = std::abs(i) + std::abs(j) + std::abs(k) > 1;
         if (!diagonal || depth < 1.0f - kDepthTolerance) return kUnlimited;
         corner = true;
     }
     return corner ? std::max(was, 0.0f) : kUnlimited;
 }
 
-}  // namespace
-
-Grid::TreeType::Ptr limits_of(const MaterialStack& stack, const Grid& before, const Motion& motion,
-                              double duration) {
-    const auto unlimited = [&] {
-        return std::make_shared<Grid::TreeType>(before.tree(), kUnlimited, openvdb::TopologyCopy());
-    };
-    const Grid::TreeType::Ptr own = unlimited();
-    Grid::TreeType::Ptr result = unlimited();
-    LeafManager(*own).foreach ([&](Leaf& leaf, std::size_t) {
-        const Bodies bodies(stack, before, motion, duration);
-        for (auto it = leaf.beginValueOn(); it; ++it) it.setValue(bodies.limit(it.getCoord()));
-    });
-    const auto dx = static_cast<float>(stack.domain.spacing);
-    LeafManager(*result).foreach ([&](Leaf& leaf, std::size_t) {
-        const openvdb::tree::ValueAccessor<const Grid::TreeType, false> at(*own);
-        const Leaf& was = *before.tree().probeConstLeaf(leaf.origin());
-        for (auto it = leaf.beginValueOn(); it; ++it) {
-            const openvdb::Coord node = it.getCoord();
-            float limit = at.getValue(node);
-            for (int axis = 0; axis < 3; ++axis)
-                for (const int side : {-1, 1}) {
-                    openvdb::Coord next = node;
-                    next[axis] += side;
-                    limit = std::min(limit, at.getValue(next) + dx);
-                }
-            it.setValue(std::min(limit, corner_limit(at, node, was.getValue(it.pos()), dx)));
-        }
-    });
+// The limits of a leaf's nodes, by their own bodies and by those of their neighbours.
+std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& own, const float* was,
+                                              float dx) {
+    auto result = std::make_unique<Values>();
+    result->fill(kUnlimited);
+    for (auto it = leaf.cbeginValueOn(); it; ++it) {
+        const auto n = static_cast<int>(it.pos());
+        const int x = n >> 6, y = n >> 3 & 7, z = n & 7;
+        float limit = own.at(x, y, z);
+        for (const int side : {-1, 1})
+            limit = std::min({limit, own.at(x + side, y, z) + dx, own.at(x, y + side, z) + dx,
+                              own.at(x, y, z + side) + dx});
+        (*result)[it.pos()] = std::min(limit, corner_limit(own, x, y, z, was[it.pos()], dx));
+    }
     return result;
 }
 
-void keep_within(Grid& phi, const Grid::TreeType& limits) {
+}  // namespace
+
+Limits::Limits(const MaterialStack& stack, const Band& band, const float* before, const Motion& motion,
+               double duration) {
+    const auto each = [](std::size_t count, auto&& use) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
+        });
+    };
+    std::vector<std::unique_ptr<Values>> own(band.leaves.size());
+    const Bodies bodies(stack, motion, duration);
+    const std::vector<std::uint8_t> asked = awake_or_beside(band);
+    each(own.size(), [&](std::size_t n) {
+        if (asked[n]) own[n] = bodies.limits(*band.leaves[n], before + n * Leaf::SIZE);
+    });
+    std::vector<Limited> limited(band.awake.size());
+    each(limited.size(), [&](std::size_t k) {
+        const std::size_t n = band.awake[k];
+        const Around around(band, own, n);
+        if (!around.any()) return;
+        const Leaf& leaf = *band.leaves[n];
+        limited[k] = {leaf.origin(), with_neighbours(leaf, around, before + n * Leaf::SIZE,
+                                                     static_cast<float>(stack.domain.spacing))};
+    });
+    for (Limited& leaf : limited)
+        if (leaf.most) leaves_.push_back(std::move(leaf));
+}
+
+void Limits::keep(Grid& phi) const {
     const float least = std::nextafter(-phi.background(), 0.0f);
-    LeafManager(phi.tree()).foreach ([&](Leaf& leaf, std::size_t) {
-        const Leaf* limit = limits.probeConstLeaf(leaf.origin());
-        if (limit == nullptr) return;
-        for (auto it = leaf.beginValueOn(); it; ++it)
-            if (*it > limit->getValue(it.pos())) it.setValue(std::max(limit->getValue(it.pos()), least));
+    tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t n) {
+        Leaf* leaf = phi.tree().probeLeaf(leaves_[n].origin);
+        if (leaf == nullptr) return;
+        for (auto it = leaf->beginValueOn(); it; ++it) {
+            const float most = (*leaves_[n].most)[it.pos()];
+            if (*it > most) it.setValue(std::max(most, least));
+        }
     });
 }
 

@@ -1,16 +1,14 @@
 #include "levelset/redistance.hpp"
 
-#include <openvdb/tools/Morphology.h>
-#include <openvdb/tools/Prune.h>
 #include <openvdb/tools/SignedFloodFill.h>
-#include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
 
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <vector>
+#include <memory>
 
+#include "levelset/band.hpp"
 #include "levelset/block.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/upwind.hpp"
@@ -19,43 +17,13 @@
 namespace sidewall::levelset {
 namespace {
 
-using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 using B = Block<2>;
 
-// Activates the face neighbours of the band, across a periodic side too.
-void grow_band(Grid& grid, const Domain& domain) {
-    auto& tree = grid.tree();
-    openvdb::tools::dilateActiveValues(tree, 1, openvdb::tools::NN_FACE, openvdb::tools::IGNORE_TILES);
-    for (int axis = 0; axis < 2; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        if (domain.side[a] != Side::periodic) continue;
-        std::vector<openvdb::Coord> wrapped;
-        for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-            const int low = leaf->origin()[axis], last = domain.last_node(axis);
-            if (low > 0 && low + 7 < last) continue;
-            for (auto it = leaf->cbeginValueOn(); it; ++it) {
-                const openvdb::Coord c = it.getCoord();
-                if (c[axis] == -1 || c[axis] == last + 1) {
-                    openvdb::Coord w = c;
-                    w[axis] = domain.source_node(axis, c[axis]);
-                    wrapped.push_back(w);
-                }
-            }
-        }
-        auto accessor = grid.getAccessor();
-        for (const auto& c : wrapped) {
-            const float value =
-                accessor.getValue(c);  // a copy: making a leaf overwrites the tile it comes from
-            accessor.setValueOn(c, value);
-        }
-    }
-    // Off the domain nothing is active; nodes there would otherwise grow sideways for ever.
-    for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
-        const openvdb::Coord o = leaf->origin();
-        if (domain.owns(o.x(), o.y()) && domain.owns(o.x() + 7, o.y() + 7)) continue;
-        for (auto it = leaf->beginValueOn(); it; ++it)
-            if (!domain.owns(it.getCoord().x(), it.getCoord().y())) it.setValueOff();
-    }
+template <class Use>
+void each_awake(const Band& band, Use&& use) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, band.awake.size(), 8), [&](const auto& range) {
+        for (std::size_t k = range.begin(); k != range.end(); ++k) use(std::size_t{band.awake[k]});
+    });
 }
 
 bool has_distance(const Leaf& leaf, float background) {
@@ -67,14 +35,13 @@ bool has_distance(const Leaf& leaf, float background) {
 
 // Leaves that growing the band made hold the value of the tile they replace, whose sign means nothing: gives
 // their voxels the side of their neighbours.
-void sign_new_leaves(LeafManager& leaves, const Grid& grid, const Domain& domain) {
+void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
     const float background = grid.background();
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
-    std::vector<std::uint8_t> made(leaves.leafCount());
-    leaves.foreach ([&](const Leaf& leaf, std::size_t n) { made[n] = !has_distance(leaf, background); });
     // Each reads old leaves only, besides itself: a voxel just reached has a neighbour of the old band.
-    leaves.foreach ([&](Leaf& leaf, std::size_t n) {
-        if (!made[n]) return;
+    each_awake(band, [&](std::size_t n) {
+        if (!band.made[n] && has_distance(*band.leaves[n], background)) return;
+        Leaf& leaf = *band.leaves[n];
         const auto accessor = grid.getConstUnsafeAccessor();
         const openvdb::Coord origin = leaf.origin();
         for (auto it = leaf.beginValueOn(); it; ++it) {
@@ -241,38 +208,51 @@ bool all_finite(const Leaf& leaf, float background) {
 }  // namespace
 
 void redistance(Grid& grid, const Domain& domain, int sweeps) {
+    Band band(grid, domain);
+    redistance(band, grid, domain, sweeps);
+}
+
+void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
-    grow_band(grid, domain);
-    LeafManager leaves(grid.tree(), 1);
-    if (leaves.leafCount() == 0)
+    grow(band, grid, domain);
+    if (band.leaves.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
-    sign_new_leaves(leaves, grid, domain);
+    sign_new_leaves(band, grid, domain);
     std::atomic<bool> finite{true};
+    const std::size_t count = band.awake.size();
+    const auto swept = std::make_unique_for_overwrite<float[]>(count * Leaf::SIZE);
+    const auto each = [&](auto&& use) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
+            const auto accessor = grid.getConstUnsafeAccessor();
+            for (std::size_t k = range.begin(); k != range.end(); ++k)
+                use(accessor, *band.leaves[band.awake[k]], &swept[k * Leaf::SIZE], band.print[band.awake[k]]);
+        });
+    };
     for (int n = 0; n < sweeps; ++n) {
-        const bool last = n + 1 == sweeps;
         // Every leaf reads its neighbours as they were before the sweep, so that the order of leaves cannot
         // matter.
-        tbb::parallel_for(leaves.leafRange(8), [&](const LeafManager::LeafRange& range) {
-            const auto accessor = grid.getConstUnsafeAccessor();
+        each([&](const auto& accessor, const Leaf& leaf, float* out, std::uint32_t) {
+            if (!all_finite(leaf, background)) finite = false;
             B block;
-            for (auto leaf = range.begin(); leaf; ++leaf) {
-                if (!all_finite(*leaf, background)) finite = false;
-                load_block(accessor, domain, *leaf, background, block);
-                float* out = leaf.buffer(1).data();
-                std::copy_n(leaf->buffer().data(), Leaf::SIZE, out);
-                sweep(*leaf, block, dx, background, n == 0, out);
-                if (!last) continue;
-                for (auto it = leaf->beginValueOn(); it; ++it)
-                    if (std::abs(out[it.pos()]) >= background) it.setValueOff();
-            }
+            load_block(accessor, domain, leaf, background, block);
+            std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
+            sweep(leaf, block, dx, background, n == 0, out);
         });
-        leaves.swapLeafBuffer(1);
+        const bool last = n + 1 == sweeps;
+        each([&](const auto&, Leaf& leaf, const float* out, std::uint32_t before) {
+            std::copy_n(out, Leaf::SIZE, leaf.buffer().data());
+            if (!last) return;
+            for (auto it = leaf.beginValueOn(); it; ++it)
+                if (std::abs(out[it.pos()]) >= background) it.setValueOff();
+            leaf.setTransientData(fingerprint(leaf) == before ? before : 0);
+        });
         if (!finite)
             throw NumericsError(
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
     }
-    openvdb::tools::pruneInactive(grid.tree());
+    for (const std::uint32_t n : band.awake)
+        if (band.leaves[n]->isEmpty()) grid.tree().addTile(1, band.leaves[n]->origin(), background, false);
 }
 
 }  // namespace sidewall::levelset

@@ -3,6 +3,8 @@
 
 namespace sidewall::levelset {
 
+struct Band;
+
 /// Sweeps that restore a distance after a time step, and those that make one of any function with the right front.
 inline constexpr int kSweepsAfterTimeStep = 2, kSweepsAnew = 8;
 
@@ -20,5 +22,8 @@ inline constexpr int kSweepsAfterTimeStep = 2, kSweepsAnew = 8;
 /// \throws NumericsError if a value is not finite or no front is left.
 /// \note Parallel; the same bits on any number of threads.
 void redistance(Grid& grid, const Domain& domain, int sweeps = kSweepsAfterTimeStep);
+
+/// The same for the leaves of \p band alone that are not at rest (levelset/band.hpp), which are all that would change.
+void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps);
 
 }  // namespace sidewall::levelset

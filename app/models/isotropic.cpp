@@ -13,6 +13,7 @@ Model make(const Values& values, const Materials& materials) {
     Model model;
     model.deposit = film(values, materials, *high > 0.0);
     model.max_speed = std::max(std::abs(*low), std::abs(*high));
+    for (const double v : rate) model.inert.push_back(v == 0.0);
     model.speed = [rate](const SurfacePoint& point) {
         return rate[static_cast<std::size_t>(point.material)];
     };

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -12,7 +13,8 @@
 
 namespace sidewall::levelset {
 struct MaterialStack;
-}
+struct BeamSpeed;
+}  // namespace sidewall::levelset
 
 namespace sidewall::app {
 
@@ -59,6 +61,11 @@ struct Model {
     /// To be set where depends_on_normal: the largest etch rate, 0 for none, at a point over all normals. Its own
     /// normal is not read.
     std::function<double(const SurfacePoint&)> max_etch_rate;
+    /// By material: V is 0 there whatever arrives and whatever the normal. Empty: not known of any.
+    std::vector<std::uint8_t> inert;
+    /// Where V(n) = facing max(0, n . beam) + always: the two numbers at a point, whose own normal is not read. Saves
+    /// asking for V at every node and normal.
+    std::function<levelset::BeamSpeed(const SurfacePoint&)> beam_speed;
     bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
     std::optional<int> deposit;  ///< material id of the film that grows
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is

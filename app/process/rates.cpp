@@ -14,13 +14,23 @@ namespace {
 
 // What the model sees at every sample of the extension.
 struct SamplePoints {
-    std::vector<int> materials;           // by layer
+    std::vector<int> materials;  // by layer
+    std::size_t count = 0;
     std::size_t tallies = 0, stride = 0;  // values a sample: fluxes first, then coverages
     std::vector<double> values;
     std::vector<std::uint8_t> visible;  // empty where line of sight does not count
     std::vector<std::uint8_t> sealed;   // in a closed void, where nothing gets in; empty if there are none
 
     bool is_sealed(std::size_t sample) const { return !sealed.empty() && sealed[sample] != 0; }
+    // What a model can tell apart where nothing is traced.
+    std::vector<std::uint8_t> kinds() const {
+        if (stride != 0) return {};
+        std::vector<std::uint8_t> kind(count);
+        for (std::size_t n = 0; n < count; ++n)
+            kind[n] = static_cast<std::uint8_t>((visible.empty() || visible[n] != 0 ? 1 : 0) |
+                                                (is_sealed(n) ? 2 : 0));
+        return kind;
+    }
     SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
         return {materials[layer], here.first(tallies), normal, visible.empty() || visible[sample] != 0,
@@ -54,6 +64,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
                            const TracedSurface& surface, const levelset::Extension& extension) {
     const std::size_t count = extension.samples.size();
     SamplePoints samples;
+    samples.count = count;
     for (const levelset::Layer& layer : stack.layers) samples.materials.push_back(layer.material);
     if (model.species.empty()) samples.sealed = sealed_samples(stack, surface, extension);
     if (surface.arriving) {
@@ -104,9 +115,19 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                                                        std::size_t layer) {
             return points->is_sealed(sample) ? 0.0 : rate_of(points->at(sample, layer, Vec3::UnitZ()));
         };
-    if (!model.dissipation.empty())
-        for (const levelset::Layer& layer : stack.layers)
-            motion.dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
+    for (const levelset::Layer& layer : stack.layers) {
+        const auto material = static_cast<std::size_t>(layer.material);
+        if (!model.dissipation.empty()) motion.dissipation.push_back(model.dissipation[material]);
+        if (!model.inert.empty()) motion.inert.push_back(model.inert[material]);
+    }
+    if (model.beam && model.beam_speed) {
+        motion.beam = *model.beam;
+        motion.beam_speed = [points, speed_of = model.beam_speed](std::size_t sample, std::size_t layer) {
+            return points->is_sealed(sample) ? levelset::BeamSpeed{}
+                                             : speed_of(points->at(sample, layer, Vec3::UnitZ()));
+        };
+    }
+    motion.kind = points->kinds();
     return motion;
 }
 

@@ -1,0 +1,151 @@
+#pragma once
+#include <array>
+#include <cmath>
+
+#include "levelset/block.hpp"
+#include "levelset/sample_speeds.hpp"
+#include "levelset/upwind.hpp"
+
+// Hamiltonians H = V |grad phi| of eight neighbouring nodes at once.
+namespace sidewall::levelset {
+
+template <class SpeedOf>
+double hamiltonian(const Vec3& p, SpeedOf&& speed) {
+    const double length = p.norm();
+    return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
+}
+
+// |dH/dp| is a central difference over this part of |p|: H has kinks, and is homogeneous in p.
+inline constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
+
+// The largest |dH/dp| by axis at the one-sided gradients and between them.
+template <class SpeedOf>
+Vec3 local_dissipation(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
+    Vec3 dissipation = Vec3::Zero();
+    for (const Vec3& p : {minus, Vec3(0.5 * (minus + plus)), plus}) {
+        const double shift = kShift * std::max(p.norm(), kLeastGradient);
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3 low = p, high = p;
+            low[axis] -= shift;
+            high[axis] += shift;
+            dissipation[axis] =
+                std::max(dissipation[axis],
+                         std::abs(hamiltonian(high, speed) - hamiltonian(low, speed)) / (2.0 * shift));
+        }
+    }
+    return dissipation;
+}
+
+/// H by Lax-Friedrichs of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients.
+/// \param bounds  of |dH/dp| by axis; nullptr: local ones.
+template <class SpeedOf>
+float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3* bounds, SpeedOf&& speed_of) {
+    const Vec3 dissipation = bounds ? *bounds : local_dissipation(minus, plus, speed_of);
+    const double mean = hamiltonian(Vec3(0.5 * (minus + plus)), speed_of);
+    double flux = mean - 0.5 * dissipation.dot(plus - minus);
+    if (bounds) {
+        // Where V has one sign, so has H: what dissipation alone does to a corner is to fill one that an etch
+        // leaves, or to take from one that grows. Midway between two fronts the mean is 0.
+        const double sign = mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
+        flux = sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0);
+    }
+    return static_cast<float>(flux);
+}
+
+/// The same of BeamSpeed, whose H(p) = facing max(0, p . d) + always |p|, with the slopes of local_dissipation in closed
+/// form.
+inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
+                     const Row& always, Row& h) {
+    std::array<float, 3> towards, steep;
+    for (std::size_t a = 0; a < 3; ++a) {
+        towards[a] = static_cast<float>(beam[static_cast<int>(a)]);
+        // The kink at p . d = 0 as the central difference sees it.
+        steep[a] = towards[a] != 0.0f ? 0.5f / (static_cast<float>(kShift) * std::abs(towards[a])) : 0.0f;
+    }
+    std::array<Row, 3> dissipation{};
+    const auto point = [&](float of_minus, float of_plus) {
+        for (std::size_t n = 0; n < kLanes; ++n) {
+            float p[3], squares = 0.0f, facing_part = 0.0f;
+            for (std::size_t a = 0; a < 3; ++a) {
+                p[a] = (of_minus * d[a].minus[n] + of_plus * d[a].plus[n]) * inv_dx;
+                squares += p[a] * p[a];
+                facing_part += p[a] * towards[a];
+            }
+            const float inverse = 1.0f / std::max(std::sqrt(squares), static_cast<float>(kLeastGradient));
+            for (std::size_t a = 0; a < 3; ++a) {
+                const float share = 0.5f + facing_part * inverse * steep[a];
+                const float slope = facing[n] * towards[a] * std::min(std::max(share, 0.0f), 1.0f) +
+                                    always[n] * p[a] * inverse;
+                dissipation[a][n] = std::max(dissipation[a][n], std::abs(slope));
+            }
+            h[n] = facing[n] * std::max(facing_part, 0.0f) + always[n] * std::sqrt(squares);
+        }
+    };
+    point(1.0f, 0.0f);
+    point(0.0f, 1.0f);
+    point(0.5f, 0.5f);  // the last, whose H counts
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t n = 0; n < kLanes; ++n)
+            h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;
+}
+
+/// H of the nodes of a leaf's row (x, y) that have a \p sample; 0 of the others.
+template <int R>
+void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sample, const SampleSpeeds& in,
+                     Row& h) {
+    const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
+    const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
+    Row growing{}, etching{};
+    std::array<OneSided, 3> d;
+    for (std::size_t a = 0; a < 3; ++a) {
+        const int stride = Block<R>::kStride[a];
+        if constexpr (R == 3)
+            one_sided_5(v, stride, inv_dx, dx, d[a]);
+        else if constexpr (R == 2)
+            one_sided_3(v, stride, inv_dx, dx, d[a]);
+        else
+            one_sided_1(v, stride, d[a]);
+        add_upwind_square(d[a], R > 1, growing, etching);
+    }
+    using Way = SampleSpeeds::Way;
+    const auto way_of = [&](std::size_t n) {
+        return sample[n] < 0 ? Way::still : in.way[static_cast<std::size_t>(sample[n])];
+    };
+    Row first{}, second{};
+    bool beam = false;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        h[n] = 0.0f;
+        const Way way = way_of(n);
+        if (way == Way::still || way == Way::general) continue;
+        beam |= way == Way::beam;
+        first[n] = in.first[static_cast<std::size_t>(sample[n])];
+        if (way == Way::beam) second[n] = in.second[static_cast<std::size_t>(sample[n])];
+    }
+    if (beam) beam_row(d, inv_dx, in.motion.beam, first, second, h);
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const Way way = way_of(n);
+        if (way == Way::still || way == Way::beam) continue;
+        float speed = first[n];
+        if (way == Way::general) {
+            const auto index = static_cast<std::size_t>(sample[n]);
+            const Vec3 minus(d[0].minus[n] * inv_dx, d[1].minus[n] * inv_dx, d[2].minus[n] * inv_dx);
+            const Vec3 plus(d[0].plus[n] * inv_dx, d[1].plus[n] * inv_dx, d[2].plus[n] * inv_dx);
+            const auto speed_of = [&](const Vec3& normal) {
+                return speed_over(in.stack, in.motion, index, normal, in.duration);
+            };
+            if (in.scheme == Scheme::lax_friedrichs) {
+                const auto& bounds = in.motion.dissipation;
+                h[n] = lax_friedrichs(minus, plus,
+                                      bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
+                                      speed_of);
+                continue;
+            }
+            const Vec3 gradient = minus + plus;
+            const double length = gradient.norm();
+            speed = length > 0.0 ? static_cast<float>(speed_of(Vec3(gradient / length))) : 0.0f;
+        }
+        h[n] = speed * inv_dx * std::sqrt(speed > 0.0f ? growing[n] : etching[n]);
+    }
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "levelset/advection.hpp"
+#include "levelset/layer_depths.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::levelset {
+
+std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
+    const std::size_t below = stack.layers.size() - 1;
+    const auto touching = static_cast<float>(kExposed * stack.domain.spacing);
+    for (std::size_t k = 0; k < below; ++k)
+        if (motion.thickness[sample * below + k] <= touching) return k;
+    return below;
+}
+
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
+                   bool depends_on_normal) {
+    Motion motion;
+    motion.extension = std::move(extension);
+    motion.speed = std::move(speed);
+    motion.depends_on_normal = depends_on_normal;
+    const std::size_t below = stack.layers.size() - 1;
+    if (below == 0) return motion;
+    const auto& samples = motion.extension.samples;
+    motion.thickness.resize(samples.size() * below);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
+        const LayerDepths depths(stack);
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const Eigen::Vector3i& c = samples[n].node;
+            const Eigen::Vector3f& foot = samples[n].foot;
+            depths.at({c.x() + static_cast<double>(foot.x()), c.y() + static_cast<double>(foot.y()),
+                       c.z() + static_cast<double>(foot.z())},
+                      std::span(motion.thickness).subspan(n * below, below));
+        }
+    });
+    return motion;
+}
+
+namespace {
+
+// Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
+std::vector<Vec3> bounding_normals(const Motion& motion) {
+    std::vector<Vec3> normals{Vec3::UnitZ()};
+    if (!motion.depends_on_normal) return normals;
+    normals.clear();
+    for (int n = 0; n < 27; ++n)
+        if (n != 13)
+            normals.push_back(
+                Eigen::Vector3i(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1).cast<double>().normalized());
+    return normals;
+}
+
+// The largest |V| of a layer at a sample.
+double fastest(const MaterialStack& stack, const Motion& motion, const std::vector<Vec3>& normals,
+               std::size_t sample, std::size_t layer) {
+    double most = 0.0;
+    for (const Vec3& normal : normals) {
+        const double v = motion.speed(sample, layer, normal);
+        if (!std::isfinite(v)) {
+            const auto& c = motion.extension.samples[sample].node;
+            throw NumericsError(
+                fmt::format("the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates "
+                            "and fluxes",
+                            stack.domain.coordinate(0, c.x()), stack.domain.coordinate(1, c.y()),
+                            stack.domain.coordinate(2, c.z()), v));
+        }
+        most = std::max(most, std::abs(v));
+    }
+    return most;
+}
+
+// Calls use(layer) for the layer that is bare at a sample and for those less than a cell below.
+template <class Use>
+void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_t sample, Use&& use) {
+    const std::size_t surface = exposed(stack, motion, sample), below = stack.layers.size() - 1;
+    for (std::size_t k = 0; k <= surface; ++k) {
+        const bool reachable =
+            k == surface || static_cast<double>(motion.thickness[sample * below + k]) < stack.domain.spacing;
+        if (reachable && (motion.inert.empty() || !motion.inert[k])) use(k);
+    }
+}
+
+}  // namespace
+
+double max_speed(const MaterialStack& stack, const Motion& motion) {
+    const std::vector<Vec3> normals = bounding_normals(motion);
+    const std::size_t count = motion.extension.samples.size(), layers = stack.layers.size();
+    if (!motion.kind.empty()) {
+        constexpr std::size_t kKinds = 256;
+        std::vector<std::uint8_t> asked(kKinds * layers, 0);
+        double most = 0.0;
+        for (std::size_t n = 0; n < count; ++n)
+            each_reachable(stack, motion, n, [&](std::size_t k) {
+                std::uint8_t& done = asked[motion.kind[n] * layers + k];
+                if (!done) most = std::max(most, fastest(stack, motion, normals, n, k));
+                done = 1;
+            });
+        return most;
+    }
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, count, 1024), 0.0,
+        [&](const auto& range, double most) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n)
+                each_reachable(stack, motion, n, [&](std::size_t k) {
+                    most = std::max(most, fastest(stack, motion, normals, n, k));
+                });
+            return most;
+        },
+        [](double a, double b) { return std::max(a, b); });
+}
+
+}  // namespace sidewall::levelset
