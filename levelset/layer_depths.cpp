@@ -47,10 +47,10 @@ class LayerDepths::Reader {
     void at(const Vec3& point, std::span<float> depth) const;
 
   private:
-    // The corners of a point's cell, with the trilinear weights of those inside.
+    // The corners of a point's cell, with their trilinear weights: of those inside, and of the others.
     struct Cell {
         std::array<openvdb::Coord, 8> corners;
-        std::array<float, 8> weights{};
+        std::array<float, 8> weights{}, outside{};
         float sum = 0.0f;
     };
 
@@ -68,6 +68,7 @@ class LayerDepths::Reader {
     }
 
     Cell cell_of(const Vec3& point) const;
+    float cover_outside(std::size_t layer, const Cell& cell) const;
     Reading read(std::size_t layer, const openvdb::Coord& node, const Vec3& point) const;
     Reading mean_reading(std::size_t layer, const Cell& cell, const Vec3& point) const;
     float depth_of(const Reading& reading) const;
@@ -90,9 +91,29 @@ LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Vec3& point) const 
         double weight = 1.0;
         for (int axis = 0; axis < 3; ++axis)
             weight *= 1.0 - std::abs(point[axis] - floor[axis] - corner[axis]);
-        if (solid(own(cell.corners[k]))) cell.sum += cell.weights[k] = static_cast<float>(weight);
+        if (solid(own(cell.corners[k])))
+            cell.sum += cell.weights[k] = static_cast<float>(weight);
+        else
+            cell.outside[k] = static_cast<float>(weight);
     }
     return cell;
+}
+
+// A film on a body's corner may have no node inside but one on the corner itself, which tells nothing of what
+// lies beyond. The nodes outside do where the film keeps the layer away from all of them: there it holds its
+// own distances. \returns the layer's depth by these, or 0.
+float LayerDepths::Reader::cover_outside(std::size_t layer, const Cell& cell) const {
+    float depth = 0.0f;
+    for (std::size_t n = 0; n < 8; ++n) {
+        const float weight = cell.weights[n] + cell.outside[n];
+        if (weight < kLeastWeight) continue;
+        const openvdb::Coord node = own(cell.corners[n]);
+        const float here = value(layer, node);
+        if (cell.outside[n] > 0.0f && here - top_.getValue(node) <= static_cast<float>(kExposed) * dx_)
+            return 0.0f;
+        depth += weight * here;
+    }
+    return depth > kThinFilm * dx_ ? depth : 0.0f;
 }
 
 Reading LayerDepths::Reader::read(std::size_t layer, const openvdb::Coord& node, const Vec3& point) const {
@@ -163,10 +184,13 @@ void LayerDepths::Reader::at(const Vec3& point, std::span<float> depth) const {
             depth[k] = static_cast<float>(distance_at(*stack_.layers[k].phi, domain, world) - surface);
         return;
     }
-    for (std::size_t k = 0; k < layers_.size(); ++k) depth[k] = depth_of(mean_reading(k, cell, point));
+    const float touching = static_cast<float>(kExposed) * dx_;
+    for (std::size_t k = 0; k < layers_.size(); ++k) {
+        depth[k] = depth_of(mean_reading(k, cell, point));
+        if (depth[k] <= touching) depth[k] = std::max(depth[k], cover_outside(k, cell));
+    }
     // No layer lies above the one over it. Where several materials meet under a film, each by itself is
     // harder to tell than all of them together.
-    const float touching = static_cast<float>(kExposed) * dx_;
     for (std::size_t k = layers_.size(); k-- > 1;)
         if (depth[k] > touching) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }
