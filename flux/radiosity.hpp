@@ -113,8 +113,8 @@ std::string why_not_radiosity(const Species& species);
 
 /// Solves for \p species on the rays gathered so far. Traces no ray.
 ///
-/// The answer is consistent: its bias falls as 1/rays, and the part of it that the independent groups of rays
-/// show is taken off. Standard errors come from 8 groups.
+/// The answer is consistent, not unbiased: its bias falls as 1/rays, and what the two halves of the rays show of
+/// it is taken off. Standard errors come from 8 independent groups of rays, each solved by itself.
 /// \throws RecipeError for values out of range or an exponent that was not gathered, GeometryError for arrays
 ///         that do not fit, Interrupted, NumericsError if the balance has no solution (nothing sticks and
 ///         nothing escapes) or the solver does not converge, saying why.
@@ -128,14 +128,18 @@ std::vector<RadiosityFlux> solve_fluxes_to(double target, Exchange& exchange,
                                            std::span<const DiffuseSpecies> species, std::uint64_t most_rays,
                                            const SolveOptions& options = {});
 
-/// Which method takes less CPU time to a relative error, from a small pilot of each.
+/// Which method takes less CPU time to a relative error, as estimated.
 struct MethodChoice {
     bool radiosity = false;
-    double monte_carlo_seconds = 0.0, radiosity_seconds = 0.0;  ///< estimated, of one thread
-    std::string reason;                                         ///< for a message
+    double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer's
+    double target = 0.0;                                  ///< the relative error they are for
+    std::string why_not;  ///< radiosity is out of the question, whatever the cost; empty if it can be taken
 };
 
-/// Estimates both methods for \p species at \p target. Takes at most a tenth of what the faster one will.
+/// Estimates what both methods take to a relative error of \p target, from a few thousand particles of the
+/// tracer's: a tenth of what the cheaper one takes, or less. The same choice on every machine.
+/// \param target  0: what the tracer reaches with options.rays.
+/// \throws as trace_flux.
 MethodChoice choose_method(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
                            const LateralBox& box, const Species& species,
                            std::span<const std::int32_t> materials, const Wedges& wedges,
