@@ -9,6 +9,7 @@
 
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
+#include "app/commands/flux_results.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
@@ -18,6 +19,7 @@
 #include "app/common/timing.hpp"
 #include "flux/leaks.hpp"
 #include "flux/mend.hpp"
+#include "flux/radiosity.hpp"
 #include "flux/tracer.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -28,7 +30,7 @@ namespace {
 using flux::Boundary;
 
 struct FluxArguments {
-    std::string mesh, output, json, boundary, sticking = "1", seed = "1";
+    std::string mesh, output, json, boundary, sticking = "1", seed = "1", method = "monte-carlo";
     std::optional<double> rays, relative_error;
     double source_exponent = 1.0;
 };
@@ -188,36 +190,9 @@ void check_arguments(const FluxArguments& arguments) {
     parse_number<std::uint64_t>(arguments.seed, "--seed");
 }
 
-std::string csv_text(const TriangleMesh& mesh, const flux::FluxResult& result) {
-    std::string text = "triangle,x,y,z,area,flux,flux_error\n";
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 c = triangle_centroid(mesh, t);
-        fmt::format_to(std::back_inserter(text), "{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", t, c.x(),
-                       c.y(), c.z(), triangle_area(mesh, t), result.triangle.flux[t],
-                       result.triangle.error[t]);
-    }
-    return text;
-}
-
-void set_attribute(std::vector<Attribute>& attributes, const std::string& name, std::vector<double> values) {
-    std::erase_if(attributes, [&](const Attribute& a) { return a.name == name; });
-    attributes.push_back({name, 1, Scalar::float64, std::move(values)});
-}
-
-void write_output(const std::string& path, TriangleMesh mesh, const flux::FluxResult& result) {
-    if (std::filesystem::path(path).extension() == ".csv") return write_file(path, csv_text(mesh, result));
-    std::vector<double> area(mesh.triangles.size());
-    for (std::size_t t = 0; t < area.size(); ++t) area[t] = triangle_area(mesh, t);
-    set_attribute(mesh.triangle_attributes, "flux", result.triangle.flux);
-    set_attribute(mesh.triangle_attributes, "flux_error", result.triangle.error);
-    set_attribute(mesh.triangle_attributes, "area", std::move(area));
-    set_attribute(mesh.vertex_attributes, "flux", result.vertex.flux);
-    set_attribute(mesh.vertex_attributes, "flux_error", result.vertex.error);
-    surface::write_mesh(path, mesh);
-}
-
+// What both methods have in common.
 Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const flux::LateralBox& box,
-               const flux::FluxResult& result, double bvh_seconds) {
+               const flux::TallyFlux& result) {
     double area = 0.0, weighted = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const double a = triangle_area(mesh, t);
@@ -227,7 +202,6 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
         low = std::min(low, result.triangle.flux[t]);
         high = std::max(high, result.triangle.flux[t]);
     }
-    const auto emitted = static_cast<double>(result.emitted);
     Json json;
     json["mesh"] = arguments.mesh;
     json["vertices"] = mesh.vertices.size();
@@ -237,34 +211,76 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
     json["sticking"] = arguments.sticking;
     json["seed"] = parse_number<std::uint64_t>(arguments.seed, "--seed");
     json["threads"] = thread_count();
-    json["rays"] = result.emitted;
-    json["segments"] = result.segments;
-    json["seconds"] = {{"bvh", bvh_seconds}, {"trace", result.seconds}};
-    json["rays_per_second"] = emitted / result.seconds;
-    json["segments_per_second"] = static_cast<double>(result.segments) / result.seconds;
-    json["arrivals"] = result.arrivals;
-    json["absorbed"] = result.absorbed;
-    json["escaped"] = result.escaped;
-    json["escaped_fraction"] = static_cast<double>(result.escaped) / emitted;
-    json["leaked"] = result.leaked;
-    json["rescued"] = result.rescued;
     json["flux"] = {{"mean", weighted / area}, {"min", low}, {"max", high}};
-    json["relative_error"] = result.relative_error;
     return json;
 }
 
-void print_summary(const Json& json) {
-    fmt::print("{} triangles, {} rays, {} segments in {:.3g} s ({:.3g} rays/s)\n",
-               json["triangles"].get<std::size_t>(), json["rays"].get<std::uint64_t>(),
-               json["segments"].get<std::uint64_t>(), json["seconds"]["trace"].get<double>(),
-               json["rays_per_second"].get<double>());
-    fmt::print(
-        "flux (1 on an open plane): mean {:.4g}, least {:.4g}, largest {:.4g} of a triangle; "
-        "relative error of vertex flux {:.3g}\n",
-        json["flux"]["mean"].get<double>(), json["flux"]["min"].get<double>(),
-        json["flux"]["max"].get<double>(), json["relative_error"].get<double>());
-    fmt::print("absorbed {}, escaped {}, leaked {}\n", json["absorbed"].get<std::uint64_t>(),
-               json["escaped"].get<std::uint64_t>(), json["leaked"].get<std::uint64_t>());
+// A surface, ready for either method, and what to do on it.
+struct Task {
+    const FluxArguments& arguments;
+    const TriangleMesh& mesh;
+    const Materials& materials;
+    const flux::LateralBox& box;
+    const flux::Wedges& wedges;
+    const surface::RayScene& scene;
+    flux::Species species;
+    flux::TraceOptions options;
+};
+
+struct Outcome {
+    flux::TallyFlux flux;
+    Json json;
+    std::uint64_t leaked = 0, emitted = 0;
+};
+
+Outcome trace(const Task& t) {
+    const auto target = t.arguments.relative_error;
+    const flux::FluxResult result = target ? flux::trace_flux_to(*target, t.mesh, t.scene, t.box, t.species,
+                                                                 t.materials.of_triangle, t.wedges, t.options)
+                                           : flux::trace_flux(t.mesh, t.scene, t.box, t.species,
+                                                              t.materials.of_triangle, t.wedges, t.options);
+    return {result, traced_json(result), result.leaked, result.emitted};
+}
+
+Outcome solve(const Task& t) {
+    const std::vector<double> sticking =
+        flux::sticking_by_wedge(t.wedges, t.materials.of_triangle, t.species);
+    flux::Exchange exchange(t.mesh, t.scene, t.box, t.wedges, {t.species.source_exponent},
+                            {.seed = t.options.seed, .progress = t.options.progress, .stop = t.options.stop});
+    const flux::DiffuseSpecies species{
+        .name = "flux", .source_exponent = t.species.source_exponent, .sticking = sticking};
+    constexpr std::uint64_t kRaysOfUnknown = 64;  // unless told
+    const std::uint64_t rays =
+        t.arguments.rays || t.arguments.relative_error ? t.options.rays : kRaysOfUnknown * t.wedges.count();
+    flux::RadiosityFlux result;
+    if (t.arguments.relative_error) {
+        result = std::move(flux::solve_fluxes_to(*t.arguments.relative_error, exchange, {&species, 1}, rays,
+                                                 {.stop = t.options.stop})
+                               .front());
+    } else {
+        exchange.gather(rays);
+        result = flux::solve_flux(exchange, species, {.stop = t.options.stop});
+    }
+    return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
+}
+
+// The method asked for, or the faster one, and why.
+bool takes_radiosity(const Task& t, Json& json) {
+    if (t.arguments.method != "auto") return t.arguments.method == "radiosity";
+    flux::TraceOptions options = t.options;
+    if (!t.arguments.rays) options.rays = static_cast<std::uint64_t>(kDefaultRays);
+    const flux::MethodChoice choice =
+        flux::choose_method(t.arguments.relative_error.value_or(0.0), t.mesh, t.scene, t.box, t.species,
+                            t.materials.of_triangle, t.wedges, options);
+    json["auto"] = {{"relative_error", choice.target},
+                    {"monte_carlo_cost", choice.monte_carlo_cost},
+                    {"radiosity_cost", choice.radiosity_cost}};
+    fmt::print(stderr,
+               "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
+               "radiosity {:.2g} million segments\n",
+               choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
+               choice.radiosity_cost * 1e-6);
+    return choice.radiosity;
 }
 
 void run_flux(const FluxArguments& arguments) {
@@ -279,36 +295,45 @@ void run_flux(const FluxArguments& arguments) {
     const surface::RayScene scene(mesh);
     const double bvh = now() - start;
 
-    flux::TraceOptions options{.rays = parse_rays(arguments),
-                               .seed = parse_number<std::uint64_t>(arguments.seed, "--seed")};
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
-    options.progress = [&](double fraction) { bar->update(100.0 * fraction); };
-    options.stop = interrupted;
+    const Task task{arguments,
+                    mesh,
+                    materials,
+                    box,
+                    wedges,
+                    scene,
+                    species,
+                    {.rays = parse_rays(arguments),
+                     .seed = parse_number<std::uint64_t>(arguments.seed, "--seed"),
+                     .progress = [&](double fraction) { bar->update(100.0 * fraction); },
+                     .stop = interrupted}};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
-    const flux::FluxResult result =
-        arguments.relative_error
-            ? flux::trace_flux_to(*arguments.relative_error, mesh, scene, box, species, materials.of_triangle,
-                                  wedges, options)
-            : flux::trace_flux(mesh, scene, box, species, materials.of_triangle, wedges, options);
+    Json why;
+    const bool radiosity = takes_radiosity(task, why);
+    const Outcome outcome = radiosity ? solve(task) : trace(task);
     bar.reset();
-    if (flux::leaks_too_much(result.leaked, result.emitted))
+    if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
         throw NumericsError(fmt::format(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "
             "not match",
-            arguments.mesh, result.leaked, result.emitted));
-    if (result.leaked > 0)
-        fmt::print(stderr, "sidewall flux: {} of {} particles went through the surface\n", result.leaked,
-                   result.emitted);
-    if (!arguments.output.empty()) write_output(arguments.output, mesh, result);
-    const Json json = summarise(arguments, mesh, box, result, bvh);
+            arguments.mesh, outcome.leaked, outcome.emitted));
+    if (outcome.leaked > 0)
+        fmt::print(stderr, "sidewall flux: {} of {} particles went through the surface\n", outcome.leaked,
+                   outcome.emitted);
+    if (!arguments.output.empty()) write_flux(arguments.output, mesh, outcome.flux);
+    Json json = summarise(arguments, mesh, box, outcome.flux);
+    json.merge_patch(outcome.json);
+    if (!why.is_null()) json.merge_patch(why);
+    json["seconds"]["bvh"] = bvh;
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json != "-") print_summary(json);
-    if (arguments.relative_error && !(result.relative_error <= *arguments.relative_error))
+    const double error = json["relative_error"].get<double>();
+    if (arguments.relative_error && !(error <= *arguments.relative_error))
         throw NumericsError(fmt::format(
             "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: allow more rays with "
             "--rays or ask for less",
-            arguments.mesh, result.relative_error, result.emitted, *arguments.relative_error,
+            arguments.mesh, error, outcome.emitted, *arguments.relative_error,
             arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)"));
 }
 
@@ -317,16 +342,24 @@ void run_flux(const FluxArguments& arguments) {
 void add_flux_command(CLI::App& program) {
     const auto arguments = std::make_shared<FluxArguments>();
     CLI::App& command =
-        add_command(program, "flux", "Particle flux on a surface, by Monte Carlo ray tracing");
+        add_command(program, "flux", "Particle flux on a surface, by Monte Carlo ray tracing or radiosity");
     add_option(command, "mesh", arguments->mesh, "MESH",
                "The surface: .vtp, .ply, .stl or .obj, normals out of the material, z up",
                {.required = true});
     add_option(command, "-o,--output", arguments->output, "FILE",
                "Write flux, flux_error and area: .vtp or .csv");
-    add_option(command, "--rays", arguments->rays, "N",
-               fmt::format("Source rays, rounded up to a multiple of 32 (default {:.0e}; with "
-                           "--relative-error the most to spend, default {:.0e})",
-                           kDefaultRays, kMostRays));
+    add_option(
+        command, "--method", arguments->method, "{auto,monte-carlo,radiosity}",
+        "monte-carlo follows particles from the source; radiosity traces rays between points of the "
+        "surface and solves for their balance, which reaches deep places at low sticking in a fraction "
+        "of the time; auto takes the one that costs less (default monte-carlo)",
+        {.one_of = {"auto", "monte-carlo", "radiosity"}});
+    add_option(
+        command, "--rays", arguments->rays, "N",
+        fmt::format("Source rays, rounded up to a multiple of 32 (default {:.0e}), or of radiosity, rays "
+                    "between points of the surface (default 64 an unknown); with --relative-error the "
+                    "most to spend, default {:.0e}",
+                    kDefaultRays, kMostRays));
     add_option(command, "--relative-error", arguments->relative_error, "E",
                "Trace until sum(area * standard error) / sum(area * flux) over vertices is at most this");
     add_option(command, "--source-exponent", arguments->source_exponent, "n",

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 namespace sidewall::flux {
 
@@ -97,6 +98,43 @@ TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor
     for (int i = 0; i < floor_strips; ++i) result.floor.push_back(flux[wall_strips + i]);
     for (const double value : result.wall) result.wall_mean += value / wall_strips;
     for (const double value : result.floor) result.floor_mean += value / floor_strips;
+    return result;
+}
+
+CylinderFlux cylinder_flux(double depth, double sticking, int rings, int annuli) {
+    // Area times view factor between coaxial disks of radius 1 and r, a distance h apart.
+    const auto disks = [](double r, double h) {
+        const double x = 1.0 + r * r + h * h;
+        return std::numbers::pi * 2.0 * r * r / (x + std::sqrt(x * x - 4.0 * r * r));
+    };
+    const int n = rings + annuli;
+    const double step = depth / rings;
+    const auto radius = [&](int k) { return static_cast<double>(k) / annuli; };
+    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd area(n), right(n);
+    for (int i = 0; i < rings; ++i) {
+        area[i] = 2.0 * std::numbers::pi * step;
+        right[i] = disks(1.0, i * step) - disks(1.0, (i + 1) * step);
+        for (int j = 0; j < rings; ++j) {
+            const double gap = std::abs(i - j) * step;
+            system(i, j) = i == j ? area[i] - 2.0 * (disks(1.0, 0.0) - disks(1.0, step))
+                                  : disks(1.0, gap - step) - 2.0 * disks(1.0, gap) + disks(1.0, gap + step);
+        }
+    }
+    for (int k = 0; k < annuli; ++k) {
+        const int row = rings + k;
+        const auto below = [&](double h) { return disks(radius(k + 1), h) - disks(radius(k), h); };
+        area[row] = std::numbers::pi * (std::pow(radius(k + 1), 2.0) - std::pow(radius(k), 2.0));
+        right[row] = below(depth);
+        for (int i = 0; i < rings; ++i)
+            system(row, i) = system(i, row) = below(depth - (i + 1) * step) - below(depth - i * step);
+    }
+    system *= -(1.0 - sticking);
+    system.diagonal() += area;
+    const Eigen::VectorXd flux = system.partialPivLu().solve(right);
+    CylinderFlux result;
+    result.wall.assign(flux.data(), flux.data() + rings);
+    result.floor_mean = flux.tail(annuli).dot(area.tail(annuli)) / std::numbers::pi;
     return result;
 }
 

@@ -34,6 +34,15 @@ enum class Emitter { opening, floor };
 TrenchFlux trench_flux(double depth, double sticking, int wall_strips, int floor_strips,
                        Emitter emitter = Emitter::opening);
 
+/// Flux in a closed cylinder of radius 1 below an open plane, a thermal source and one sticking probability:
+/// rings and annuli of constant flux, exact exchange areas between coaxial disks.
+struct CylinderFlux {
+    double floor_mean = 0.0;
+    std::vector<double> wall;  ///< mean flux of equal rings, downwards
+};
+
+CylinderFlux cylinder_flux(double depth, double sticking, int rings, int annuli = 8);
+
 /// Composite Simpson rule.
 double integral(double from, double to, const std::function<double(double)>& f, int intervals = 4000);
 

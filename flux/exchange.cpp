@@ -1,0 +1,217 @@
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include "flux/gatherer.hpp"
+#include "flux/leaks.hpp"
+#include "flux/random.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+constexpr std::uint32_t kStream = 0xffff0000u;  // no species has this number
+
+// Shares of the kinds among the rays.
+constexpr double kCosineShare = 0.4, kConnectShare = 0.4;
+
+std::vector<Job> jobs_of(const RayCounts& counts, std::size_t exponents, std::uint32_t groups) {
+    std::vector<Job> jobs;
+    const auto add = [&](Job job, std::uint32_t rays) {
+        for (job.first = 0; job.first < rays; job.first += kBlock) {
+            job.count = std::min(static_cast<std::uint32_t>(kBlock), rays - job.first);
+            jobs.push_back(job);
+        }
+    };
+    for (std::uint32_t group = 0; group < groups; ++group) {
+        add({group, RayKind::cosine}, counts.cosine);
+        add({group, RayKind::connect}, counts.connect);
+        for (std::uint32_t n = 0; n < exponents; ++n) add({group, RayKind::source, n}, counts.source);
+    }
+    return jobs;
+}
+
+// Adds a block's finds to its group, as if its rays were one.
+void book(Exchange::State& s, const Job& job, Found& found, double rays) {
+    LinkGroup& group = s.groups[job.group];
+    const auto scale = static_cast<float>(rays);
+    for (Link& link : found.links) link.weight *= scale;
+    for (Exit& exit : found.exits) exit.weight *= scale;
+    group.links.insert(group.links.end(), found.links.begin(), found.links.end());
+    group.exits.insert(group.exits.end(), found.exits.begin(), found.exits.end());
+    for (std::size_t i = 0; i < found.exits.size(); ++i) {
+        if (!(found.cosine[i] > 0.0f)) continue;
+        const Exit& exit = found.exits[i];
+        const std::uint32_t* corner = &s.wedges.corner[3 * std::size_t{exit.a}];
+        for (std::size_t n = 0; n < group.direct.size(); ++n) {
+            const double amount =
+                static_cast<double>(exit.weight) * s.densities.lobe(n, static_cast<double>(found.cosine[i]));
+            const auto u = static_cast<double>(exit.au), v = static_cast<double>(exit.av);
+            group.direct[n][corner[0]] += amount * (1.0 - u - v);
+            group.direct[n][corner[1]] += amount * u;
+            group.direct[n][corner[2]] += amount * v;
+        }
+    }
+    s.segments += found.flights.segments;
+    s.leaked += found.leaked;
+}
+
+std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& jobs, RandomKey key,
+                             bool pilot) {
+    std::vector<Found> found(jobs.size());
+    std::atomic<bool> stopped = false;
+    std::atomic<std::size_t> done = 0;
+    std::mutex mutex;
+    double told = 0.0;
+    const Gatherer gatherer(s, key, s.gathers);
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, jobs.size(), 1),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                if (!stopped && s.options.stop && s.options.stop()) stopped = true;
+                if (stopped) return;
+                found[i] = gatherer.trace(jobs[i], pilot);
+                const double part = static_cast<double>(++done) / static_cast<double>(jobs.size());
+                if (!s.options.progress || pilot) continue;
+                const std::unique_lock lock(mutex, std::try_to_lock);
+                if (lock) s.options.progress(told = std::max(told, part));
+            }
+        },
+        tbb::simple_partitioner{});
+    if (stopped) throw Interrupted("interrupted while tracing rays between points of the surface");
+    return found;
+}
+
+// Where rays from the surface and from the source go, by a few that are not kept.
+void look_around(Exchange::State& s, RandomKey key) {
+    constexpr std::uint32_t kLooks = 16384;
+    s.densities.set_counts({.cosine = kLooks, .source = kLooks});
+    const std::vector<Found> found = trace_all(s, jobs_of(s.densities.counts(), 1, 1), key, true);
+    const std::size_t items = s.geometry.mesh.triangles.size();
+    std::vector<double> images(std::size_t{kImageRow} * kImageRow, 0.0), lit(items, 0.0), started(items, 0.0),
+        kept(items, 0.0);
+    for (const Found& part : found) {
+        for (std::size_t i = 0; i < images.size(); ++i) images[i] += part.images[i];
+        for (const std::uint32_t t : part.lit) lit[s.densities.item_of(t)] += 1.0;
+        for (const std::uint32_t t : part.started) started[s.densities.item_of(t)] += 1.0;
+        for (const Link& link : part.links) kept[s.densities.item_of(link.a)] += 1.0;
+        s.segments += part.flights.segments;
+    }
+    const std::vector<double> share = s.densities.share_kept(started, kept);
+    std::vector<double> openings(RayDensities::kCells * RayDensities::kCells, 0.0);
+    for (const Found& part : found)
+        for (std::size_t i = 0; i < part.openings.size(); ++i)
+            openings[part.openings[i]] += share[s.densities.item_of(part.lit[i])];
+    s.densities.set_images(images);
+    s.densities.set_openings(openings);
+    s.densities.set_relays(lit, share);
+}
+
+}  // namespace
+
+std::uint64_t exchange_bytes(std::uint64_t rays) {
+    return 2 * sizeof(Link) * rays;  // a gather holds its blocks beside the groups
+}
+
+Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
+                   const Wedges& wedges, std::vector<double> source_exponents, ExchangeOptions options) {
+    if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
+        throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
+    if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
+    if (source_exponents.empty() || source_exponents.size() > 16)
+        throw RecipeError(fmt::format("{} source exponents: give 1 to 16", source_exponents.size()));
+    for (const double n : source_exponents)
+        if (!(n >= 0.0 && n <= 1e6))
+            throw RecipeError(fmt::format("source_exponent = {}: must be in [0, 1e6]", n));
+    const Geometry geometry = make_geometry(mesh, scene, box);
+    state_ = std::unique_ptr<State>(new State{geometry,
+                                              wedges,
+                                              std::move(options),
+                                              RayDensities(geometry, wedges, std::move(source_exponents)),
+                                              mass_matrix(mesh, wedges),
+                                              {}});
+    for (LinkGroup& group : state_->groups)
+        group.direct.assign(state_->densities.exponents().size(), std::vector<double>(wedges.count(), 0.0));
+}
+
+Exchange::~Exchange() = default;
+Exchange::Exchange(Exchange&&) noexcept = default;
+Exchange& Exchange::operator=(Exchange&&) noexcept = default;
+
+void Exchange::gather(std::uint64_t rays) {
+    State& s = *state_;
+    const std::uint64_t needed = exchange_bytes(s.rays + rays);
+    if (needed > s.options.most_bytes)
+        throw RecipeError(fmt::format(
+            "radiosity of {} rays needs {:.3g} GB, above the {:.3g} GB allowed: ask for a larger relative error or "
+            "allow more",
+            s.rays + rays, static_cast<double>(needed) * 1e-9,
+            static_cast<double>(s.options.most_bytes) * 1e-9));
+    const auto start = std::chrono::steady_clock::now();
+    const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
+    if (s.gathers++ == 0) look_around(s, key);
+    const std::size_t exponents = s.densities.exponents().size();
+    const double group_rays = static_cast<double>(rays) / kLinkGroups;
+    const auto share = [&](double part) {
+        return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(part * group_rays)));
+    };
+    s.densities.set_counts({share(kCosineShare), share(kConnectShare),
+                            share((1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents))});
+    const RayCounts& counts = s.densities.counts();
+    const std::vector<Job> jobs = jobs_of(counts, exponents, kLinkGroups);
+    std::vector<Found> found = trace_all(s, jobs, key, false);
+    const std::uint64_t in_group = counts.cosine + counts.connect + exponents * counts.source;
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        book(s, jobs[i], found[i], static_cast<double>(in_group));
+        found[i] = {};
+    }
+    s.group_rays += in_group;
+    s.rays += in_group * kLinkGroups;
+    s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (leaks_too_much(s.leaked, s.rays, 3.0))
+        throw NumericsError(fmt::format(
+            "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
+            "hidden from above or, with periodic sides, opposite ends that do not match",
+            s.leaked, s.rays));
+}
+
+std::uint64_t Exchange::rays() const {
+    return state_->rays;
+}
+std::uint64_t Exchange::segments() const {
+    return state_->segments;
+}
+std::uint64_t Exchange::leaked() const {
+    return state_->leaked;
+}
+double Exchange::seconds() const {
+    return state_->seconds;
+}
+std::size_t Exchange::unknowns() const {
+    return state_->wedges.count();
+}
+
+std::uint64_t Exchange::links() const {
+    std::uint64_t links = 0;
+    for (const LinkGroup& group : state_->groups) links += group.links.size() + group.exits.size();
+    return links;
+}
+
+std::uint64_t Exchange::bytes() const {
+    std::uint64_t bytes = 0;
+    for (const LinkGroup& group : state_->groups)
+        bytes += group.links.capacity() * sizeof(Link) + group.exits.capacity() * sizeof(Exit);
+    return bytes;
+}
+
+std::uint64_t Exchange::rays_left() const {
+    const std::uint64_t most = state_->options.most_bytes / (2 * sizeof(Link));
+    return most > state_->rays ? most - state_->rays : 0;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,27 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "flux/links.hpp"
+#include "flux/radiosity.hpp"
+#include "flux/ray_densities.hpp"
+
+namespace sidewall::flux {
+
+/// What an Exchange holds. Weights and direct terms in the groups are for one ray a group: those of all gathers
+/// add up, and are divided by `group_rays`.
+struct Exchange::State {
+    Geometry geometry;
+    const Wedges& wedges;
+    ExchangeOptions options;
+    RayDensities densities;
+    MassMatrix mass;
+    std::array<LinkGroup, kLinkGroups> groups;
+    std::uint64_t group_rays = 0;
+    std::uint64_t rays = 0, segments = 0, leaked = 0;
+    std::uint32_t gathers = 0;
+    double seconds = 0.0;
+};
+
+}  // namespace sidewall::flux

@@ -1,0 +1,86 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "flux/wedges.hpp"
+#include "surface/triangle_mesh.hpp"
+
+// The balance of diffuse particles on a surface, from rays. With hat functions phi of the wedges, the mass
+// matrix M_ij = integral of phi_i phi_j, and what passes from one to the other,
+//
+//     G_ij = integral of phi_i(x) phi_j(y) K(x, y),    K = cos cos / (pi r^2) where x and y see each other,
+//
+// the flux g solves  M g = e + G (1 - s) g.  A ray between the points a and b, of weight w, stands for w of
+// K; with the hat functions' values b_a, b_b there, it adds w (b_a b_b' + b_b b_a') to G. A ray from a that
+// leaves the domain adds w b_a to e if it comes from the source. All of a point's rays together see
+// everything once, so M is the sum of w b b' over all ends of rays, and
+//
+//     M - G = sum over links of w (b_a - b_b)(b_a - b_b)' + sum over exits of w b_a b_a'.
+//
+// This form is symmetric and never negative whatever the noise, conserves particles exactly, and its noise
+// moves a flux somewhere else by w times the difference of the flux between the ray's ends times that of the
+// adjoint: a product of two small numbers, where rows gathered one by one are off by one small number.
+namespace sidewall::flux {
+
+/// A ray that joins two points of the surface: triangles and barycentric weights of their second and third
+/// corners. The weight is an area.
+struct Link {
+    std::uint32_t a, b;
+    float au, av, bu, bv;
+    float weight;
+};
+
+/// A ray from a point of the surface out of the domain.
+struct Exit {
+    std::uint32_t a;
+    float au, av;
+    float weight;
+};
+
+/// Independent parts that standard errors come from, and, half of each, what one task sums up.
+constexpr std::size_t kLinkGroups = 8;
+
+/// One of the independent randomisations.
+struct LinkGroup {
+    std::vector<Link> links;
+    std::vector<Exit> exits;
+    std::vector<std::vector<double>> direct;  ///< e, by source exponent, then by wedge
+};
+
+/// Sparse symmetric matrix of the wedges of shared triangles.
+struct MassMatrix {
+    std::vector<std::uint32_t> first, column;  ///< row i: first[i] up to first[i + 1]; the diagonal included
+    std::vector<double> value;
+};
+
+/// M of piecewise linear elements. O(n log n).
+MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
+
+/// The matrix of `absorption + links + exits` times a vector; parallel, in a fixed order.
+class Balance {
+  public:
+    /// \param ratio   s / (1 - s) by wedge: absorption, on M.
+    /// \param scale   of the links' weights.
+    Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> ratio,
+            std::vector<const LinkGroup*> groups, double scale);
+    void apply(std::span<const double> x, std::span<double> y) const;
+    std::span<const double> diagonal() const { return diagonal_; }
+    /// G \p x: what arrives of a surface's emission x.
+    std::vector<double> arrivals(std::span<const double> x) const;
+
+  private:
+    template <class Use>
+    void sum_parts(std::span<double> y, const Use& use) const;
+    const Wedges& wedges_;
+    const MassMatrix& mass_;
+    std::vector<double> absorption_;  // by entry of the mass matrix
+    std::vector<const LinkGroup*> groups_;
+    double scale_;
+    std::vector<double> diagonal_;
+};
+
+}  // namespace sidewall::flux

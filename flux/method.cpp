@@ -1,0 +1,114 @@
+// Which method a species takes, and what radiosity asks of it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "flux/radiosity.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: flown, joined and read
+// some hundred times. radiosity_bench measures it.
+constexpr double kRayCost = 4.0;
+// The relative error of one ray an unknown at sticking s is about this times sqrt(s): 0.3 to 1 of it in
+// measurements on holes and trenches, aspect 2 to 100, s 0.001 to 1, and a source of n 1 to 1000.
+constexpr double kSpread = 1.7;
+constexpr double kFirstRays = 32.0;  // an unknown: with fewer, groups of rays tell no errors
+
+}  // namespace
+
+std::string why_not_radiosity(const Species& species) {
+    if (species.energy.mean > 0.0) return "its particles have energy";
+    if (species.reflection.kind != Reemission::diffuse || species.reflection.to > 0.0)
+        return "it is not re-emitted diffusely";
+    if (!species.yields.empty() || species.redeposition) return "it has yields";
+    if (species.rotating || (species.beam + Vec3::UnitZ()).norm() > 1e-9) return "its source is tilted";
+    return "";
+}
+
+std::vector<double> sticking_by_wedge(const Wedges& wedges, std::span<const std::int32_t> materials,
+                                      const Species& species) {
+    const std::vector<double>& by_material = species.sticking;
+    if (by_material.empty())
+        throw RecipeError(
+            fmt::format("{}: no sticking probability: give one, or one a material", species.name));
+    for (const double s : by_material)
+        if (!(s >= 0.0 && s <= 1.0))
+            throw RecipeError(fmt::format("{}: sticking = {}: must be in [0, 1]", species.name, s));
+    std::vector<double> sticking(wedges.count(), by_material.front());
+    if (by_material.size() == 1 || materials.empty()) return sticking;
+    if (3 * materials.size() != wedges.corner.size())
+        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
+                                        materials.size(), wedges.corner.size() / 3));
+    for (std::size_t t = 0; t < materials.size(); ++t) {
+        const auto id = static_cast<std::size_t>(materials[t]);
+        if (materials[t] < 0 || id >= by_material.size())
+            throw RecipeError(
+                fmt::format("{}: triangle {} is of material {}, which has no sticking probability",
+                            species.name, t, materials[t]));
+        for (std::size_t k = 0; k < 3; ++k) sticking[wedges.corner[3 * t + k]] = by_material[id];
+    }
+    return sticking;
+}
+
+std::vector<RadiosityFlux> solve_fluxes_to(double target, Exchange& exchange,
+                                           std::span<const DiffuseSpecies> species, std::uint64_t most_rays,
+                                           const SolveOptions& options) {
+    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
+    if (exchange.rays() == 0)
+        exchange.gather(std::min(
+            {most_rays, exchange.rays_left(), static_cast<std::uint64_t>(kFirstRays) * exchange.unknowns()}));
+    while (true) {
+        std::vector<RadiosityFlux> fluxes;
+        double worst = 0.0;
+        for (const DiffuseSpecies& one : species) {
+            fluxes.push_back(solve_flux(exchange, one, options));
+            worst = std::max(worst, fluxes.back().relative_error);
+        }
+        const std::uint64_t rays = exchange.rays();
+        const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
+        if (worst <= target || left < rays / 16) return fluxes;
+        // Errors of few rays fall faster than their square root: do not leap too far.
+        const double more = std::clamp(1.1 * std::pow(worst / target, 2.0) - 1.0, 0.25, 3.0);
+        exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
+    }
+}
+
+MethodChoice choose_method(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
+                           const LateralBox& box, const Species& species,
+                           std::span<const std::int32_t> materials, const Wedges& wedges,
+                           const TraceOptions& options) {
+    MethodChoice choice;
+    if (const std::string why = why_not_radiosity(species); !why.empty()) {
+        choice.why_not = why;
+        return choice;
+    }
+    TraceOptions pilot = options;
+    pilot.rays = std::min<std::uint64_t>(options.rays, 4096 + mesh.triangles.size() / 4);
+    pilot.progress = nullptr;
+    const FluxResult result = trace_flux(mesh, scene, box, species, materials, wedges, pilot);
+    // Errors and segments are the same on every machine, and so is the choice.
+    const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
+    choice.target = target > 0.0 ? target : result.relative_error / std::sqrt(growth);
+    const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
+    choice.monte_carlo_cost = more * static_cast<double>(result.segments);
+    double sticking = 0.0, area = 0.0;
+    const std::vector<double> by_wedge =
+        options.sticking_by_wedge.empty()
+            ? sticking_by_wedge(wedges, materials, species)
+            : std::vector<double>(options.sticking_by_wedge.begin(), options.sticking_by_wedge.end());
+    for (std::size_t i = 0; i < wedges.count(); ++i) {
+        area += wedges.area[i];
+        sticking += wedges.area[i] * by_wedge[i];
+    }
+    sticking /= area;
+    const double rays = std::max(kFirstRays, kSpread * kSpread * sticking / (choice.target * choice.target));
+    choice.radiosity_cost = kRayCost * rays * static_cast<double>(wedges.count());
+    choice.radiosity = choice.radiosity_cost < choice.monte_carlo_cost;
+    return choice;
+}
+
+}  // namespace sidewall::flux

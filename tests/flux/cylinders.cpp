@@ -1,0 +1,98 @@
+#include "tests/flux/cylinders.hpp"
+
+#include <openvdb/openvdb.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "simplify/simplify.hpp"
+#include "surface/curvature.hpp"
+#include "surface/marching_cubes.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// Whether a triangle lies in a tenth of the depth, or on the floor. Half a cell at the foot belongs to
+// neither.
+bool lies_in(const TriangleMesh& mesh, std::size_t t, double depth, int tenth, double part) {
+    const Vec3 c = triangle_centroid(mesh, t), normal = area_vector(mesh, t);
+    const bool upright = std::abs(normal.z()) > 0.9 * normal.norm();
+    if (tenth == 10) return upright && c.z() < -0.5 * depth;
+    const double place = -10.0 * c.z() / depth - tenth;
+    return !upright && c.z() < -1e-6 && std::abs(place - 0.5) < 0.5 * part;
+}
+
+}  // namespace
+
+std::vector<CylinderRow> cylinder_rows() {
+    std::ifstream file(SIDEWALL_SOURCE_DIR "/tests/assets/cylinder_radiosity.csv");
+    std::vector<CylinderRow> rows;
+    std::string line;
+    std::getline(file, line);
+    while (std::getline(file, line)) {
+        std::istringstream in(line);
+        std::string aspect, sticking, depth, flux;
+        std::getline(in, aspect, ',');
+        std::getline(in, sticking, ',');
+        std::getline(in, depth, ',');
+        std::getline(in, flux, ',');
+        rows.push_back({std::stod(aspect), std::stod(sticking), depth == "floor" ? -1.0 : std::stod(depth),
+                        std::stod(flux)});
+    }
+    return rows;
+}
+
+TriangleMesh extracted_hole(double depth, int cells, bool raw) {
+    const double dx = 1.0 / cells, drop = 0.01 * dx;
+    const int side = 2 * cells, low = -static_cast<int>(std::lround(depth * cells)) - 3;
+    const auto grid = openvdb::FloatGrid::create(1.0f);
+    auto out = grid->getAccessor();
+    for (int i = 0; i <= side; ++i)
+        for (int j = 0; j <= side; ++j)
+            for (int k = low; k <= 2; ++k) {
+                const double inside = 1.0 + 1e-7 - std::hypot(i * dx, j * dx), z = k * dx;
+                const double phi = inside > 0.0 ? inside * std::min(1.0, (z + depth) / drop + 1.0)
+                                                : inside * std::min(1.0, 1.0 - z / drop);
+                // A band of three cells is enough to extract from.
+                if (std::abs(inside) < 3.0 * dx || k > -3 || z < -depth + 3.0 * dx)
+                    out.setValueOn(openvdb::Coord(i, j, k), static_cast<float>(phi));
+            }
+    TriangleMesh mesh =
+        surface::marching_cubes(*grid, {{0.0, 0.0}, {side * dx, side * dx}, {side, side}, dx});
+    if (raw) return mesh;
+    simplify::Options options;
+    options.method = simplify::Method::region_bounded;
+    options.grid_spacing = dx;
+    options.l_max = 3.0 * dx;
+    options.max_error = 0.02 * dx;
+    return simplify::simplify(mesh, surface::feature_flags(mesh, dx), options).mesh;
+}
+
+double tenth_mean(const TriangleMesh& mesh, const std::vector<double>& triangle_flux, double depth,
+                  int tenth) {
+    double sum = 0.0, area = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (!lies_in(mesh, t, depth, tenth, 0.5)) continue;
+        const double a = triangle_area(mesh, t), flux = triangle_flux[t];
+        sum += a * (tenth == 10 ? flux : std::log(std::max(flux, 1e-300)));
+        area += a;
+    }
+    return tenth == 10 ? sum / area : std::exp(sum / area);
+}
+
+double tenth_rms(const TriangleMesh& mesh, const std::vector<double>& triangle_flux,
+                 const std::vector<double>& truth, double depth, int tenth) {
+    double sum = 0.0, area = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const double a = triangle_area(mesh, t);
+        if (!lies_in(mesh, t, depth, tenth, 1.0) || !(a > 0.0)) continue;
+        sum += a * std::pow(triangle_flux[t] / truth[t] - 1.0, 2.0);
+        area += a;
+    }
+    return std::sqrt(sum / area);
+}
+
+}  // namespace sidewall::flux

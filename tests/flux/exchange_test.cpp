@@ -1,0 +1,358 @@
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "flux/radiosity.hpp"
+#include "surface/error.hpp"
+#include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
+#include "tests/flux/traces.hpp"
+#include "tests/flux/truth.hpp"
+
+// Radiosity: fluxes from rays between points of the surface.
+
+using namespace sidewall;
+using namespace sidewall::flux;
+using Catch::Matchers::Contains;
+
+namespace {
+
+// A surface and its exchange.
+struct Cavity {
+    TriangleMesh mesh;
+    std::vector<std::int32_t> materials;
+    LateralBox box;
+    surface::RayScene scene;
+    Wedges wedges;
+    Cavity(TriangleMesh surface, std::array<Boundary, 2> boundary, std::vector<std::int32_t> ids = {})
+        : mesh(std::move(surface)),
+          materials(std::move(ids)),
+          box(lateral_box(mesh, boundary)),
+          scene(mesh),
+          wedges(make_wedges(mesh, materials)) {}
+    Exchange gathered(std::uint64_t rays_of_unknown, std::uint64_t seed = 1,
+                      std::vector<double> exponents = {1.0}) const {
+        Exchange exchange(mesh, scene, box, wedges, std::move(exponents), {.seed = seed});
+        exchange.gather(rays_of_unknown * wedges.count());
+        return exchange;
+    }
+    std::vector<double> sticking(std::vector<double> by_material) const {
+        return sticking_by_wedge(wedges, materials, {.sticking = std::move(by_material)});
+    }
+};
+
+std::vector<double> even(std::size_t parts) {
+    std::vector<double> cuts;
+    for (std::size_t k = 1; k < parts; ++k)
+        cuts.push_back(static_cast<double>(k) / static_cast<double>(parts));
+    return cuts;
+}
+
+// A trench of width 1 along y.
+TriangleMesh trench(double depth, double length, std::size_t rows) {
+    return extrude(trench_profile(depth, 0.5, even(static_cast<std::size_t>(16 * depth)), even(16)), length,
+                   rows);
+}
+
+// A round hole of radius 1: a polygon of \p facets, as wide as a circle of the same area, in rings.
+TriangleMesh ringed_hole(double depth, std::size_t facets, std::size_t rings, double half_side = 1.5) {
+    const TriangleMesh coarse = round_hole(1.0, depth, half_side, facets, 0.5).mesh;
+    const auto n = static_cast<std::uint32_t>(facets);
+    TriangleMesh mesh;
+    mesh.vertices.assign(coarse.vertices.begin(), coarse.vertices.begin() + 2 * n);
+    const auto join = [&](std::uint32_t above, std::uint32_t below) {
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const std::uint32_t next = (i + 1) % n;
+            mesh.triangles.push_back({above + i, above + next, below + next});
+            mesh.triangles.push_back({above + i, below + next, below + i});
+        }
+    };
+    join(0, n);
+    std::uint32_t last = n;
+    const auto add_ring = [&](double scale, double z) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (std::uint32_t i = 0; i < n; ++i) {
+            const Vec3& p = coarse.vertices[n + i];
+            mesh.vertices.emplace_back(scale * p.x(), scale * p.y(), z);
+        }
+        join(last, first);
+        last = first;
+    };
+    for (std::size_t k = 1; k <= rings; ++k)
+        add_ring(1.0, -depth * static_cast<double>(k) / static_cast<double>(rings));
+    for (const double scale : {0.8, 0.6, 0.4, 0.2}) add_ring(scale, -depth);
+    mesh.vertices.emplace_back(0.0, 0.0, -depth);
+    const auto centre = static_cast<std::uint32_t>(mesh.vertices.size() - 1);
+    for (std::uint32_t i = 0; i < n; ++i) mesh.triangles.push_back({last + i, last + (i + 1) % n, centre});
+    return mesh;
+}
+
+using Where = std::function<bool(const Vec3&)>;
+
+// Area-weighted mean over triangles whose centroid is chosen.
+double mean_of(const TriangleMesh& mesh, const TallyFlux& flux, const Where& chosen) {
+    double sum = 0.0, area = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (!chosen(triangle_centroid(mesh, t))) continue;
+        const double a = triangle_area(mesh, t);
+        sum += a * flux.triangle.flux[t];
+        area += a;
+    }
+    return sum / area;
+}
+
+struct Scatter {
+    double mean = 0.0, error = 0.0;
+};
+
+// The mean over independent exchanges and its standard error.
+Scatter over_exchanges(const Cavity& cavity, std::uint64_t rays_of_unknown, int count,
+                       const DiffuseSpecies& species, const Where& chosen) {
+    std::vector<double> values;
+    for (int k = 0; k < count; ++k) {
+        const Exchange exchange =
+            cavity.gathered(rays_of_unknown, 100 + static_cast<std::uint64_t>(k), {species.source_exponent});
+        values.push_back(mean_of(cavity.mesh, solve_flux(exchange, species), chosen));
+    }
+    Scatter s;
+    for (const double value : values) s.mean += value / count;
+    for (const double value : values) s.error += (value - s.mean) * (value - s.mean);
+    s.error = std::sqrt(s.error / (count * (count - 1.0)));
+    return s;
+}
+
+}  // namespace
+
+TEST_CASE("radiosity without sticking is 1 everywhere, however few the rays") {
+    const auto boundary = GENERATE(kReflective, kPeriodic);
+    const Cavity cavity(trench(5.0, 0.25, 4), boundary);
+    const Exchange exchange = cavity.gathered(8);
+    const std::vector<double> sticking(cavity.wedges.count(), 0.0);
+    const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking}, {.tolerance = 1e-9});
+    for (const double value : flux.wedge.flux) CHECK(value == Approx(1.0).epsilon(1e-6));
+    CHECK(flux.escaped == 1.0);
+}
+
+TEST_CASE("radiosity in a trench agrees with the exact one, whatever the sides and how thin the domain",
+          "[slow]") {
+    const auto [sticking, boundary, length] = GENERATE(table<double, std::array<Boundary, 2>, double>(
+        {{1.0, kReflective, 0.25}, {0.1, kPeriodic, 0.125}, {0.01, kReflective, 0.5}}));
+    const Cavity cavity(trench(2.0, length, static_cast<std::size_t>(16.0 * length)), boundary);
+    const TrenchFlux exact = trench_flux(2.0, sticking, 400, 200);
+    const std::vector<double> everywhere(cavity.wedges.count(), sticking);
+    const DiffuseSpecies species{.sticking = everywhere};
+    const Where floor = [](const Vec3& p) { return p.z() < -1.99999; };
+    const Where wall = [](const Vec3& p) { return p.z() < 0.0 && p.z() > -1.99999; };
+    CAPTURE(sticking, length);
+    for (const auto& [where, truth] : {std::pair(floor, exact.floor_mean), {wall, exact.wall_mean}}) {
+        const Scatter s = over_exchanges(cavity, 96, 6, species, where);
+        CAPTURE(s.mean, truth, s.error);
+        // Student's t of 5 degrees of freedom: 4.8 leaves 1 in 200; hat functions on 16 cells a width 0.3 %.
+        CHECK(std::abs(s.mean - truth) < 4.8 * s.error + 0.003 * truth);
+        CHECK(s.error < 0.02 * truth);
+    }
+}
+
+TEST_CASE("radiosity and the tracer agree for every source and behind open sides", "[slow]") {
+    const auto [exponent, side] = GENERATE(table<double, Boundary>({{0.0, Boundary::reflective},
+                                                                    {1.0, Boundary::open},
+                                                                    {20.0, Boundary::open},
+                                                                    {1000.0, Boundary::reflective}}));
+    const Cavity cavity(trench(3.0, 1.0, 6), {side, side});
+    const double sticking = 0.2;
+    const std::vector<double> everywhere(cavity.wedges.count(), sticking);
+    CAPTURE(exponent, side == Boundary::open);
+    const Species species{"test", exponent, {sticking}};
+    for (const double low : {-1.0, -2.0, -3.1}) {
+        const Where chosen = [low](const Vec3& p) { return p.z() > low && p.z() < low + 0.99; };
+        Groups groups(1);
+        for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t)
+            if (chosen(triangle_centroid(cavity.mesh, t))) groups[0].push_back(t);
+        const Mean traced = over_seeds(cavity.mesh, {side, side}, species, 250'000, 7, groups).front();
+        const Scatter s =
+            over_exchanges(cavity, 64, 6, {.source_exponent = exponent, .sticking = everywhere}, chosen);
+        CAPTURE(low, s.mean, s.error, traced.flux, traced.error);
+        CHECK(std::abs(s.mean - traced.flux) < 4.8 * std::hypot(s.error, traced.error) + 0.005 * traced.flux);
+    }
+}
+
+TEST_CASE("radiosity passes Clausing's share of molecules through a tube within 0.5 %", "[slow]") {
+    const double length = GENERATE(1.0, 2.0, 4.0);
+    const auto rings = static_cast<std::size_t>(10.0 * length);
+    TriangleMesh mesh = ringed_hole(length, 64, rings);
+    std::vector<std::int32_t> materials;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        materials.push_back(triangle_centroid(mesh, t).z() < -length + 1e-9 ? 1 : 0);
+    const Cavity cavity(std::move(mesh), kReflective, materials);
+    const std::vector<double> sticking = cavity.sticking({0.0, 1.0});
+    const Where floor = [length](const Vec3& p) { return p.z() < -length + 1e-9; };
+    const Scatter s = over_exchanges(cavity, 64, 6, {.sticking = sticking}, floor);
+    const double truth = clausing_transmission(length);
+    CAPTURE(length, s.mean, s.error, truth);
+    CHECK(s.error < 0.001 * truth);
+    CHECK(std::abs(s.mean - truth) < 0.005 * truth);
+}
+
+TEST_CASE("what starts on the surface is an emission term of radiosity") {
+    const double depth = 2.0, sticking = 0.3;
+    const Cavity cavity(trench(depth, 0.5, 8), kReflective);
+    const TrenchFlux exact = trench_flux(depth, sticking, 400, 200, Emitter::floor);
+    const std::vector<double> everywhere(cavity.wedges.count(), sticking);
+    std::vector<double> emission(cavity.wedges.count(), 0.0);
+    for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t)
+        if (triangle_centroid(cavity.mesh, t).z() < -depth + 1e-9)
+            for (std::size_t k = 0; k < 3; ++k) emission[cavity.wedges.corner[3 * t + k]] = 1.0;
+    const DiffuseSpecies species{.source = 0.0, .sticking = everywhere, .emission = emission};
+    const Where floor = [&](const Vec3& p) { return p.z() < -depth + 1e-9; };
+    const Where wall = [&](const Vec3& p) { return p.z() < 0.0 && !floor(p); };
+    for (const auto& [where, truth] : {std::pair(floor, exact.floor_mean), {wall, exact.wall_mean}}) {
+        const Scatter s = over_exchanges(cavity, 128, 6, species, where);
+        CAPTURE(s.mean, s.error, truth);
+        CHECK(std::abs(s.mean - truth) < 4.8 * s.error + 0.005 * truth);
+    }
+    const RadiosityFlux flux = solve_flux(cavity.gathered(64), species);
+    CHECK(flux.absorbed + flux.escaped == Approx(1.0));
+    CHECK(flux.absorbed > 0.5);  // most of what starts at the foot sticks
+}
+
+TEST_CASE("a nearly closed cavity at sticking 1e-6 holds the flux that its opening and walls balance") {
+    // A box of width 20 and height 4 whose lid has a slit of width 0.2: particles bounce thousands of times.
+    const Profile profile{{-10.5, 0.0}, {-0.1, 0.0},  {-0.1, -0.2}, {-10.0, -0.2}, {-10.0, -4.2},
+                          {10.0, -4.2}, {10.0, -0.2}, {0.1, -0.2},  {0.1, 0.0},    {10.5, 0.0}};
+    Profile fine{profile.front()};
+    for (std::size_t i = 1; i < profile.size(); ++i) {
+        const auto [x0, z0] = profile[i - 1];
+        const auto [x1, z1] = profile[i];
+        const int parts = std::max(1, static_cast<int>(std::hypot(x1 - x0, z1 - z0)));
+        for (int k = 1; k <= parts; ++k)
+            fine.emplace_back(x0 + (x1 - x0) * k / parts, z0 + (z1 - z0) * k / parts);
+    }
+    const Cavity cavity(extrude(fine, 2.0, 2), kReflective);
+    const std::vector<double> sticking(cavity.wedges.count(), 1e-6);
+    const RadiosityFlux flux = solve_flux(cavity.gathered(64), {.sticking = sticking});
+    // The walls take 68 x 1e-6 of what the slit, 0.2 wide, lets pass both ways: 1 - 3.4e-4, less what the
+    // slit's own length returns.
+    for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t) {
+        CHECK(flux.triangle.flux[t] <= 1.0 + 1e-6);
+        CHECK(flux.triangle.flux[t] > 0.998);
+    }
+    CHECK(flux.iterations < 400);
+}
+
+TEST_CASE("standard errors of radiosity are those that other seeds show") {
+    const Cavity cavity(ringed_hole(10.0, 16, 20), kReflective);
+    const std::vector<double> sticking(cavity.wedges.count(), 0.05);
+    constexpr int kSeeds = 24;
+    std::vector<RadiosityFlux> runs;
+    for (int k = 0; k < kSeeds; ++k)
+        runs.push_back(
+            solve_flux(cavity.gathered(64, 50 + static_cast<std::uint64_t>(k)), {.sticking = sticking}));
+    double seen = 0.0, told = 0.0;
+    for (std::size_t t = 0; t < cavity.mesh.triangles.size(); ++t) {
+        double mean = 0.0, squares = 0.0;
+        for (const RadiosityFlux& run : runs) mean += run.triangle.flux[t] / kSeeds;
+        for (const RadiosityFlux& run : runs)
+            squares += std::pow(run.triangle.flux[t] - mean, 2.0) / (kSeeds - 1);
+        for (const RadiosityFlux& run : runs)
+            told += std::pow(run.triangle.error[t], 2.0) / kSeeds / mean / mean;
+        seen += squares / mean / mean;
+    }
+    // Groups of an eighth of the rays each err by a little more than their share.
+    CAPTURE(std::sqrt(seen), std::sqrt(told));
+    CHECK(told > 0.7 * seen);
+    CHECK(told < 3.0 * seen);
+}
+
+TEST_CASE("radiosity has the same bits on any number of threads, and gathers that add up") {
+    const Cavity cavity(ringed_hole(4.0, 16, 10), kReflective);
+    const std::vector<double> sticking(cavity.wedges.count(), 0.1);
+    const auto solved = [&](std::size_t threads) {
+        const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+        Exchange exchange = cavity.gathered(16);
+        exchange.gather(32 * cavity.wedges.count());
+        return std::pair(solve_flux(exchange, {.sticking = sticking}), exchange.rays());
+    };
+    const auto [one, rays] = solved(1);
+    const auto [four, same] = solved(4);
+    CHECK(one.wedge.flux == four.wedge.flux);
+    CHECK(one.wedge.error == four.wedge.error);
+    CHECK(rays == same);
+    CHECK(rays == Approx(48.0 * static_cast<double>(cavity.wedges.count())).epsilon(0.01));
+}
+
+TEST_CASE("radiosity adds rays until its relative error is met, and solving traces none") {
+    const Cavity cavity(ringed_hole(6.0, 16, 12), kReflective);
+    const std::vector<double> low(cavity.wedges.count(), 0.01), high(cavity.wedges.count(), 0.3);
+    const std::vector<DiffuseSpecies> species{{.name = "low", .sticking = low},
+                                              {.name = "high", .sticking = high}};
+    Exchange exchange(cavity.mesh, cavity.scene, cavity.box, cavity.wedges, {1.0});
+    const auto fluxes = solve_fluxes_to(0.05, exchange, species, 100'000'000);
+    CHECK(fluxes[0].relative_error <= 0.05);
+    CHECK(fluxes[1].relative_error <= 0.05);
+    const std::uint64_t rays = exchange.rays(), segments = exchange.segments();
+    solve_flux(exchange, {.sticking = low, .guess = fluxes[0].wedge.flux});
+    CHECK(exchange.rays() == rays);
+    CHECK(exchange.segments() == segments);
+    // With rays for nothing more, the error tells that it is not met.
+    const auto short_of = solve_fluxes_to(1e-4, exchange, species, rays);
+    CHECK(exchange.rays() == rays);
+    CHECK(short_of[1].relative_error > 1e-4);
+}
+
+TEST_CASE("a good guess saves radiosity iterations") {
+    const Cavity cavity(ringed_hole(10.0, 16, 20), kReflective);
+    const Exchange exchange = cavity.gathered(32);
+    const std::vector<double> sticking(cavity.wedges.count(), 0.02);
+    const RadiosityFlux cold = solve_flux(exchange, {.sticking = sticking}, {.errors = false});
+    const RadiosityFlux warm =
+        solve_flux(exchange, {.sticking = sticking, .guess = cold.wedge.flux}, {.errors = false});
+    CHECK(cold.iterations > 8);
+    CHECK(warm.iterations <= 1);
+    for (std::size_t w = 0; w < cavity.wedges.count(); ++w)
+        CHECK(warm.wedge.flux[w] == Approx(cold.wedge.flux[w]).epsilon(1e-4));
+}
+
+TEST_CASE("radiosity refuses what it cannot do and says why") {
+    const Cavity cavity(trench(1.0, 0.5, 2), kReflective);
+    Exchange exchange(cavity.mesh, cavity.scene, cavity.box, cavity.wedges, {1.0}, {.most_bytes = 1'000'000});
+    const std::vector<double> sticking(cavity.wedges.count(), 0.1), wrong(3, 0.1),
+        above(cavity.wedges.count(), 1.5);
+    CHECK_THROWS_WITH(solve_flux(exchange, {.sticking = sticking}), Contains("no rays"));
+    CHECK_THROWS_WITH(exchange.gather(1'000'000), Contains("GB allowed"));
+    CHECK(exchange.rays() == 0);
+    exchange.gather(10'000);
+    CHECK(exchange.bytes() <= exchange_bytes(exchange.rays()));
+    CHECK_THROWS_AS(solve_flux(exchange, {.sticking = wrong}), GeometryError);
+    CHECK_THROWS_WITH(solve_flux(exchange, {.sticking = above}), Contains("must be in [0, 1]"));
+    CHECK_THROWS_WITH(solve_flux(exchange, {.source_exponent = 2.0, .sticking = sticking}),
+                      Contains("source exponent 2"));
+    CHECK_THROWS_WITH(solve_flux(exchange, {.sticking = sticking}, {.most_iterations = 1}),
+                      Contains("after 1 iterations"));
+    CHECK_THROWS_AS(solve_flux(exchange, {.sticking = sticking}, {.stop = [] { return true; }}), Interrupted);
+    CHECK(why_not_radiosity({}).empty());
+    CHECK_THAT(why_not_radiosity(ion("ion")), Contains("energy"));
+    Species mirrored;
+    mirrored.reflection.kind = Reemission::specular;
+    CHECK_THAT(why_not_radiosity(mirrored), Contains("diffusely"));
+    Exchange stopped(cavity.mesh, cavity.scene, cavity.box, cavity.wedges, {1.0},
+                     {.stop = [] { return true; }});
+    CHECK_THROWS_AS(stopped.gather(10'000), Interrupted);
+}
+
+TEST_CASE("auto takes radiosity for deep holes at low sticking and the tracer for open surfaces") {
+    const auto chosen = [](const Cavity& cavity, double sticking) {
+        return choose_method(0.02, cavity.mesh, cavity.scene, cavity.box, {"test", 1.0, {sticking}}, {},
+                             cavity.wedges, {});
+    };
+    const MethodChoice deep = chosen(Cavity(ringed_hole(40.0, 16, 80), kReflective), 0.01);
+    CHECK(deep.radiosity);
+    CHECK(deep.why_not.empty());
+    CHECK_FALSE(chosen(Cavity(trench(0.5, 0.5, 8), kReflective), 1.0).radiosity);
+    const Cavity cavity(trench(0.5, 0.5, 8), kReflective);
+    CHECK_FALSE(choose_method(0.02, cavity.mesh, cavity.scene, cavity.box, ion("ion"), {}, cavity.wedges, {})
+                    .why_not.empty());
+}
