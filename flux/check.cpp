@@ -49,10 +49,15 @@ void check_yield(const Species& species, const Yield& yield, std::size_t materia
     }
     require(yield.threshold >= 0.0 && yield.threshold <= 1e9, name, "threshold", yield.threshold,
             "in [0, 1e9] eV");
+    for (const double g : yield.energies) require(std::isfinite(g), name, "energy table", g, "finite");
+    if (yield.energies.size() == 1 || (!yield.energies.empty() && !(yield.energy_top > yield.threshold)))
+        throw RecipeError(
+            fmt::format("{}: an energy table needs 2 values or more and a top above the threshold", name));
     double factor = 0.0;
     for (int k = 0; k <= 256; ++k) factor = std::max(factor, angular_factor(yield, k / 256.0));
     const double energy = species.energy.mean + 8.0 * species.energy.sigma;
-    factor *= energy_factor(yield, species.energy.mean > 0.0, energy);
+    factor *= yield.energies.empty() ? energy_factor(yield, species.energy.mean > 0.0, energy)
+                                     : *std::max_element(yield.energies.begin(), yield.energies.end());
     for (const double scale : yield.scale) {
         require(scale >= 0.0, name, "scale", scale, "at least 0");
         require(scale * factor <= kMostYield, name, "largest yield", scale * factor,

@@ -54,7 +54,7 @@ enum class Angular : unsigned char {
 
 /// A tally beside the arrivals: every hit adds its weight times
 ///     Y = A max(0, sqrt(E) - sqrt(threshold)) f(theta),
-/// and A f(theta) for a species without energy. So its flux is the yield-weighted flux, e.g. Y_ie Gamma_i /
+/// and A f(theta) for a species without energy; A g(E) f(theta) where `energies` tabulates g. So its flux is the yield-weighted flux, e.g. Y_ie Gamma_i /
 /// Gamma_i.
 struct Yield {
     std::string name;  ///< labels results
@@ -62,6 +62,10 @@ struct Yield {
     double threshold = 0.0;           ///< eV
     std::vector<double> scale{1.0};   ///< A, by material
     std::vector<double> coefficient;  ///< see Angular
+    /// g at sqrt(E) equally spaced from sqrt(threshold), below which it is 0, to sqrt(energy_top), linear between,
+    /// negative values as 0; above, the last.
+    std::vector<double> energies = {};
+    double energy_top = 0.0;  ///< eV
 };
 
 /// What a hit sputters flies on as a second generation, of weight `yield`, and sticks at each of its hits with

@@ -38,8 +38,19 @@ inline double angular_factor(const Yield& yield, double cosine) {
     return 0.0;
 }
 
-/// max(0, sqrt(E) - sqrt(threshold)); 1 for a species without energy.
+/// g(E) of a yield: max(0, sqrt(E) - sqrt(threshold)) unless it is tabulated; 1 for a species without energy.
 inline double energy_factor(const Yield& yield, bool has_energy, double energy) {
+    if (has_energy && !yield.energies.empty()) {
+        const auto& g = yield.energies;
+        const double top = static_cast<double>(g.size() - 1);
+        const double from = std::sqrt(yield.threshold), reach = std::sqrt(yield.energy_top) - from;
+        const double above = std::sqrt(energy) - from;
+        if (above < 0.0) return 0.0;
+        const double at = std::min(top, above / reach * top);
+        const std::size_t i = std::min(static_cast<std::size_t>(at), g.size() - 2);
+        const double part = at - static_cast<double>(i);
+        return std::max(0.0, (1.0 - part) * g[i] + part * g[i + 1]);
+    }
     return has_energy ? std::max(0.0, std::sqrt(energy) - std::sqrt(yield.threshold)) : 1.0;
 }
 

@@ -64,6 +64,7 @@ void print_recipe() {
         fmt::print(".SS {}\n{}\n", roff(section.header), roff(section.doc));
         for (const KeyDoc& key : section.keys)
             print_tagged(fmt::format("\\fB{}\\fR ({})", roff(key.name), roff(type_line(key))), key.doc);
+        if (!section.more.empty()) fmt::print(".PP\n.nf\n{}.fi\n", roff(section.more));
     }
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "app/commands/commands.hpp"
+#include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
 
@@ -17,6 +18,9 @@ void print_section(const SectionDoc& section) {
         fmt::print("\n");
     }
     fmt::print("\n");
+    if (section.more.empty()) return;
+    for (const std::string& line : split(section.more, '\n'))
+        fmt::print("{}{}\n", line.empty() ? "" : "  ", line);
 }
 
 void print_documentation(const std::string& name) {

@@ -8,6 +8,7 @@ ModelEntry isotropic();
 ModelEntry directional();
 ModelEntry single_particle();
 ModelEntry multi_particle();
+ModelEntry formula();
 ModelEntry teos();
 ModelEntry ald();
 ModelEntry sf6_o2();
@@ -23,9 +24,9 @@ ModelEntry conformal();
 
 const std::vector<ModelEntry>& models() {
     static const std::vector<ModelEntry> table = {
-        isotropic(), directional(), single_particle(), multi_particle(), teos(), ald(),
-        sf6_o2(),    hbr_o2(),      fluorocarbon(),    ion_beam(),       wet(),  epitaxy(),
-        planarize(), fill(),        strip(),           conformal()};
+        isotropic(), directional(), single_particle(), multi_particle(), formula(), teos(),    ald(),
+        sf6_o2(),    hbr_o2(),      fluorocarbon(),    ion_beam(),       wet(),     epitaxy(), planarize(),
+        fill(),      strip(),       conformal()};
     return table;
 }
 

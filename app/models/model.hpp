@@ -27,6 +27,8 @@ struct SurfacePoint {
     Vec3 normal = Vec3::UnitZ();  ///< unit, out of the material
     bool visible = true;  ///< the source is in line of sight; only asked where Model::visibility is set
     std::span<const double> coverage = {};  ///< as Model::coverages names them
+    Vec3 position = Vec3::Zero();           ///< lengths; only where Model::depends_on_position is set
+    double time = 0.0;                      ///< since the step began
 };
 
 /// What is adsorbed on the surface: fractions of its sites, which live on the surface and are carried to the
@@ -42,6 +44,9 @@ struct Coverages {
     /// surface, in equal parts, each with the coverages at its beginning. 0: steady state.
     double pulse = 0.0;
     int parts = 1;
+    /// Slow processes: coverages go from time step to time step, and `react` takes them through each one's time.
+    /// Time 0 must leave those as they are.
+    bool transient = false;
 };
 
 /// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.
@@ -56,6 +61,8 @@ struct Model {
     std::optional<Vec3> visibility;  ///< unit, towards the source, where line of sight counts
     /// Unit, towards the source of a parallel beam that is not traced; the key that gives it is `direction`.
     std::optional<Vec3> beam;
+    bool depends_on_position = false;                  ///< some function reads SurfacePoint::position
+    int least_time_steps = 1;                          ///< a step is cut into: where V depends on time itself
     bool depends_on_normal = false;                    ///< V is V(n): needs a scheme with dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
     /// To be set where depends_on_normal: the largest etch rate, 0 for none, at a point over all normals. Its own
@@ -89,6 +96,7 @@ struct ModelEntry {
     Model (*make)(const Values& values, const Materials& materials) = nullptr;
     /// Geometric steps have this instead: they take no time and trace nothing.
     void (*apply)(const Values& values, const Materials& materials, levelset::MaterialStack& stack) = nullptr;
+    std::string more = {};  ///< what `sidewall models` says after the keys, in lines of its own
 };
 
 /// All models, in the order they are listed.

@@ -18,39 +18,62 @@ std::vector<std::int32_t> wedge_materials(const SurfaceFlux& arriving) {
     return materials;
 }
 
+// Where each wedge is; empty unless the model asks.
+std::vector<Vec3> wedge_positions(const Model& model, const TriangleMesh& mesh, const flux::Wedges& wedges) {
+    std::vector<Vec3> positions(model.depends_on_position ? wedges.count() : 0);
+    for (std::size_t c = 0; c < wedges.corner.size() && !positions.empty(); ++c)
+        positions[wedges.corner[c]] = mesh.vertices[mesh.triangles[c / 3][c % 3]];
+    return positions;
+}
+
+// What stays the same while coverages settle.
+struct WedgePoints {
+    std::vector<std::int32_t> materials;
+    std::vector<Vec3> positions;
+    double time = 0.0;
+};
+
+WedgePoints wedge_points(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving) {
+    return {wedge_materials(arriving), wedge_positions(model, surface.traced(), arriving.wedges),
+            surface.time};
+}
+
 // Calls use(wedge, point) for every wedge in parallel, with its fluxes (none before the first trace) and
 // coverages.
 template <class Use>
-void each_wedge(const SurfaceFlux& arriving, const std::vector<std::int32_t>& materials, Use&& use) {
+void each_wedge(const SurfaceFlux& arriving, const WedgePoints& points, Use&& use) {
     const std::size_t tallies = arriving.flux.size(), coverages = arriving.coverage.size();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, materials.size(), 512), [&](const auto& range) {
+    const auto range_of = tbb::blocked_range<std::size_t>(0, points.materials.size(), 512);
+    tbb::parallel_for(range_of, [&](const auto& range) {
         std::vector<double> flux(tallies), theta(coverages);
         for (std::size_t w = range.begin(); w != range.end(); ++w) {
             for (std::size_t k = 0; k < tallies; ++k) flux[k] = arriving.flux[k][w];
             for (std::size_t k = 0; k < coverages; ++k) theta[k] = arriving.coverage[k][w];
-            use(w, SurfacePoint{materials[w], flux, Vec3::UnitZ(), true, theta});
+            const Vec3 position = points.positions.empty() ? Vec3(Vec3::Zero()) : points.positions[w];
+            use(w,
+                SurfacePoint{points.materials[w], flux, Vec3::UnitZ(), true, theta, position, points.time});
         }
     });
 }
 
 // Sticking that the coverages leave, by species and wedge; empty where they decide nothing.
-std::vector<double> sticking_of(const Model& model, const SurfaceFlux& arriving,
-                                const std::vector<std::int32_t>& materials) {
+std::vector<double> sticking_of(const Model& model, const SurfaceFlux& arriving, const WedgePoints& points) {
     std::vector<double> sticking;
     if (!model.sticking) return sticking;
-    sticking.resize(model.species.size() * materials.size());
-    each_wedge(arriving, materials, [&](std::size_t w, const SurfacePoint& point) {
+    const std::size_t count = points.materials.size();
+    sticking.resize(model.species.size() * count);
+    each_wedge(arriving, points, [&](std::size_t w, const SurfacePoint& point) {
         for (std::size_t k = 0; k < model.species.size(); ++k)
-            sticking[k * materials.size() + w] = model.sticking(k, point);
+            sticking[k * count + w] = model.sticking(k, point);
     });
     return sticking;
 }
 
 // Coverages after `time` of the fluxes at hand.
 std::vector<std::vector<double>> reacted(const Model& model, double time, const SurfaceFlux& arriving,
-                                         const std::vector<std::int32_t>& materials) {
+                                         const WedgePoints& points) {
     std::vector<std::vector<double>> next = arriving.coverage;
-    each_wedge(arriving, materials, [&](std::size_t w, const SurfacePoint& point) {
+    each_wedge(arriving, points, [&](std::size_t w, const SurfacePoint& point) {
         std::vector<double> theta(point.coverage.begin(), point.coverage.end());
         model.coverages.react(point, time, theta);
         for (std::size_t k = 0; k < theta.size(); ++k) next[k][w] = theta[k];
@@ -77,25 +100,31 @@ double mean_change(const flux::Wedges& wedges, const std::vector<std::vector<dou
 
 SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                            SurfaceFlux arriving, const SurfaceField& carried, const TraceRequest& request) {
-    const std::vector<std::int32_t> materials = wedge_materials(arriving);
+    const WedgePoints points = wedge_points(model, surface, arriving);
     const Coverages& coverages = model.coverages;
     const bool pulsed = coverages.pulse > 0.0, any = !coverages.names.empty();
     if (pulsed)
-        arriving.coverage.assign(coverages.names.size(), std::vector<double>(materials.size(), 0.0));
+        arriving.coverage.assign(coverages.names.size(), std::vector<double>(points.materials.size(), 0.0));
     else if (any)
         arriving.coverage = carry(carried, coverages.names, surface.traced(), arriving.wedges);
     const double time = pulsed ? coverages.pulse / coverages.parts : 0.0;
     const int most = !any ? 1 : pulsed ? coverages.parts : request.settle ? coverages.most_iterations : 1;
     for (int traces = 1;; ++traces) {
-        trace_species(recipe, model, surface, sticking_of(model, arriving, materials), request, arriving);
+        trace_species(recipe, model, surface, sticking_of(model, arriving, points), request, arriving);
         arriving.trace->traces = traces;
         if (!any) return arriving;
-        std::vector<std::vector<double>> next = reacted(model, time, arriving, materials);
+        std::vector<std::vector<double>> next = reacted(model, time, arriving, points);
         arriving.trace->coverage_change = mean_change(arriving.wedges, arriving.coverage, next);
         arriving.coverage = std::move(next);
         const bool settled = !pulsed && !(arriving.trace->coverage_change > coverages.tolerance);
         if (settled || traces >= most) return arriving;
     }
+}
+
+std::vector<std::vector<double>> later_coverages(const Model& model, const TracedSurface& surface,
+                                                 double time) {
+    const SurfaceFlux& arriving = *surface.arriving;
+    return reacted(model, time, arriving, wedge_points(model, surface, arriving));
 }
 
 }  // namespace sidewall::app

@@ -15,4 +15,8 @@ namespace sidewall::app {
 SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                            SurfaceFlux arriving, const SurfaceField& carried, const TraceRequest& request);
 
+/// Coverages after \p time of the fluxes on a traced surface, one list a name by wedge.
+std::vector<std::vector<double>> later_coverages(const Model& model, const TracedSurface& surface,
+                                                 double time);
+
 }  // namespace sidewall::app

@@ -115,7 +115,7 @@ Tracing trace(const Estimation& e, const Model& model) {
     const double rays = std::clamp(pilot * e.effort / (tracing.later * one), pilot,
                                    std::min(most, kUncertain * needed_for(pilot)));
     probe.flux.rays = static_cast<std::int64_t>(rays);
-    const SurfaceField carried = field_to_carry(e.measured, model, surface);
+    const SurfaceField carried = field_to_carry(e.measured, model, surface, 0.0);
     surface = trace_surface(probe, model, e.state.stack, carried, {1, false}, second);
     tracing.reducing = seconds_of_reducing(second);
 
@@ -211,7 +211,8 @@ void count_step(Estimation& e, const Step& step, double times) {
     levelset::advect(e.state.stack, motion, next.dt, scheme_for(model, e.measured.advection));
     moving += now() - start;
 
-    const double steps = time_steps(e.recipe, duration, fastest);
+    const double steps =
+        std::max(time_steps(e.recipe, duration, fastest), duration / step.duration * model.least_time_steps);
     const double saves = e.recipe.output.every ? duration / *e.recipe.output.every : 1.0;
     const bool all_stages = e.recipe.flux.stages == "all" && !model.species.empty();
     const double stages =

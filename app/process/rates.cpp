@@ -18,6 +18,8 @@ struct SamplePoints {
     std::size_t count = 0;
     std::size_t tallies = 0, stride = 0;  // values a sample: fluxes first, then coverages
     std::vector<double> values;
+    std::vector<Vec3> positions;        // empty where they do not count
+    double time = 0.0;                  // since the step began
     std::vector<std::uint8_t> visible;  // empty where line of sight does not count
     std::vector<std::uint8_t> sealed;   // in a closed void, where nothing gets in; empty if there are none
 
@@ -33,10 +35,23 @@ struct SamplePoints {
     }
     SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
-        return {materials[layer], here.first(tallies), normal, visible.empty() || visible[sample] != 0,
-                here.subspan(tallies)};
+        return {materials[layer],
+                here.first(tallies),
+                normal,
+                visible.empty() || visible[sample] != 0,
+                here.subspan(tallies),
+                positions.empty() ? Vec3(Vec3::Zero()) : positions[sample],
+                time};
     }
 };
+
+// The surface point of a sample; world.
+Vec3 position_of(const levelset::SurfaceSample& s, const levelset::Domain& domain) {
+    const double dx = domain.spacing;
+    return {domain.min[0] + dx * (s.node.x() + static_cast<double>(s.foot.x())),
+            domain.min[1] + dx * (s.node.y() + static_cast<double>(s.foot.y())),
+            dx * (s.node.z() + static_cast<double>(s.foot.z()))};
+}
 
 // The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
 // none.
@@ -49,12 +64,9 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     sealed.resize(extension.samples.size());
     const surface::RayScene scene(surface.raw);
     tbb::parallel_for(std::size_t{0}, sealed.size(), [&](std::size_t n) {
-        const levelset::SurfaceSample& s = extension.samples[n];
-        const double dx = domain.spacing;
-        const Vec3 foot(domain.min[0] + dx * (s.node.x() + static_cast<double>(s.foot.x())),
-                        domain.min[1] + dx * (s.node.y() + static_cast<double>(s.foot.y())),
-                        dx * (s.node.z() + static_cast<double>(s.foot.z())));
-        if (const auto nearest = scene.closest_point(foot, dx)) sealed[n] = triangles[nearest.triangle];
+        const Vec3 foot = position_of(extension.samples[n], domain);
+        if (const auto nearest = scene.closest_point(foot, domain.spacing))
+            sealed[n] = triangles[nearest.triangle];
     });
     return sealed;
 }
@@ -72,6 +84,8 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
         samples.stride = samples.tallies + surface.arriving->coverage.size();
     }
     samples.values.resize(count * samples.stride);
+    samples.time = surface.time;
+    samples.positions.resize(model.depends_on_position ? count : 0);
     samples.visible.resize(model.visibility ? count : 0);
     const TriangleMesh& mesh = surface.traced();
     const std::vector<Vec3> normals = model.visibility ? triangle_normals(mesh) : std::vector<Vec3>{};
@@ -82,6 +96,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             if (surface.arriving)
                 interpolate(*surface.arriving, s.triangle, u, v,
                             std::span(samples.values).subspan(n * samples.stride, samples.stride));
+            if (model.depends_on_position) samples.positions[n] = position_of(s, stack.domain);
             if (!model.visibility) continue;
             const auto [a, b, c] = mesh.triangles[s.triangle];
             const auto& x = mesh.vertices;

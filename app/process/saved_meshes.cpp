@@ -65,8 +65,13 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
         surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
         const Vec3 centroid = triangle_centroid(mesh, t);
-        SurfacePoint point{
-            levelset::exposed_material(stack, centroid), {}, area_vector(mesh, t).normalized(), true};
+        SurfacePoint point{levelset::exposed_material(stack, centroid),
+                           {},
+                           area_vector(mesh, t).normalized(),
+                           true,
+                           {},
+                           centroid,
+                           surface.time};
         std::vector<double> here(names.size());
         if (surface.scene) {
             surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);

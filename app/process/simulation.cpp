@@ -99,19 +99,30 @@ Model begin_step(const Recipe& recipe, const Step& step, RunState& state) {
     return model;
 }
 
+// Process time at which the step at hand began; after the last one, the last that takes time.
+double began(const Run& run, const RunState& state) {
+    std::size_t k = std::min(state.step, run.steps.size() - 1);
+    while (state.step == run.steps.size() && k > 0 && find_model(run.steps[k].model)->make == nullptr) --k;
+    return state.starts[k];
+}
+
 TracedSurface trace(const Run& run, const Model& model, const levelset::MaterialStack& stack,
                     const SurfaceField& carried, std::uint32_t key, bool settle, RunState& state) {
     const auto progress = [&](double part) {
         run.update(state, fmt::format("tracing {:.0f} %", 100 * part));
     };
-    return trace_surface(run.recipe, model, stack, carried, {key, settle, progress}, state.timing);
+    const double time = state.time - began(run, state);
+    return trace_surface(run.recipe, model, stack, carried, {key, settle, progress, time}, state.timing);
 }
 
 // The surface at this time and what arrives on it, traced or, where the recipe allows it, carried over.
 TracedSurface current_surface(const Run& run, const Model& model, RunState& state) {
-    const bool carries_over =
-        state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) && !model.species.empty();
-    if (carries_over) return carried_surface(model, state.stack, state.carried, state.timing);
+    const bool carries_over = state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) &&
+                              !model.species.empty() &&
+                              !model.coverages.transient;  // which every time step changes
+    if (carries_over)
+        return carried_surface(model, state.stack, state.carried, state.time - state.step_start,
+                               state.timing);
     state.reuse.left = 0;  // a run resumed here traces, too
     return trace(run, model, state.stack, state.carried, state.time_step, state.begins_step(), state);
 }
@@ -180,7 +191,8 @@ void make_steps(const Run& run, RunState& state) {
             const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
                                                state.begins_step() ? nullptr : &state.carried, surface);
             std::optional<SurfaceField> fresh;  // what a trace leaves for the next time step
-            if (!surface.arriving || surface.arriving->trace) fresh = field_to_carry(recipe, model, surface);
+            if (!surface.arriving || surface.arriving->trace)
+                fresh = field_to_carry(recipe, model, surface, next.dt);
             const std::vector<levelset::Motion> motions = stage_motions(
                 run, model, std::move(motion), surface, fresh ? *fresh : state.carried, next.dt, state);
 

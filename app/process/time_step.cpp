@@ -45,6 +45,12 @@ void refuse_endless(const Recipe& recipe, const Step& step, double left, double 
             recipe.domain.time_unit, count, kMostTimeSteps));
 }
 
+// Equal parts of what is left, each at most the share of the step that the model asks for.
+double in_equal_parts(const Step& step, const Model& model, double left) {
+    const double longest = step.duration / model.least_time_steps;
+    return left / std::max(1.0, std::ceil(left / longest * (1.0 - 1e-9)));
+}
+
 // What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
 double bounding_speed(const Model& model, double speed) {
     return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
@@ -64,6 +70,8 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
     }
     next.dt = std::min(equal_parts(next.until - state.time, next.speed, spacing, cfl),
                        approach(to_stop, next.speed, spacing, cfl));
+    if (model.least_time_steps > 1)
+        next.dt = std::min(next.dt, in_equal_parts(step, model, next.until - state.time));
     return next;
 }
 

@@ -14,7 +14,7 @@ struct TimeStep {
 };
 
 /// Equal time steps up to the end of the recipe's step or the next surface to save, each moving the front at
-/// most cfl grid spacings, and none past a stop condition
+/// most cfl grid spacings and at most the share of the step that the model asks for, and none past a stop condition
 /// by more than a twentieth of a grid spacing.
 /// \param to_stop  how far the front may move before one holds, from distance_to_stop.
 /// \throws NumericsError if a speed is not finite, RecipeError if the step would take over 1e7 of them.

@@ -62,8 +62,9 @@ SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, const Triangl
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
     TracedSurface surface = extracted(stack, timing);
+    surface.time = request.time;
     if (model.species.empty()) {
-        if (model.visibility) surface.scene = build_scene(surface.raw, timing);
+        if (model.visibility || model.depends_on_position) surface.scene = build_scene(surface.raw, timing);
         return surface;
     }
     if (recipe.simplify.method != "none")
@@ -87,20 +88,24 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
 }
 
 TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,
-                              const SurfaceField& carried, Timing& timing) {
+                              const SurfaceField& carried, double time, Timing& timing) {
     TracedSurface surface = extracted(stack, timing);
+    surface.time = time;
     surface.scene = build_scene(surface.raw, timing);
     const PhaseClock clock(timing.rates);
     surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface.raw));
     return surface;
 }
 
-SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface) {
+SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                            double dt) {
     if (!surface.arriving) return {};
     const SurfaceFlux& arriving = *surface.arriving;
-    const bool reuse = recipe.flux.reuse > 0.0;
+    const bool transient = model.coverages.transient, reuse = recipe.flux.reuse > 0.0 && !transient;
     std::vector<std::string> names = reuse ? carried_names(model) : model.coverages.names;
-    std::vector<std::vector<double>> values = reuse ? carried_values(arriving) : arriving.coverage;
+    std::vector<std::vector<double>> values = reuse       ? carried_values(arriving)
+                                              : transient ? later_coverages(model, surface, dt)
+                                                          : arriving.coverage;
     if (surface.simplified && bounds_by_flux(recipe.simplify)) {
         names.emplace_back(kFluxGradient);
         values.push_back(flux_gradient(surface.traced(), arriving));

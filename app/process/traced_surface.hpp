@@ -43,7 +43,8 @@ struct TracedSurface {
     std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
     flux::LateralBox box;                        ///< sides of the domain
     std::shared_ptr<const surface::RayScene>
-        scene;  ///< of traced(); absent if the model neither traces nor asks for line of sight
+        scene;  ///< of traced(); absent if the model neither traces nor asks for line of sight or positions
+    double time = 0.0;                    ///< since the step began
     std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
@@ -54,6 +55,7 @@ struct TraceRequest {
     std::uint32_t key = 0;  ///< of the random numbers: the time step, counted over the whole run
     bool settle = false;    ///< trace again until the coverages have settled; else one trace does
     std::function<void(double)> progress = {};  ///< told the finished fraction; may be empty
+    double time = 0.0;                          ///< since the step began
 };
 
 /// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;
@@ -67,12 +69,15 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
 
 /// Extracts the surface and gives it the fluxes and coverages of an earlier one, from field_to_carry with [flux] reuse, in place of
 /// a trace: those of the closest points.
+/// \param time  since the step began.
 /// \pre the model traces species.
 TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,
-                              const SurfaceField& carried, Timing& timing);
+                              const SurfaceField& carried, double time, Timing& timing);
 
 /// What the next time step needs to know of this one's surface: coverages; how steeply fluxes vary if the
 /// recipe lets that bound the simplification; the fluxes themselves if it lets them be used again.
-SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface);
+/// \param dt  of this time step, by the end of which transient coverages have changed.
+SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                            double dt);
 
 }  // namespace sidewall::app

@@ -83,7 +83,7 @@ const toml::node* find_node(const toml::table& root, std::string_view path) {
 void apply_override(toml::table& root, const std::string& setting) {
     constexpr std::size_t kShown = 200;
     const std::string source =
-        "--set " + (setting.size() > kShown ? setting.substr(0, kShown) + "..." : setting);
+        fmt::format("--set {}{}", setting.substr(0, kShown), setting.size() > kShown ? "..." : "");
     const std::size_t equals = setting.find('=');
     const std::vector<PathPart> parts =
         equals == std::string::npos ? std::vector<PathPart>() : split_path(setting.substr(0, equals));

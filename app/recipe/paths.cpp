@@ -10,7 +10,7 @@ namespace {
 void add(std::vector<KeyDoc>& keys, const std::string& path, std::vector<KeyDoc> rows) {
     for (KeyDoc& row : rows) {
         row.name = fmt::format("{}.{}", path, row.name);
-        if (const auto list = row.name.find("[]."); list != std::string::npos)
+        for (auto list = row.name.find("[]."); list != std::string::npos; list = row.name.find("[]."))
             row.name.replace(list, 2, "[0]");
         keys.push_back(std::move(row));
     }

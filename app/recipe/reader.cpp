@@ -155,6 +155,24 @@ struct Reader {
         }
         if (table->empty()) fail(node, path, "must not be empty: name a material or give a number");
     }
+    void operator()(Expressions* target) const {
+        const toml::table* table = node.as_table();
+        const std::string example = rule.material
+                                        ? "an expression in quotes, a number or a table of them by material"
+                                        : "a table of expressions, e.g. { k = 0.3 }";
+        if (table == nullptr) {
+            if (!rule.material) fail(node, path, "must be " + example);
+            target->named = {{"default", read_expression(node, path)}};
+            return;
+        }
+        if (!rule.material || table->contains("default")) target->named.clear();
+        for (const auto& [key, value] : *table) {
+            const std::string name(key.str()), name_path = path + "." + name;
+            if (rule.material && name != "default") check_material(value, name_path, name, reading.materials);
+            target->named[name] = read_expression(value, name_path);
+        }
+        if (table->empty()) fail(node, path, "must not be empty: must be " + example);
+    }
     void operator()(std::vector<Values>* target) const {
         const toml::array& array = read_array(node, path, 0, "tables");
         refuse_empty(array);
@@ -181,6 +199,11 @@ struct Reader {
             target.values[i] = index(read_word(array[i], at(i), target.words));
     }
 
+    static std::string read_expression(const toml::node& node, const std::string& path) {
+        if (node.is_number()) return toml_text(read_number(node, path, {}));
+        if (!node.is_string()) fail(node, path, "must be an expression in quotes, or a number");
+        return node.as_string()->get();
+    }
     void refuse_empty(const toml::array& array) const {
         if (rule.required && array.empty()) fail(node, path, "must not be empty");
     }

@@ -295,6 +295,7 @@ std::vector<SectionDoc> recipe_documentation() {
         step.model = model.name;
         docs.push_back(chosen(section(model.name, "[[step]] model = \"" + model.name + "\"", model.doc, step),
                               "model", model.name));
+        docs.back().more = model.more;
     }
     docs.push_back(section<FluxSection>("flux", "[flux]", "Monte Carlo particle tracing"));
     docs.push_back(section<SimplifySection>("simplify", "[simplify]", "coarsening of the traced surface"));

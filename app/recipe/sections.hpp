@@ -27,6 +27,7 @@ struct SectionDoc {
     std::string header;  ///< as in a recipe, e.g. "[flux]"
     std::string doc;
     std::vector<KeyDoc> keys;
+    std::string more = {};  ///< after the keys, in lines of its own
 };
 
 /// Every section, shape and model.

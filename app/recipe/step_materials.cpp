@@ -77,18 +77,21 @@ struct Column {
     const ByMaterial* value;
 };
 
-std::vector<Column> columns(const Step& step) {
-    std::vector<Column> list;
-    for (const Key& key : find_model(step.model)->keys) {
-        const Value& value = step.values.entries.at(key.name);
+void add_columns(const std::vector<Key>& keys, const Values& values, const std::string& path,
+                 std::vector<Column>& list) {
+    for (const Key& key : keys) {
+        const Value& value = values.entries.at(key.name);
         if (const auto* by_material = std::get_if<ByMaterial>(&value))
-            list.push_back({key.name, key.unit, by_material});
+            list.push_back({path + key.name, key.unit, by_material});
         const auto* tables = std::get_if<std::vector<Values>>(&value);
         for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
-            for (const Key& inner : key.rule.keys)
-                if (const auto* one = std::get_if<ByMaterial>(&(*tables)[i].entries.at(inner.name)))
-                    list.push_back({fmt::format("{}[{}].{}", key.name, i, inner.name), inner.unit, one});
+            add_columns(key.rule.keys, (*tables)[i], fmt::format("{}{}[{}].", path, key.name, i), list);
     }
+}
+
+std::vector<Column> columns(const Step& step) {
+    std::vector<Column> list;
+    add_columns(find_model(step.model)->keys, step.values, "", list);
     return list;
 }
 

@@ -41,6 +41,8 @@ void collect(const Values& values, std::set<std::string>& names) {
         // Without a value for all others a table lists what is published, wanted or not.
         if (const auto* by_material = std::get_if<ByMaterial>(&value); by_material && by_material->fallback)
             for (const auto& [name, number] : by_material->named) names.insert(name);
+        if (const auto* expressions = std::get_if<Expressions>(&value))
+            for (const auto& [name, text] : expressions->named) names.insert(name);
         if (const auto* text = std::get_if<std::string>(&value)) names.insert(*text);
         if (const auto* tables = std::get_if<std::vector<Values>>(&value))
             for (const Values& table : *tables) collect(table, names);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -48,6 +49,23 @@ std::string table_text(const ByMaterial& value) {
     return fmt::format("{{ {} }}", fmt::join(entries, ", "));
 }
 
+// A number as the recipe wrote it needs no quotes.
+std::string expression_text(const std::string& text) {
+    double number = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool whole = error == std::errc() && end == text.data() + text.size();
+    return whole && toml_text(number) == text ? text : toml_text(text);
+}
+
+std::string expressions_text(const Expressions& value, bool by_material) {
+    if (by_material && value.named.size() == 1 && value.named.begin()->first == "default")
+        return expression_text(value.named.begin()->second);
+    std::vector<std::string> entries;
+    for (const auto& [name, text] : value.named)
+        entries.push_back(fmt::format("{} = {}", key_text(name), expression_text(text)));
+    return fmt::format("{{ {} }}", fmt::join(entries, ", "));
+}
+
 std::string choice_text(const Choice& choice) {
     const std::span<const std::uint8_t> values(choice.values, choice.count);
     const auto word = [&](std::uint8_t value) { return toml_text(choice.words[value]); };
@@ -89,6 +107,9 @@ std::string type_text(const Field& field) {
             },
             [&](const std::vector<std::string>*) { return "list of " + string_type; },
             [](const ByMaterial*) -> std::string { return "number, or table by material"; },
+            [&](const Expressions*) -> std::string {
+                return field.rule.material ? "expression, or table by material" : "table of expressions";
+            },
             [](const std::vector<Values>*) -> std::string { return "list of tables"; },
             [](const Choice& choice) {
                 return choice.count == 1 ? words_text(choice.words)
@@ -217,6 +238,9 @@ std::optional<std::string> toml_text(const Field& field) {
                 return list_text(*value, [](const std::string& text) { return toml_text(text); });
             },
             [](const ByMaterial* value) -> Text { return table_text(*value); },
+            [&](const Expressions* value) -> Text {
+                return value->named.empty() ? Text() : expressions_text(*value, field.rule.material);
+            },
             [&](const std::vector<Values>* value) -> Text { return tables_text(*value, field.rule.keys); },
             [](const Choice& value) -> Text { return choice_text(value); }},
         field.target);

@@ -24,6 +24,12 @@ struct ByMaterial {
     bool operator==(const ByMaterial&) const = default;
 };
 
+/// Expressions by name, as the recipe writes them; numbers as their text.
+struct Expressions {
+    std::map<std::string, std::string, std::less<>> named = {};
+    bool operator==(const Expressions&) const = default;
+};
+
 /// The value of every material, by id; 0 for one without a value, which is not on the wafer
 /// (recipe/step_materials.hpp).
 std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials);
@@ -31,8 +37,9 @@ std::vector<double> by_material_id(const ByMaterial& value, const Materials& mat
 struct Values;
 
 /// What a key of a model can hold. An absent optional stands for the word that its rule names, e.g. "auto".
-using Value = std::variant<bool, std::int64_t, double, std::optional<double>, std::string,
-                           std::vector<double>, std::vector<std::string>, ByMaterial, std::vector<Values>>;
+using Value =
+    std::variant<bool, std::int64_t, double, std::optional<double>, std::string, std::vector<double>,
+                 std::vector<std::string>, ByMaterial, Expressions, std::vector<Values>>;
 
 /// The keys a model defines, and what the recipe says about them.
 struct Values {
@@ -64,7 +71,7 @@ struct Rule {
     double max = kHuge;
     bool above_min = false;                 ///< min itself is refused
     bool required = false;                  ///< there is no default
-    bool material = false;                  ///< strings name materials
+    bool material = false;                  ///< strings, or the names of expressions, name materials
     std::size_t size = 0;                   ///< numbers in a list, 0 = any
     std::string word = {};                  ///< what an absent optional number is written as
     std::vector<std::string> choices = {};  ///< the strings allowed, if not all
@@ -108,9 +115,9 @@ Choice choice(std::array<E, N>& values, std::vector<std::string> words) {
 }
 
 /// Where a key's value lives. It holds the default until the recipe is read.
-using Target =
-    std::variant<bool*, std::int64_t*, double*, std::optional<double>*, std::string*, std::span<double>,
-                 std::vector<double>*, std::vector<std::string>*, ByMaterial*, std::vector<Values>*, Choice>;
+using Target = std::variant<bool*, std::int64_t*, double*, std::optional<double>*, std::string*,
+                            std::span<double>, std::vector<double>*, std::vector<std::string>*, ByMaterial*,
+                            Expressions*, std::vector<Values>*, Choice>;
 
 /// A key bound to the member it fills.
 struct Field {

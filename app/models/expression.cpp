@@ -1,0 +1,203 @@
+#include "app/models/expression.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <muParser.h>
+#include <tbb/enumerable_thread_specific.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "app/schema/keys.hpp"
+
+namespace sidewall::app {
+namespace {
+
+bool begins_name(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+
+bool in_name(char c) {
+    return begins_name(c) || (c >= '0' && c <= '9');
+}
+
+// Calls use(begin, end) for every identifier until it returns true. Exponents such as the e of 1e5 are no
+// names.
+template <class Use>
+bool any_name(std::string_view text, Use&& use) {
+    for (std::size_t i = 0; i < text.size();) {
+        std::size_t end = i;
+        if (begins_name(text[i])) {
+            while (end < text.size() && in_name(text[end])) ++end;
+            if (use(i, end)) return true;
+        } else if ((text[i] >= '0' && text[i] <= '9') || text[i] == '.') {
+            while (end < text.size() && (in_name(text[end]) || text[end] == '.')) ++end;
+        } else {
+            ++end;
+        }
+        i = end;
+    }
+    return false;
+}
+
+std::size_t position_of(std::string_view text, std::string_view name) {
+    std::size_t at = 0;
+    any_name(text, [&](std::size_t begin, std::size_t end) {
+        at = begin;
+        return text.substr(begin, end - begin) == name;
+    });
+    return at + 1;
+}
+
+// muParser would let a recipe write to its variables.
+void refuse_assignment(std::string_view text) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] != '=') continue;
+        if (i + 1 < text.size() && text[i + 1] == '=') {
+            ++i;
+            continue;
+        }
+        if (i > 0 && (text[i - 1] == '<' || text[i - 1] == '>' || text[i - 1] == '!')) continue;
+        throw ExpressionError(
+            fmt::format("character {}: an expression sets nothing; compare with ==", i + 1));
+    }
+}
+
+mu::Parser bare_parser() {
+    mu::Parser parser;
+    parser.ClearConst();  // _pi and _e
+    return parser;
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+// What muParser says, in words that tell a recipe's author what to do.
+std::string reason(const mu::ParserError& error, const std::string& text,
+                   const std::vector<std::string>& names) {
+    const std::string& token = error.GetToken();
+    if (error.GetCode() == mu::ecUNASSIGNABLE_TOKEN && !token.empty() && begins_name(token[0])) {
+        // muParser takes all that may follow as a part of the name.
+        std::size_t end = 0;
+        while (end < token.size() && in_name(token[end])) ++end;
+        const std::string name = token.substr(0, end);
+        const std::size_t at = position_of(text, name);
+        const std::size_t after = text.find_first_not_of(' ', at - 1 + name.size());
+        const bool call = after != std::string::npos && text[after] == '(';
+        const std::vector<std::string>& known = call ? expression_functions() : names;
+        return fmt::format("character {}: unknown {} {}{} {}: {}", at, call ? "function" : "name", name,
+                           did_you_mean("; ", name, known, ";"), call ? "functions" : "it may use",
+                           list_of(known));
+    }
+    std::string message = error.GetMsg();
+    for (const char* where : {" found at position ", " at expression position ", " at position "})
+        message.resize(std::min(message.find(where), message.size()));  // counted from 0
+    while (!message.empty() && (message.back() == '.' || message.back() == ' ')) message.pop_back();
+    if (!message.empty() && message[0] >= 'A' && message[0] <= 'Z')
+        message[0] = static_cast<char>(message[0] - 'A' + 'a');
+    const int at = error.GetPos();
+    if (at < 0) return message;
+    return fmt::format("character {}: {}", std::min(static_cast<std::size_t>(at) + 1, text.size()), message);
+}
+
+}  // namespace
+
+// A parser evaluates the variables it is bound to, so that every thread has one with variables of its own.
+struct Expression::Shared {
+    struct Bound {
+        mu::Parser parser;
+        std::vector<double> values;
+    };
+
+    std::string text;
+    std::vector<std::string> names;
+    std::map<std::string, double> constants;
+    std::vector<std::size_t> used;
+    tbb::enumerable_thread_specific<std::unique_ptr<Bound>> bound;
+
+    std::unique_ptr<Bound> bind() const {
+        auto made = std::make_unique<Bound>();
+        made->parser = bare_parser();
+        made->values.assign(names.size(), 0.0);
+        for (const auto& [name, value] : constants) made->parser.DefineConst(name, value);
+        for (std::size_t k = 0; k < names.size(); ++k)
+            if (!names[k].empty()) made->parser.DefineVar(names[k], &made->values[k]);
+        made->parser.SetExpr(text);
+        return made;
+    }
+    Bound& local() {
+        std::unique_ptr<Bound>& mine = bound.local();
+        if (!mine) mine = bind();
+        return *mine;
+    }
+};
+
+Expression::Expression(const std::string& text, std::vector<std::string> variables,
+                       std::map<std::string, double> constants)
+    : shared_(std::make_shared<Shared>()) {
+    shared_->text = text;
+    shared_->names = std::move(variables);
+    shared_->constants = std::move(constants);
+    refuse_assignment(text);
+    std::vector<std::string> known;
+    for (const std::string& name : shared_->names)
+        if (!name.empty()) known.push_back(name);
+    for (const auto& [name, value] : shared_->constants) known.push_back(name);
+    try {
+        const mu::Parser& parser = shared_->local().parser;
+        parser.Eval();
+        if (parser.GetNumResults() > 1)
+            throw ExpressionError("a comma makes several expressions of one; use one value");
+        for (const auto& [name, address] : parser.GetUsedVar()) {
+            const auto at = std::find(shared_->names.begin(), shared_->names.end(), name);
+            if (at != shared_->names.end())
+                shared_->used.push_back(static_cast<std::size_t>(at - shared_->names.begin()));
+        }
+    } catch (const mu::ParserError& error) {
+        throw ExpressionError(reason(error, text, known));
+    }
+    std::sort(shared_->used.begin(), shared_->used.end());
+}
+
+double Expression::operator()(std::span<const double> values) const {
+    Shared::Bound& mine = shared_->local();
+    for (const std::size_t k : shared_->used) mine.values[k] = values[k];
+    try {
+        return mine.parser.Eval();
+    } catch (const mu::ParserError&) {  // a function without a value there
+        return std::numeric_limits<double>::quiet_NaN();
+    }
+}
+
+const std::string& Expression::text() const {
+    return shared_->text;
+}
+
+const std::vector<std::size_t>& Expression::used() const {
+    return shared_->used;
+}
+
+const std::vector<std::string>& expression_functions() {
+    static const std::vector<std::string> names = [] {
+        const mu::Parser parser;
+        std::vector<std::string> list;
+        for (const auto& [name, callback] : parser.GetFunDef()) list.push_back(name);
+        return list;
+    }();
+    return names;
+}
+
+bool names_variable(std::string_view text, std::string_view variable) {
+    return any_name(text, [&](std::size_t begin, std::size_t end) {
+        return text.substr(begin, end - begin) == variable && (end == text.size() || text[end] != '(');
+    });
+}
+
+bool is_identifier(std::string_view name) {
+    constexpr std::size_t kLongest = 64;
+    return !name.empty() && name.size() <= kLongest && begins_name(name[0]) &&
+           std::all_of(name.begin(), name.end(), in_name);
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,337 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "app/models/formula_yields.hpp"
+#include "app/models/ions.hpp"
+#include "app/models/particles.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// The energy up to which no yield is left.
+double least_energy(const flux::Species& ion) {
+    double least = ion.yields.empty() ? 0.0 : ion.energy.mean;
+    for (const flux::Yield& yield : ion.yields) least = std::min(least, yield.threshold);
+    return least;
+}
+
+// Every hit's cosine, so that `cos` is the mean over the ions that arrive.
+flux::Yield cosine_tally() {
+    flux::Yield yield;
+    yield.name = "cos";
+    yield.angular = flux::Angular::cosine;
+    yield.energies = {1.0, 1.0};
+    yield.energy_top = 1.0;
+    return yield;
+}
+
+// How the ions of the plasma models are reflected: cone, inflection, energy_exponent.
+std::vector<Key> reflection_keys() {
+    const std::vector<Key> keys = ion_keys();
+    return {keys.end() - 3, keys.end()};
+}
+
+flux::Species read_species(const Values& values, std::size_t k, const Names& names, bool cosines) {
+    const std::string path = species_path(k);
+    flux::Species species = particle(values, path);
+    const auto& yields = values.get<std::vector<Values>>("yields");
+    const auto stop = values.get<std::optional<double>>("stop_energy");
+    if (!is_ion(values)) {
+        if (!yields.empty()) throw KeyError(path + "yields", "is for ions; set kind = \"ion\" or drop it");
+        if (stop) throw KeyError(path + "stop_energy", "is for ions; set kind = \"ion\" or drop it");
+        for (const Key& key : reflection_keys())
+            if (values.entries.at(key.name) != key.fallback)
+                throw KeyError(path + key.name, "is for ions; set kind = \"ion\" or drop it");
+        return species;
+    }
+    species.reflection.cone = kRadiansPerDegree * values.get<double>("cone");
+    species.reflection.inflection = kRadiansPerDegree * values.get<double>("inflection");
+    species.reflection.exponent = values.get<double>("energy_exponent");
+    if (values.get<Expressions>("sticking") != Expressions{{{"default", "1.0"}}})
+        throw KeyError(path + "sticking",
+                       "is for neutrals; set reflect_from_deg and reflect_to_deg for ions");
+    for (std::size_t y = 0; y < yields.size(); ++y)
+        species.yields.push_back(
+            read_yield(yields[y], fmt::format("{}yields[{}].", path, y), species, names));
+    species.stop_energy = stop.value_or(least_energy(species));
+    if (cosines) species.yields.push_back(cosine_tally());
+    return species;
+}
+
+// Whether an expression of the step names one of these.
+bool anywhere(const Values& values, std::initializer_list<std::string_view> variables) {
+    const auto in = [&](const Expressions& expressions) {
+        for (const auto& [name, text] : expressions.named)
+            for (const std::string_view variable : variables)
+                if (names_variable(text, variable)) return true;
+        return false;
+    };
+    for (const Values& species : values.get<std::vector<Values>>("species"))
+        if (in(species.get<Expressions>("sticking"))) return true;
+    return in(values.get<Expressions>("rate")) || in(values.get<Expressions>("coverages")) ||
+           in(values.get<Expressions>("coverage_rates"));
+}
+
+void check_name(const std::string& key, const std::string& name, std::set<std::string>& taken) {
+    if (!is_identifier(name))
+        throw KeyError(key, "must be a name that expressions can use: letters, digits and _, no digit first");
+    const auto& reserved = reserved_names();
+    if (std::find(reserved.begin(), reserved.end(), name) != reserved.end())
+        throw KeyError(key, name + " means something else in every expression; choose another name");
+    if (!taken.insert(name).second)
+        throw KeyError(key, name +
+                                " is the name of another species, yield, coverage or parameter; choose "
+                                "another");
+}
+
+void read_parameters(const Values& values, Names& names, std::set<std::string>& taken) {
+    names.constants = {{"pi", std::numbers::pi}};
+    for (const auto& [name, text] : values.get<Expressions>("parameters").named) {
+        const std::string key = "parameters." + name;
+        check_name(key, name, taken);
+        const double value = read_expression(key, text, {}, {{"pi", std::numbers::pi}})({});
+        if (!std::isfinite(value)) throw KeyError(key, "must be a finite number");
+        names.constants[name] = value;
+    }
+}
+
+void read_all_species(const Values& values, Model& model, Names& names, std::set<std::string>& taken) {
+    const auto& list = values.get<std::vector<Values>>("species");
+    const bool cosines = anywhere(values, {"cos"});
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        const std::size_t first = names.fluxes.size();
+        model.species.push_back(read_species(list[k], k, names, cosines));
+        model.species_keys.push_back(species_path(k));
+        const std::vector<std::string> tallies = flux::tally_names(model.species.back());
+        for (std::size_t t = 0; t < tallies.size(); ++t) {
+            const std::string yields = fmt::format("{}yields[{}].name", species_path(k), t - 1);
+            check_name(t == 0 ? species_path(k) + "name" : yields, tallies[t], taken);
+            names.fluxes.push_back(tallies[t]);
+        }
+        if (!is_ion(list[k])) continue;
+        names.ions.push_back(first);
+        if (cosines) names.ion_cosines.push_back(names.fluxes.size() - 1);
+    }
+}
+
+// Steady coverages in an order in which each follows those it names; the rest depend on each other.
+void order_coverages(Formula& formula) {
+    const std::size_t first = formula.names.fluxes.size();
+    std::vector<std::uint8_t> known(formula.steady.size(), 0);
+    for (std::size_t k = 0; k < known.size(); ++k) known[k] = formula.steady[k] ? 0 : 1;
+    for (bool found = true; found;) {
+        found = false;
+        for (std::size_t k = 0; k < known.size(); ++k) {
+            if (known[k]) continue;
+            const auto& used = formula.steady[k]->expression.used();
+            const bool ready = std::all_of(used.begin(), used.end(), [&](std::size_t i) {
+                return i < first || i >= first + known.size() || known[i - first];
+            });
+            if (!ready) continue;
+            known[k] = 1;
+            formula.ordered.push_back(k);
+            found = true;
+        }
+    }
+    for (std::size_t k = 0; k < known.size(); ++k)
+        if (!known[k]) formula.coupled.push_back(k);
+}
+
+void read_coverages(const Values& values, Formula& formula, std::set<std::string>& taken) {
+    Names& names = formula.names;
+    const auto& steady = values.get<Expressions>("coverages").named;
+    const auto& slow = values.get<Expressions>("coverage_rates").named;
+    for (const auto* list : {&steady, &slow})
+        for (const auto& [name, text] : *list) {
+            check_name((list == &steady ? "coverages." : "coverage_rates.") + name, name, taken);
+            names.coverages.push_back(name);
+        }
+    if (!names.coverages.empty() && names.fluxes.empty())
+        throw KeyError(steady.empty() ? "coverage_rates" : "coverages",
+                       "follow from fluxes; give the step a species");
+    const auto law = [&](const std::string& key, const std::string& text) {
+        return Law{key, read_expression(key, text, names.list(), names.constants)};
+    };
+    for (std::size_t k = 0; k < names.coverages.size(); ++k) {
+        const std::string& name = names.coverages[k];
+        formula.steady.emplace_back();
+        formula.slow.emplace_back();
+        if (k < steady.size()) {
+            formula.steady[k] = law("coverages." + name, steady.at(name));
+        } else {
+            formula.slow[k] = law("coverage_rates." + name, slow.at(name));
+            formula.moving.push_back(k);
+        }
+    }
+    order_coverages(formula);
+}
+
+// Sticking without coverages, for the species; and whether it is the same everywhere on a material and at all
+// times.
+bool read_sticking(const Values& values, Model& model, Formula& formula) {
+    const auto& list = values.get<std::vector<Values>>("species");
+    bool constant = true;
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        formula.sticking.emplace_back();
+        if (is_ion(list[k])) continue;
+        formula.sticking[k] = laws_by_material(species_path(k) + "sticking",
+                                               list[k].get<Expressions>("sticking"), formula.names, false);
+        std::vector<double>& sticking = model.species[k].sticking;
+        sticking.clear();
+        for (std::size_t m = 0; m < formula.names.materials.size(); ++m) {
+            const Law& law = formula.sticking[k][m];
+            std::vector<double> bare(formula.names.index(Extra::count), 0.0);
+            bare[formula.names.index(Extra::density)] = formula.names.materials[m].density;
+            const auto& used = law.expression.used();
+            const bool fixed = std::all_of(used.begin(), used.end(), [&](std::size_t i) {
+                return i == formula.names.index(Extra::density);
+            });
+            const double value = law.expression(bare);
+            if (fixed && !(value >= 0.0 && value <= 1.0))
+                throw KeyError(law.key, fmt::format("is {:g}: must be in [0, 1]", value));
+            constant = constant && fixed;
+            sticking.push_back(std::isfinite(value) ? std::clamp(value, 0.0, 1.0) : 1.0);
+        }
+    }
+    return constant;
+}
+
+void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sticking, Model& model) {
+    model.coverages.react = [formula](const SurfacePoint& point, double time, std::span<double> theta) {
+        react(*formula, point, time, theta);
+    };
+    if (!fixed_sticking)
+        model.sticking = [formula, own = model.species](std::size_t k, const SurfacePoint& point) {
+            if (formula->sticking[k].empty()) return own[k].sticking[0];
+            const Law& law = formula->sticking[k][static_cast<std::size_t>(point.material)];
+            return std::clamp(evaluate(law, formula->names, point, formula->names.values(point)), 0.0, 1.0);
+        };
+    model.speed = [formula](const SurfacePoint& point) {
+        const Law& law = formula->rate[static_cast<std::size_t>(point.material)];
+        const std::span<const double> values = formula->names.values(point);
+        const double speed = evaluate(law, formula->names, point, values);
+        if (speed > 0.0 && !formula->grows)
+            throw NumericsError(fmt::format(
+                "{} = \"{}\" is positive on {}, where {}, and no film is named to grow: give the step deposit, or "
+                "keep the rate at 0 or below",
+                law.key, law.expression.text(), place_of(formula->names, point, values),
+                named_values(law, formula->names, values)));
+        return speed;
+    };
+}
+
+Model make(const Values& values, const Materials& materials) {
+    Model model;
+    const auto formula = std::make_shared<Formula>();
+    std::set<std::string> taken;
+    formula->names.materials = materials;
+    read_parameters(values, formula->names, taken);
+    read_all_species(values, model, formula->names, taken);
+    read_coverages(values, *formula, taken);
+    const bool fixed_sticking = read_sticking(values, model, *formula);
+    formula->rate = laws_by_material("rate", values.get<Expressions>("rate"), formula->names, true);
+    model.deposit = film(values, materials, !values.get<std::string>("deposit").empty());
+    formula->grows = model.deposit.has_value();
+
+    model.coverages.names = formula->names.coverages;
+    model.coverages.tolerance = values.get<double>("coverage_tolerance");
+    model.coverages.transient = !formula->moving.empty();
+    model.depends_on_position = anywhere(values, {"x", "y", "z", "depth"});
+    constexpr int kTimeSteps = 100;
+    const auto asked = static_cast<int>(values.get<std::int64_t>("time_steps"));
+    const bool moves = model.coverages.transient || anywhere(values, {"time"});
+    model.least_time_steps = asked > 0 ? asked : moves ? kTimeSteps : 1;
+    add_functions(formula, fixed_sticking, model);
+    return model;
+}
+
+std::vector<Key> species_keys() {
+    std::vector<Key> keys = particle_keys();
+    keys[0].doc = "of its flux in expressions and outputs";
+    for (Key& key : reflection_keys()) {
+        key.doc = "ions: " + key.doc;
+        keys.push_back(std::move(key));
+    }
+    keys.push_back(
+        {"sticking",
+         Expressions{{{"default", "1.0"}}},
+         "",
+         "neutrals: probability that a hit sticks, of coverages, position and time; kept in [0, 1]",
+         {.material = true}});
+    keys.push_back({"yields",
+                    std::vector<Values>(),
+                    "",
+                    "ions: further fluxes, each hit counted as angular * energy * scale",
+                    {.keys = yield_keys()}});
+    keys.push_back({"stop_energy",
+                    std::optional<double>(),
+                    "eV",
+                    "ions: with less a reflected one is dropped; auto: where the last yield ends",
+                    {.min = 0.0, .max = 1e6, .word = "auto"}});
+    return keys;
+}
+
+constexpr const char* kExample =
+    R"TEXT(Expressions know + - * / ^, comparisons, && and ||, a ? b : c, and the functions abs acos acosh asin asinh atan atan2 atanh
+avg cos cosh exp ln log (natural) log10 log2 max min rint sign sin sinh sqrt sum tan tanh, written with no space before (.
+They may name
+  every species            its flux, 1 on an open flat wafer
+  SPECIES_YIELD            a yield's flux: the mean yield of a hit there times the species' flux
+  coverages, parameters
+  cos                      mean cosine of the incidence of all ions that arrive; 1 where none does
+  x y z depth              of the point; depth = -z; length
+  time                     since the step began
+  density                  of the material, 1e22 /cm^3
+  pi
+but a sticking no fluxes or cos, which follow from it, and yields only cos or E, parameters and pi.
+
+  [[step]]
+  model = "formula"
+  duration = 10.0
+  species = [
+      { name = "F", sticking = { Si = "0.2*(1 - theta)", default = 0.05 } },
+      { name = "ion", kind = "ion", energy = 100.0, yields = [
+          { name = "sputter", angular = "(1 + 9.3*(1 - cos^2))*cos", energy = "sqrt(E) - sqrt(20)", scale = 0.03 } ] },
+  ]
+  parameters = { k = 0.3 }
+  coverages = { theta = "k*F/(k*F + 1)" }
+  rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion_sputter", default = 0 }
+)TEXT";
+
+}  // namespace
+
+ModelEntry formula() {
+    return {"formula",
+            "rate law, coverages, sticking and yields as expressions in the recipe",
+            {{"rate",
+              Expressions{{{"default", "0.0"}}},
+              "length/time",
+              "V: positive grows, negative etches; 0 for materials a table leaves out",
+              {.required = true, .material = true}},
+             {"species", std::vector<Values>(), "", "what is traced", {.keys = species_keys()}},
+             {"parameters", Expressions{}, "", "numbers by name"},
+             {"coverages", Expressions{}, "",
+              "in steady state with the fluxes: by name; those that name each other are solved together"},
+             {"coverage_rates", Expressions{}, "1/time",
+              "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
+             {"coverage_tolerance",
+              1e-3,
+              "",
+              "mean change of a coverage at which the first fluxes are settled",
+              {.min = 1e-8, .max = 1.0}},
+             {"time_steps",
+              std::int64_t{0},
+              "",
+              "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
+              {.min = 0.0, .max = 1e6}},
+             deposit_key()},
+            make,
+            nullptr,
+            kExample};
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,171 @@
+#include "app/models/formula_laws.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/models/coverage_solver.hpp"
+
+namespace sidewall::app {
+namespace {
+
+const std::vector<std::string> kExtras = {"cos", "x", "y", "z", "depth", "time", "density"};
+
+}  // namespace
+
+const std::vector<std::string>& reserved_names() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> all = kExtras;
+        all.insert(all.end(), {"pi", "E", "default"});
+        const auto& functions = expression_functions();
+        all.insert(all.end(), functions.begin(), functions.end());
+        return all;
+    }();
+    return names;
+}
+
+std::vector<std::string> Names::list(bool flux) const {
+    std::vector<std::string> names = fluxes;
+    if (!flux) std::fill(names.begin(), names.end(), std::string());
+    names.insert(names.end(), coverages.begin(), coverages.end());
+    names.insert(names.end(), kExtras.begin(), kExtras.end());
+    if (!flux || ions.empty()) names[index(Extra::cos)].clear();
+    return names;
+}
+
+std::span<double> Names::values(const SurfacePoint& point) const {
+    static thread_local std::vector<double> buffer;
+    buffer.assign(index(Extra::count), 0.0);
+    std::copy(point.flux.begin(), point.flux.end(), buffer.begin());
+    std::copy(point.coverage.begin(), point.coverage.end(),
+              buffer.begin() + static_cast<std::ptrdiff_t>(fluxes.size()));
+    const auto set = [&](Extra extra, double value) { buffer[index(extra)] = value; };
+    if (!ion_cosines.empty() && !point.flux.empty()) {
+        double arrivals = 0.0, cosines = 0.0;
+        for (const std::size_t k : ions) arrivals += point.flux[k];
+        for (const std::size_t k : ion_cosines) cosines += point.flux[k];
+        set(Extra::cos, arrivals > 0.0 ? std::clamp(cosines / arrivals, 0.0, 1.0) : 1.0);
+    }
+    set(Extra::x, point.position.x());
+    set(Extra::y, point.position.y());
+    set(Extra::z, point.position.z());
+    set(Extra::depth, -point.position.z());
+    set(Extra::time, point.time);
+    set(Extra::density, materials[static_cast<std::size_t>(point.material)].density);
+    return buffer;
+}
+
+Expression read_expression(const std::string& key, const std::string& text,
+                           std::vector<std::string> variables,
+                           const std::map<std::string, double>& constants) {
+    try {
+        return {text, std::move(variables), constants};
+    } catch (const ExpressionError& error) {
+        throw KeyError(key, error.what());
+    }
+}
+
+std::vector<Law> laws_by_material(const std::string& key, const Expressions& expressions, const Names& names,
+                                  bool flux) {
+    std::map<std::string, Law> by_name;
+    for (const auto& [name, text] : expressions.named) {
+        const std::string path = expressions.named.size() == 1 && name == "default" ? key : key + "." + name;
+        by_name.insert({name, {path, read_expression(path, text, names.list(flux), names.constants)}});
+    }
+    std::vector<Law> laws;
+    for (const Material& material : names.materials) {
+        const auto found = by_name.find(material.name);
+        laws.push_back(found == by_name.end() ? by_name.at("default") : found->second);
+    }
+    return laws;
+}
+
+double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
+                std::span<const double> values) {
+    const double value = law.expression(values);
+    if (std::isfinite(value)) return value;
+    throw NumericsError(fmt::format("{} = \"{}\" is {} on {}, where {}", law.key, law.expression.text(),
+                                    std::isnan(value) ? "not a number" : "infinite",
+                                    place_of(names, point, values), named_values(law, names, values)));
+}
+
+std::string named_values(const Law& law, const Names& names, std::span<const double> values) {
+    const std::vector<std::string> list = names.list();
+    std::vector<std::string> parts;
+    for (const std::size_t k : law.expression.used())
+        parts.push_back(fmt::format("{} = {:.6g}", list[k], values[k]));
+    return parts.empty() ? "it names nothing that varies" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string place_of(const Names& names, const SurfacePoint& point, std::span<const double> values) {
+    const std::string material = names.materials[static_cast<std::size_t>(point.material)].name;
+    const auto at = [&](Extra extra) { return values[names.index(extra)]; };
+    if (point.position.isZero()) return material;
+    return fmt::format("{} at ({:.4g}, {:.4g}, {:.4g})", material, at(Extra::x), at(Extra::y), at(Extra::z));
+}
+
+namespace {
+
+[[noreturn]] void refuse_unsettled(const Formula& formula, const SurfacePoint& point, const Law& law,
+                                   std::span<const double> values) {
+    throw NumericsError(fmt::format("{} = \"{}\" does not settle on {}, where {}", law.key,
+                                    law.expression.text(), place_of(formula.names, point, values),
+                                    named_values(law, formula.names, values)));
+}
+
+// Coverages that are in steady state with the fluxes and with the others, in the list of values.
+void settle(const Formula& formula, const SurfacePoint& point, std::span<double> values) {
+    const auto value = [&](std::size_t k) {
+        return evaluate(*formula.steady[k], formula.names, point, values);
+    };
+    for (const std::size_t k : formula.ordered) formula.coverage(values, k) = value(k);
+    if (formula.coupled.empty()) return;
+    std::vector<double> theta;
+    for (const std::size_t k : formula.coupled) theta.push_back(formula.coverage(values, k));
+    const auto put = [&](std::span<const double> at) {
+        for (std::size_t i = 0; i < at.size(); ++i) formula.coverage(values, formula.coupled[i]) = at[i];
+    };
+    const CoverageFunction f = [&](std::span<const double> at, std::span<double> result) {
+        put(at);
+        for (std::size_t i = 0; i < at.size(); ++i)
+            result[i] = formula.steady[formula.coupled[i]]->expression(values);
+    };
+    const bool settled = solve_coverages(f, theta);
+    put(theta);
+    if (settled) return;
+    for (const std::size_t k : formula.coupled) value(k);  // says what is not finite
+    refuse_unsettled(formula, point, *formula.steady[formula.coupled.front()], values);
+}
+
+// The slow coverages after `time`, the others in steady state with them throughout.
+void move(const Formula& formula, const SurfacePoint& point, double time, std::span<double> values) {
+    std::vector<double> theta;
+    for (const std::size_t k : formula.moving) theta.push_back(formula.coverage(values, k));
+    const auto put = [&](std::span<const double> at) {
+        for (std::size_t i = 0; i < at.size(); ++i) formula.coverage(values, formula.moving[i]) = at[i];
+    };
+    const CoverageFunction f = [&](std::span<const double> at, std::span<double> result) {
+        put(at);
+        settle(formula, point, values);
+        for (std::size_t i = 0; i < at.size(); ++i)
+            result[i] = formula.slow[formula.moving[i]]->expression(values);
+    };
+    const bool moved = integrate_coverages(f, time, theta);
+    put(theta);
+    if (moved) return;
+    for (const std::size_t k : formula.moving) evaluate(*formula.slow[k], formula.names, point, values);
+    refuse_unsettled(formula, point, *formula.slow[formula.moving.front()], values);
+}
+
+}  // namespace
+
+void react(const Formula& formula, const SurfacePoint& point, double time, std::span<double> theta) {
+    const std::span<double> values = formula.names.values(point);
+    if (time > 0.0 && !formula.moving.empty()) move(formula, point, time, values);
+    settle(formula, point, values);
+    for (std::size_t k = 0; k < theta.size(); ++k) theta[k] = formula.coverage(values, k);
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,83 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/models/expression.hpp"
+#include "app/models/model.hpp"
+
+// What the expressions of a `formula` step may name, and what they come to at a point of the surface.
+namespace sidewall::app {
+
+/// An expression and the key that holds it, for messages.
+struct Law {
+    std::string key;
+    Expression expression;
+};
+
+/// The values that expressions name, in one list: every flux, every coverage, then these.
+enum class Extra : std::size_t { cos, x, y, z, depth, time, density, count };
+
+/// The names of that list, and how to fill it at a point.
+struct Names {
+    std::vector<std::string> fluxes, coverages;
+    std::map<std::string, double> constants;  ///< parameters and pi
+    Materials materials;
+    std::vector<std::size_t> ions,
+        ion_cosines;  ///< fluxes: arrivals of every ion species, and those times cos
+
+    /// \param flux  whether fluxes and cos may be named; else their places have no name.
+    std::vector<std::string> list(bool flux = true) const;
+    std::size_t index(Extra extra) const {
+        return fluxes.size() + coverages.size() + static_cast<std::size_t>(extra);
+    }
+    /// The values at a point, in a buffer of this thread that the next call overwrites.
+    std::span<double> values(const SurfacePoint& point) const;
+};
+
+/// Names that mean the same in every formula, and so cannot be given to anything else.
+const std::vector<std::string>& reserved_names();
+
+/// \throws KeyError naming \p key and the character where \p text cannot be read.
+Expression read_expression(const std::string& key, const std::string& text,
+                           std::vector<std::string> variables,
+                           const std::map<std::string, double>& constants);
+
+/// The law for every material, by id; materials that \p expressions leaves out have its default.
+/// \param key  of the table, e.g. "rate".
+std::vector<Law> laws_by_material(const std::string& key, const Expressions& expressions, const Names& names,
+                                  bool flux);
+
+/// The value of a law where the list holds \p values.
+/// \throws NumericsError with the law, the material and the values if it is not finite.
+double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
+                std::span<const double> values);
+
+/// "F = 0.3, theta = 0.1": what a law names, with its values.
+std::string named_values(const Law& law, const Names& names, std::span<const double> values);
+
+/// "Si at (0.1, 0, -0.2)".
+std::string place_of(const Names& names, const SurfacePoint& point, std::span<const double> values);
+
+/// What the keys of a step come to.
+struct Formula {
+    Names names;
+    std::vector<Law> rate;                         ///< by material
+    std::vector<std::vector<Law>> sticking;        ///< by species and material; none for ions
+    std::vector<std::optional<Law>> steady, slow;  ///< by coverage: its value, or d/dt of it
+    std::vector<std::size_t> ordered;              ///< steady ones, each after those it names,
+    std::vector<std::size_t> coupled;              ///< and those that name each other in turn
+    std::vector<std::size_t> moving;               ///< those with a rate
+    bool grows = false;                            ///< a film is named
+
+    double& coverage(std::span<double> values, std::size_t k) const {
+        return values[names.fluxes.size() + k];
+    }
+};
+
+/// Brings \p theta to what it is after \p time at the point: first the coverages with a rate, then the steady ones.
+/// \throws NumericsError with the law, the material and the values where one is not finite or does not settle.
+void react(const Formula& formula, const SurfacePoint& point, double time, std::span<double> theta);
+
+}  // namespace sidewall::app

@@ -1,0 +1,129 @@
+#include "app/models/formula_yields.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+
+namespace sidewall::app {
+namespace {
+
+// A yield's tables. 60 degrees, where some laws have a kink, is one of the angles.
+constexpr int kAngles = 3072, kEnergies = 1024;
+constexpr double kReach = 8.0;  // standard deviations of the source's energy
+
+// f at cosines that fall from 1 to 0 by equal angles.
+std::vector<double> tabulate(const Expression& angular, const std::string& key) {
+    std::vector<double> table;
+    for (int k = 0; k <= kAngles; ++k) {
+        const double cosine = k < kAngles ? std::cos(0.5 * std::numbers::pi * k / kAngles) : 0.0;
+        table.push_back(angular(std::array{cosine}));
+        if (!std::isfinite(table.back()))
+            throw KeyError(key, fmt::format("has no finite value where cos is {:.6g}", cosine));
+    }
+    if (!(*std::max_element(table.begin(), table.end()) > 0.0))
+        throw KeyError(key, "is nowhere above 0, so that there is no such yield");
+    return table;
+}
+
+// The coefficients of cos, cos^2, ... where the law is such a polynomial, which the tracer evaluates without
+// error.
+std::optional<std::vector<double>> polynomial(const Expression& angular, std::span<const double> table) {
+    constexpr Eigen::Index kMostPowers = 8, kPoints = 33;
+    for (Eigen::Index powers = 1; powers <= kMostPowers; ++powers) {
+        Eigen::MatrixXd matrix(kPoints, powers);
+        Eigen::VectorXd values(kPoints);
+        for (Eigen::Index i = 0; i < kPoints; ++i) {
+            const double cosine = static_cast<double>(i) / (kPoints - 1);
+            for (Eigen::Index k = 0; k < powers; ++k) matrix(i, k) = std::pow(cosine, k + 1);
+            values[i] = angular(std::array{cosine});
+        }
+        const Eigen::VectorXd a = matrix.colPivHouseholderQr().solve(values);
+        constexpr double kRounding = 1e-13;
+        const double size = values.cwiseAbs().maxCoeff();
+        if (!(a.sum() > kRounding * size)) continue;
+        const bool meets = (matrix * a - values).cwiseAbs().maxCoeff() <= kRounding * size;
+        if (meets && *std::min_element(table.begin(), table.end()) >= -kRounding * size)
+            return std::vector<double>(a.begin(), a.end());
+    }
+    return std::nullopt;
+}
+
+void set_angular(const Expression& angular, const std::string& key, flux::Yield& yield) {
+    const std::vector<double> table = tabulate(angular, key);
+    const auto [low, high] = std::minmax_element(table.begin(), table.end());
+    if (*low == *high) {
+        for (double& scale : yield.scale) scale *= *low;
+    } else if (const auto powers = polynomial(angular, table)) {
+        yield.angular = flux::Angular::polynomial;
+        yield.coefficient = *powers;
+        for (double& scale : yield.scale) scale *= std::accumulate(powers->begin(), powers->end(), 0.0);
+    } else {
+        yield.angular = flux::Angular::table;
+        yield.coefficient = table;
+    }
+}
+
+// The energy from which on there is a yield, to the last bit.
+double threshold_of(const Expression& energy, double top, const std::string& key) {
+    double low = 0.0, high = 0.0;
+    for (int k = 0; k <= kEnergies; ++k) {
+        const double part = static_cast<double>(k) / kEnergies;
+        high = top * part * part;
+        if (energy(std::array{high}) > 0.0) break;
+        if (k == kEnergies)
+            throw KeyError(key,
+                           fmt::format("is not above 0 up to {:.4g} eV, the most that these ions have", top));
+        low = high;
+    }
+    constexpr int kHalvings = 100;
+    for (int k = 0; k < kHalvings && high > 0.0; ++k) {
+        const double middle = 0.5 * (low + high);
+        (energy(std::array{middle}) > 0.0 ? high : low) = middle;
+    }
+    return high;
+}
+
+void set_energy(const Expression& energy, double top, const std::string& key, flux::Yield& yield) {
+    yield.energy_top = top;
+    yield.threshold = threshold_of(energy, top, key);
+    const double from = std::sqrt(yield.threshold), reach = std::sqrt(top) - from;
+    if (!(reach > 0.0)) throw KeyError(key, "begins above the energy of these ions");
+    for (int k = 0; k <= kEnergies; ++k) {
+        const double root = from + reach * k / kEnergies, value = energy(std::array{root * root});
+        if (!std::isfinite(value))
+            throw KeyError(key, fmt::format("has no finite value where E is {:.6g}", root * root));
+        yield.energies.push_back(value);
+    }
+}
+
+}  // namespace
+
+std::vector<Key> yield_keys() {
+    return {{"name", std::string(), "", "its flux is called SPECIES_NAME", required()},
+            {"angular", std::string("1"), "",
+             "expression of cos, of the incidence; what is negative counts as 0"},
+            {"energy", std::string("1"), "", "expression of E in eV; what is negative counts as 0"},
+            {"scale", ByMaterial{1.0}, "", "that both are multiplied by", kNotNegative}};
+}
+
+flux::Yield read_yield(const Values& values, const std::string& path, const flux::Species& ion,
+                       const Names& names) {
+    flux::Yield yield;
+    yield.name = values.get<std::string>("name");
+    yield.scale = by_material_id(values.get<ByMaterial>("scale"), names.materials);
+    const auto read = [&](const char* key, const char* variable) {
+        return read_expression(path + key, values.get<std::string>(key), {variable}, names.constants);
+    };
+    set_angular(read("angular", "cos"), path + "angular", yield);
+    const double top = ion.energy.mean + kReach * ion.energy.sigma;
+    set_energy(read("energy", "E"), top, path + "energy", yield);
+    return yield;
+}
+
+}  // namespace sidewall::app

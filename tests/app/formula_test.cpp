@@ -1,0 +1,320 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/models/chemistry.hpp"
+#include "app/models/coverage_solver.hpp"
+#include "app/models/expression.hpp"
+#include "app/recipe/sections.hpp"
+#include "app/recipe/step_model.hpp"
+#include "flux/yield.hpp"
+
+// Laws written in recipes: what they come to, and which are refused.
+using namespace sidewall;
+using namespace sidewall::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+const std::string kWafer = R"([domain]
+extent = [4.0, 4.0]
+grid_spacing = 0.1
+boundary = "periodic"
+[[layer]]
+material = "Si"
+[[step]]
+model = "formula"
+duration = 2.0
+)";
+
+struct Case {
+    Recipe recipe;
+    Model model;
+    SurfacePoint point(const char* material, std::span<const double> flux,
+                       std::span<const double> theta = {}) const {
+        return {*material_id(recipe.materials, material), flux, Vec3::UnitZ(), true, theta};
+    }
+};
+
+Case step(const std::string& keys) {
+    Case result{parse_recipe(kWafer + keys, "step.toml"), {}};
+    result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
+    return result;
+}
+
+std::string refusal(const std::string& keys) {
+    try {
+        step(keys);
+    } catch (const RecipeError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+// A step whose rate of silicon is this expression.
+std::string rate(const std::string& text) {
+    return "species = [{ name = \"F\" }, { name = \"ion\", kind = \"ion\" }]\nparameters = { k = 0.3 }\n"
+           "coverages = { theta = \"k*F/(k*F + 1)\" }\nrate = { Si = '" +
+           text + "' }\n";
+}
+
+const std::string kIon = "rate = 0\nspecies = [{ name = \"ion\", kind = \"ion\", yields = [{ name = \"y\", ";
+
+}  // namespace
+
+TEST_CASE("a formula's rate is what its expression says, by material, place and time") {
+    const Case etch = step(R"TOML(species = [{ name = "F" }, { name = "ion", kind = "ion" }]
+parameters = { k = 0.3, twice = "2*pi" }
+coverages = { theta = "k*F/(k*F + 1)" }
+rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + (time > 1 ? 3 : 4)*z", Ge = "-density" }
+)TOML");
+    CHECK(flux_names(etch.model.species) == std::vector<std::string>{"F", "ion", "ion_cos"});
+    const std::vector<double> flux{0.5, 0.8, 0.6}, theta{0.2};
+    CHECK(etch.model.speed(etch.point("Si", flux, theta)) ==
+          Approx(-0.1 * 0.5 * 0.8 - 0.02 * 0.8 * 0.75).epsilon(1e-14));
+    CHECK(etch.model.speed(etch.point("Ge", flux, theta)) == -4.42);
+    CHECK(etch.model.speed(etch.point("Mask", flux, theta)) == 0.0);  // what a table leaves out
+    SurfacePoint point = etch.point("SiO2", flux, theta);
+    point.position = Vec3(2.0, 3.0, -0.5);
+    CHECK(etch.model.depends_on_position);
+    CHECK(etch.model.speed(point) == Approx(-std::numbers::pi - 6.0 - 2.0).epsilon(1e-14));
+    point.time = 1.5;
+    CHECK(etch.model.speed(point) == Approx(-std::numbers::pi - 6.0 - 1.5).epsilon(1e-14));
+    CHECK(etch.model.least_time_steps == 100);  // a rate that changes with time is followed
+
+    std::vector<double> settled{0.0};
+    etch.model.coverages.react(etch.point("Si", flux, settled), 0.0, settled);
+    CHECK(settled[0] == Approx(0.15 / 1.15).epsilon(1e-14));
+    CHECK_FALSE(etch.model.sticking);  // numbers alone: the species' own
+    CHECK_FALSE(etch.model.deposit);
+
+    const Case plain = step("rate = { default = -0.5, Mask = 0 }\n");
+    CHECK(plain.model.species.empty());
+    CHECK(plain.model.least_time_steps == 1);
+    CHECK_FALSE(plain.model.depends_on_position);
+    CHECK(plain.model.speed(plain.point("Si", {})) == -0.5);
+    CHECK(plain.model.speed(plain.point("Mask", {})) == 0.0);
+}
+
+TEST_CASE("sf6_o2 written as a formula has the built-in model's speed and sticking on a flat wafer") {
+    const Case etch = step(R"TOML(species = [
+    { name = "ion", kind = "ion", yields = [
+        { name = "sputter", angular = "(1 + 9.3*(1 - cos^2))*cos", energy = "sqrt(E) - sqrt(20)", scale = 0.0337 },
+        { name = "enhanced", angular = "cos >= 0.5 ? 1 : 3 - 6*acos(cos)/pi", energy = "sqrt(E) - sqrt(15)", scale = 7 } ] },
+    { name = "etchant", sticking = { Si = "0.7*(1 - e - p)", default = 0.1 } }, { name = "oxygen", sticking = "1 - e - p" } ]
+coverages = { e = "4500*etchant*(1 - p)/(4500*etchant + 300 + 20*ion_enhanced)", p = "800*oxygen*(1 - e)/(800*oxygen + 0.04 + 30*ion_enhanced)" }
+rate = { Si = "-1e-3*(10*ion_sputter + e*(300/4 + 10*ion_enhanced))/density" }
+)TOML");
+    // Ions at normal incidence and 100 eV, by hand.
+    const double sputter = 0.0337 * (10.0 - std::sqrt(20.0)), enhanced = 7.0 * (10.0 - std::sqrt(15.0));
+    const std::vector<double> flux{1.0, sputter, enhanced, 1.0, 1.0};
+    std::vector<double> theta(2, 0.0);
+    etch.model.coverages.react(etch.point("Si", flux, theta), 0.0, theta);
+    // The two name each other: the closed form of competing adsorbates.
+    const PassivatedCoverage exact =
+        passivated_coverage(4500.0, 300.0 + 20.0 * enhanced, 800.0, 0.04 + 30.0 * enhanced);
+    CHECK(theta[0] == Approx(exact.etchant).epsilon(1e-9));
+    CHECK(theta[1] == Approx(exact.passivant).epsilon(1e-9));
+    const SurfacePoint point = etch.point("Si", flux, theta);
+    CHECK(etch.model.speed(point) ==
+          Approx(-1e-3 * (10.0 * sputter + exact.etchant * (75.0 + 10.0 * enhanced)) / 5.02).epsilon(1e-9));
+    CHECK(etch.model.sticking(0, point) == 0.0);  // ions: their reflection decides
+    CHECK(etch.model.sticking(1, point) == Approx(0.7 * (1.0 - theta[0] - theta[1])).epsilon(1e-12));
+    CHECK(etch.model.sticking(1, etch.point("Mask", flux, theta)) == 0.1);
+}
+
+TEST_CASE("tabulated yields are the laws they were written as") {
+    const Case etch = step(R"TOML(rate = 0
+species = [{ name = "ion", kind = "ion", energy = 200.0, yields = [
+    { name = "sputter", angular = "(1 + 9.3*(1 - cos^2))*cos", energy = "sqrt(E) - sqrt(20)", scale = { Si = 0.5, default = 0.25 } },
+    { name = "enhanced", angular = "cos >= 0.5 ? 1 : 3 - 6*acos(cos)/pi", energy = "E < 50 ? 0 : E/10" },
+    { name = "even", energy = "3", scale = 2 }, { name = "smooth", angular = "exp(-2*(1/max(cos, 1e-3) - 1))/sqrt(max(cos, 1e-3))", energy = "E" } ] }]
+)TOML");
+    const flux::Species& ion = etch.model.species.at(0);
+    const auto yield = [&](std::size_t k, double energy, double cosine, std::size_t material = 0) {
+        return flux::yield_of(ion.yields.at(k), material, true, energy, cosine);
+    };
+    for (const double cosine : {1.0, 0.9, 0.5, 0.3, 0.01})
+        for (const double energy : {5.0, 19.0, 21.0, 49.0, 51.0, 200.0, 300.0}) {
+            CAPTURE(cosine, energy);
+            const double root = std::max(0.0, std::sqrt(energy) - std::sqrt(20.0));
+            const double f = (1.0 + 9.3 * (1.0 - cosine * cosine)) * cosine;
+            CHECK(yield(0, energy, cosine) == Approx(0.5 * root * f).epsilon(1e-11).margin(1e-13));
+            CHECK(yield(0, energy, cosine, 1) == Approx(0.25 * root * f).epsilon(1e-11).margin(1e-13));
+            // Linear in the angle beyond a kink that is one of the table's angles.
+            const double g = cosine >= 0.5 ? 1.0 : 3.0 - 6.0 * std::acos(cosine) / std::numbers::pi;
+            // E is a parabola of sqrt(E): between nodes of spacing h it is too large by h^2/4 at most.
+            const double h = (std::sqrt(360.0) - std::sqrt(50.0)) / 1024.0;
+            CHECK(yield(1, energy, cosine) ==
+                  Approx(energy < 50.0 ? 0.0 : g * energy / 10.0).margin(h * h / 40.0 + 1e-12));
+            CHECK(yield(2, energy, cosine) == Approx(6.0).epsilon(1e-14));
+            if (cosine < 0.3)
+                continue;  // a smooth law: h^2/8 times its second derivative, below 400 of itself here
+            const double y = std::exp(-2.0 * (1.0 / cosine - 1.0)) / std::sqrt(cosine);
+            const double step = std::numbers::pi / 2.0 / 3072.0, from_zero = std::sqrt(360.0) / 1024.0;
+            CHECK(yield(3, energy, cosine) == Approx(y * energy)
+                                                  .epsilon(400.0 * step * step / 8.0)
+                                                  .margin(from_zero * from_zero / 4.0 * y + 1e-12));
+        }
+    CHECK(ion.yields[0].threshold == Approx(20.0).epsilon(1e-12));
+    CHECK(ion.yields[1].threshold == Approx(50.0).epsilon(1e-12));
+    CHECK(ion.stop_energy == 0.0);  // the third has no threshold
+}
+
+TEST_CASE("coverages that name each other settle, and those with a rate follow time exactly") {
+    // Two adsorbates at high coverage, where plain iteration would take thousands of turns.
+    std::vector<double> theta{0.0, 0.0};
+    CHECK(solve_coverages(
+        [](std::span<const double> at, std::span<double> result) {
+            result[0] = 999.0 * (1.0 - at[1]) / 1000.0;
+            result[1] = 499.0 * (1.0 - at[0]) / 500.0;
+        },
+        theta));
+    const PassivatedCoverage exact = passivated_coverage(999.0, 1.0, 499.0, 1.0);
+    CHECK(theta[0] == Approx(exact.etchant).epsilon(1e-8));
+    CHECK(theta[1] == Approx(exact.passivant).epsilon(1e-8));
+    std::vector<double> none{0.5};
+    CHECK_FALSE(solve_coverages(
+        [](std::span<const double> at, std::span<double> result) { result[0] = at[0] + 1.0; }, none));
+
+    // d theta/dt = 2 (1 - theta) - 3 theta, over times short and long; and theta^2, which is not linear.
+    for (const double time : {1e-3, 0.1, 1e4}) {
+        std::vector<double> one{0.9};
+        CHECK(integrate_coverages(
+            [](std::span<const double> at, std::span<double> result) {
+                result[0] = 2.0 * (1.0 - at[0]) - 3.0 * at[0];
+            },
+            time, one));
+        CHECK(one[0] == Approx(pulsed_coverage(0.9, 2.0, 3.0, 1.0, time)).epsilon(1e-8));
+        std::vector<double> pair{1.0, 0.0};  // what leaves the first comes to the second
+        CHECK(integrate_coverages(
+            [](std::span<const double> at, std::span<double> result) {
+                result[0] = -at[0] * at[0];
+                result[1] = at[0] * at[0];
+            },
+            time, pair));
+        CHECK(pair[0] == Approx(1.0 / (1.0 + time)).epsilon(1e-3).margin(1e-5));
+        CHECK(pair[0] + pair[1] == Approx(1.0).epsilon(1e-7));
+    }
+    std::vector<double> explodes{1.0};
+    CHECK_FALSE(integrate_coverages(
+        [](std::span<const double> at, std::span<double> result) { result[0] = at[0] * at[0]; }, 2.0,
+        explodes));
+}
+
+TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest name", "[foreign]") {
+    const auto refuses = [](const std::string& keys, std::initializer_list<const char*> parts) {
+        const std::string message = refusal(keys);
+        CAPTURE(keys, message);
+        for (const char* part : parts) CHECK_THAT(message, Contains(part));
+    };
+    refuses(rate("-0.1*Fl"),
+            {"step.toml:13: step[0].rate.Si", "character 6: unknown name Fl; did you mean F?", "theta"});
+    refuses(rate("-sqr(F)"), {"character 2: unknown function sqr; did you mean sqrt?"});
+    refuses(rate("-sqrt(F, 2)"), {"character", "too many parameters for function \"sqrt\""});
+    refuses(rate("-atan2(F)"), {"too few parameters for function \"atan2\""});
+    refuses(rate("-(F"), {"missing parenthesis"});
+    refuses(rate("-F)"), {"unexpected parenthesis"});
+    refuses(rate("-F +"), {"unexpected end of expression"});
+    refuses(rate("2 F"), {"character 3", "unexpected variable"});
+    refuses(rate("F = 2"), {"character 3", "compare with =="});
+    refuses(rate("F, 2"), {"comma"});
+    refuses(rate("   "), {"empty"});
+    refuses(rate("\"F\""), {"step[0].rate.Si"});
+    refuses(rate("F # 2"), {"character 3"});
+    refuses(rate(std::string(30'000, '(')), {"too long"});
+    refuses(rate("-E"), {"unknown name E"});
+    refuses("rate = \"-1\"\nspecies = [{ name = \"F\", sticking = \"0.1*F\" }]\n",
+            {"species[0].sticking", "unknown name F"});  // fluxes follow from the sticking
+    refuses("rate = -1\nspecies = [{ name = \"F\", sticking = { Si = 1.2 } }]\n",
+            {"species[0].sticking.Si", "must be in [0, 1]"});
+    refuses("rate = -1\nspecies = [{ name = \"F\", sticking = \"-0.5 + 0\" }]\n",
+            {"species[0].sticking", "must be in [0, 1]"});
+    refuses("rate = { Sio2 = \"-1\" }\n", {"rate.Sio2", "unknown material", "SiO2"});
+    refuses("rate = true\n", {"step[0].rate", "expression in quotes"});
+    refuses("rate = { Si = [1] }\n", {"step[0].rate.Si", "expression in quotes"});
+    refuses("rate = {}\n", {"must not be empty"});
+    refuses("duration = 1\n", {"duration"});
+    refuses("", {"rate: missing"});
+    refuses("rate = -1\nparameters = 3\n", {"parameters", "table of expressions"});
+    refuses("rate = -1\nparameters = { k = \"2*F\" }\n", {"parameters.k", "unknown name F"});
+    refuses("rate = -1\nparameters = { k = \"1/0\" }\n", {"parameters.k", "finite"});
+    for (const char* name : {"cos", "x", "time", "pi", "max", "E", "density"})
+        refuses(std::string("rate = -1\nparameters = { ") + name + " = 1 }\n",
+                {"parameters", "something else"});
+    refuses("rate = -1\nparameters = { \"2k\" = 1 }\n", {"letters, digits and _"});
+    refuses("rate = -1\nspecies = [{ name = \"F-2\" }]\n", {"species[0].name", "letters, digits and _"});
+    refuses("rate = -1\nspecies = [{ name = \"F\" }]\nparameters = { F = 1 }\n", {"name of another"});
+    refuses("rate = -1\nspecies = [{ name = \"F\" }]\ncoverages = { F = 1 }\n",
+            {"coverages.F", "name of another"});
+    refuses("rate = -1\ncoverages = { a = 1 }\n", {"coverages", "species"});
+    refuses("rate = -1\nspecies = [{ name = \"F\" }]\ncoverages = { a = \"b\" }\n",
+            {"coverages.a", "unknown name b"});
+    refuses("rate = -1\nspecies = [{ name = \"F\", energy = 5.0 }]\n", {"species[0].energy", "is for ions"});
+    refuses("rate = -1\nspecies = [{ name = \"F\", cone = 5.0 }]\n", {"species[0].cone", "is for ions"});
+    refuses("rate = -1\nspecies = [{ name = \"F\", yields = [{ name = \"y\" }] }]\n",
+            {"species[0].yields", "is for ions"});
+    refuses("rate = -1\nspecies = [{ name = \"i\", kind = \"ion\", sticking = 0.5 }]\n",
+            {"species[0].sticking", "neutrals"});
+    refuses(kIon + "angular = \"E\" }] }]\n", {"species[0].yields[0].angular", "unknown name E", "cos"});
+    refuses(kIon + "energy = \"cos\" }] }]\n", {"species[0].yields[0].energy", "unknown name cos"});
+    refuses(kIon + "angular = \"1/cos\" }] }]\n", {"angular", "no finite value where cos is 0"});
+    refuses(kIon + "angular = \"-cos\" }] }]\n", {"angular", "nowhere above 0"});
+    refuses(kIon + "energy = \"E - 1000\" }] }]\n", {"energy", "not above 0 up to 180 eV"});
+    refuses(kIon + "energy = \"ln(E - 30)\" }] }]\n",
+            {"accepted"});  // not a number counts as none below the first
+    refuses(kIon + "scale = -1 }] }]\n", {"scale", "at least 0"});
+    refuses(kIon + "scale = 1, form = 2 }] }]\n", {"yields[0].form", "unknown key"});
+}
+
+TEST_CASE(
+    "a value that is not finite, and growth without a film, name the law, the material and the values") {
+    const Case bad =
+        step("species = [{ name = \"F\" }]\nrate = { Si = \"-ln(F - 0.5)\", SiO2 = \"F - 0.4\" }\n");
+    const std::vector<double> some{0.25};
+    CHECK_THROWS_WITH(bad.model.speed(bad.point("Si", some)),
+                      Contains("rate.Si = \"-ln(F - 0.5)\" is not a number on Si") && Contains("F = 0.25"));
+    const std::vector<double> more{0.5};
+    CHECK_THROWS_WITH(bad.model.speed(bad.point("Si", more)), Contains("is infinite on Si"));
+    CHECK_THROWS_WITH(bad.model.speed(bad.point("SiO2", more)),
+                      Contains("positive on SiO2") && Contains("deposit"));
+    const Case wild =
+        step("species = [{ name = \"F\" }]\nrate = -1\ncoverages = { a = \"b + F\", b = \"a + 1\" }\n");
+    std::vector<double> theta{0.0, 0.0};
+    CHECK_THROWS_AS(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta), NumericsError);
+    CHECK_THROWS_WITH(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta),
+                      Contains("coverages.a") && Contains("does not settle"));
+}
+
+TEST_CASE("the example that the documentation of formula gives is a step") {
+    for (const SectionDoc& section : recipe_documentation()) {
+        if (section.name != "formula") continue;
+        const std::size_t begin = section.more.find("model = \"formula\"");
+        REQUIRE(begin != std::string::npos);
+        const std::string wafer = kWafer.substr(0, kWafer.find("model = "));
+        const Recipe recipe = parse_recipe(wafer + section.more.substr(begin), "example.toml");
+        const Model model = make_model(recipe.steps.at(0), recipe.materials, recipe.domain);
+        CHECK(flux_names(model.species) == std::vector<std::string>{"F", "ion", "ion_sputter"});
+        for (const std::string& function : expression_functions())
+            CHECK_THAT(section.more, Contains(function));
+        return;
+    }
+    FAIL("there is no formula");
+}
+
+TEST_CASE("a formula's effective recipe reads back equal, and its keys are settable") {
+    const std::string text = kWafer + rate("-k*F") + "time_steps = 7\n";
+    const Recipe recipe = parse_recipe(text, "step.toml", {"step[0].parameters.k=0.5"});
+    const Model model = make_model(recipe.steps[0], recipe.materials, recipe.domain);
+    CHECK(model.least_time_steps == 7);
+    const std::vector<double> flux{2.0, 1.0}, theta{0.0};
+    CHECK(model.speed({0, flux, Vec3::UnitZ(), true, theta}) == -1.0);
+    Recipe again = parse_recipe(effective_recipe(recipe), "effective.toml");
+    again.file = recipe.file;
+    again.notes = recipe.notes;
+    CHECK(again == recipe);
+    const std::string ion = kWafer + kIon + "angular = \"cos\", scale = { Si = 2 } }] }]\n";
+    Recipe yields = parse_recipe(ion, "step.toml");
+    Recipe back = parse_recipe(effective_recipe(yields), "step.toml");
+    back.notes = yields.notes;
+    CHECK(back == yields);
+}

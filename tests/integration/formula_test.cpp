@@ -1,0 +1,179 @@
+#include <nlohmann/json.hpp>
+
+#include "app/process/simulation.hpp"
+#include "surface/distance.hpp"
+#include "surface/mesh_io.hpp"
+#include "tests/integration/program.hpp"
+
+// Steps whose laws the recipe writes: the same as the built-in models, the same on any threads and when
+// resumed.
+using namespace sidewall;
+using namespace sidewall::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+// A shipped recipe with its one step put in other words.
+std::string restated(const std::string& name, const std::string& step) {
+    const std::string text = read_bytes(fs::path(SIDEWALL_SOURCE_DIR) / "configs" / "quick" / name);
+    const std::size_t begin = text.find("[[step]]"), end = text.find("[flux]");
+    REQUIRE(begin != std::string::npos);
+    return text.substr(0, begin) + step + text.substr(end);
+}
+
+TriangleMesh run(const Folder& folder, const std::string& recipe, const std::string& output) {
+    app::RunOptions options;
+    options.output = folder.path / output;
+    options.quiet = true;
+    return app::run_recipe(app::parse_recipe(recipe, "recipe.toml"), options).surface;
+}
+
+// Farthest apart, in grid spacings.
+double apart(const TriangleMesh& one, const TriangleMesh& other, double spacing) {
+    return surface::two_sided_distance(one, other).max / spacing;
+}
+
+const std::string kSf6 = R"TOML([[step]]
+model = "formula"
+duration = 20.0
+species = [
+    { name = "ion", kind = "ion", energy = 100.0, energy_spread = 10.0, source_exponent = 1000.0, yields = [
+        { name = "sputter", angular = "(1 + 9.3*(1 - cos^2))*cos", energy = "sqrt(E) - sqrt(20)", scale = { Si = 0.0337, Mask = 0.0139 } },
+        { name = "enhanced", angular = "cos >= 0.5 ? 1 : 3 - 6*acos(cos)/pi", energy = "sqrt(E) - sqrt(15)", scale = 7.0 },
+        { name = "removal", angular = "cos >= 0.5 ? 1 : 3 - 6*acos(cos)/pi", energy = "sqrt(E) - sqrt(10)", scale = 2.0 } ] },
+    { name = "etchant", sticking = "0.7*(1 - theta_e - theta_p)" },
+    { name = "oxygen", sticking = "1 - theta_e - theta_p" },
+]
+parameters = { ions = 10.0, fluorine = 4500.0, O = 800.0, k_sigma = 300.0, beta_sigma = 0.04 }
+rate = { Si = "-1e-3*(ions*ion_sputter + theta_e*(k_sigma/4 + ions*ion_enhanced))/density", default = "-1e-3*ions*ion_sputter/density" }
+[step.coverages]  # of two that compete for free sites: a/(1 + a + b) with a and b the gains over the losses
+theta_e = "fluorine*etchant/(k_sigma + 2*ions*ion_enhanced) / (1 + fluorine*etchant/(k_sigma + 2*ions*ion_enhanced) + O*oxygen/(beta_sigma + ions*ion_removal))"
+theta_p = "O*oxygen/(beta_sigma + ions*ion_removal) / (1 + fluorine*etchant/(k_sigma + 2*ions*ion_enhanced) + O*oxygen/(beta_sigma + ions*ion_removal))"
+
+)TOML";
+
+const std::string kTeos = R"TOML([[step]]
+model = "formula"
+duration = 1.0
+species = [{ name = "precursor", sticking = "0.1*theta^0.5" }]
+coverages = { theta = "min(1, max(0, precursor))" }
+rate = "0.3*max(0, precursor)^1.5"
+deposit = "SiO2"
+
+)TOML";
+
+// Coverages that take time, a rate that changes with time, depth and place, and ions whose incidence counts.
+const std::string kSlow = R"TOML([domain]
+extent = [2.0, 0.4]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+shape = "trench"
+width = 1.0
+depth = 0.5
+[[step]]
+model = "formula"
+duration = 1.0
+time_steps = 12
+species = [{ name = "F", sticking = "0.5*(1 - theta)" }, { name = "ion", kind = "ion" }]
+coverage_rates = { theta = "3*F*(1 - theta) - 0.5*theta - bare*ion" }
+coverages = { bare = "1 - theta" }
+rate = { Si = "-0.2*theta*ion*cos - 0.05*(time < 0.5 ? F : 0)*exp(-depth) - 0.01*(x > 0)" }
+[flux]
+rays = 500
+)TOML";
+
+}  // namespace
+
+TEST_CASE(
+    "sf6_o2 and teos written as formulas make the built-in models' profiles to a thousandth of a cell") {
+    const Folder folder;
+    const std::string own =
+        read_bytes(fs::path(SIDEWALL_SOURCE_DIR) / "configs" / "quick" / "teos_trench.toml");
+    CHECK(apart(run(folder, own, "own"), run(folder, restated("teos_trench.toml", kTeos), "formula"), 0.125) <
+          1e-3);
+    const std::string etch =
+        read_bytes(fs::path(SIDEWALL_SOURCE_DIR) / "configs" / "quick" / "sf6o2_hole.toml");
+    CHECK(apart(run(folder, etch, "own2"), run(folder, restated("sf6o2_hole.toml", kSf6), "formula2"),
+                0.0625) < 1e-3);
+}
+
+TEST_CASE("a formula step is the same on one thread and two, and when it is resumed in the middle") {
+    const Folder folder;
+    std::ofstream(folder.path / "slow.toml") << kSlow;
+    const auto go = [&](const std::string& arguments) {
+        const Outcome outcome = run_program(folder.path, "run slow.toml " + arguments);
+        CAPTURE(outcome.output);
+        CHECK(outcome.exit_code == 0);
+    };
+    go("-o one --threads 1");
+    go("-o two --threads 2");
+    const std::string surface = read_bytes(folder.path / "one" / "surface_0001.vtp");
+    CHECK(surface.size() > 1000);
+    CHECK(read_bytes(folder.path / "two" / "surface_0001.vtp") == surface);
+    // Stopped as by a user before the seventh time step.
+    const Outcome stopped = run_command(
+        folder.path, "SIDEWALL_FAULT='kill 60' timeout 30 '" SIDEWALL_FAULTS
+                     "' run slow.toml -o three --set output.every=0.25 >/dev/null 2>&1 </dev/null");
+    CHECK(stopped.exit_code != 0);
+    CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
+    CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));
+    go("-o three --set output.every=0.25 --resume");
+    go("-o four --set output.every=0.25");
+    const std::string last = read_bytes(folder.path / "four" / "surface_0004.vtp");
+    CHECK(last.size() > 1000);
+    CHECK(read_bytes(folder.path / "three" / "surface_0004.vtp") == last);
+}
+
+TEST_CASE("a coverage with a rate follows its closed form on a flat wafer while the wafer is etched") {
+    // theta = 1 - exp(-2 t): the depth after t is 0.1 (t - (1 - exp(-2 t))/2), to first order in the time
+    // step.
+    const Folder folder;
+    const std::string recipe = R"TOML([domain]
+extent = [0.4, 0.4]
+grid_spacing = 0.1
+boundary = "periodic"
+[[layer]]
+material = "Si"
+[[step]]
+model = "formula"
+duration = 1.0
+time_steps = 200
+species = [{ name = "F" }]
+coverage_rates = { theta = "2*(1 - theta)" }
+rate = "-0.1*theta"
+[flux]
+rays = 100
+[simplify]
+method = "none"
+)TOML";
+    const TriangleMesh surface = run(folder, recipe, "flat");
+    const double exact = 0.1 * (1.0 - 0.5 * (1.0 - std::exp(-2.0)));
+    double lowest = 0.0;
+    for (const Vec3& p : surface.vertices) lowest = std::min(lowest, p.z());
+    // Speeds are those at the start of each of 200 time steps: behind by dt/2 of what theta changes by.
+    CHECK(-lowest == Approx(exact).margin(0.1 * 0.5 / 200.0 * (1.0 - std::exp(-2.0)) * 1.05 + 2e-5));
+}
+
+TEST_CASE("a law that has no value ends the run with its expression, the material and the values") {
+    const Folder folder;
+    std::ofstream(folder.path / "bad.toml") << R"TOML([domain]
+extent = [1.0, 1.0]
+grid_spacing = 0.25
+[[layer]]
+material = "Si"
+[[step]]
+model = "formula"
+duration = 1.0
+rate = { Si = "-sqrt(0.05 - depth)" }
+)TOML";
+    const Outcome outcome = run_program(folder.path, "run bad.toml -o out");
+    CAPTURE(outcome.output);
+    CHECK(outcome.exit_code == 4);
+    CHECK(outcome.output.find("rate.Si = \"-sqrt(0.05 - depth)\" is not a number on Si at (") !=
+          std::string::npos);
+    CHECK(outcome.output.find("where depth = 0.") != std::string::npos);
+    const Outcome unknown = run_program(folder.path, "run bad.toml -o out --set 'step[0].rate=\"-dept\"'");
+    CHECK(unknown.exit_code == 2);
+    CHECK(unknown.output.find("unknown name dept; did you mean depth?") != std::string::npos);
+}
