@@ -63,7 +63,7 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
     TracedSurface surface = extracted(stack, timing);
     if (model.species.empty()) {
-        if (model.visibility) surface.scene = build_scene(surface.raw, timing);
+        if (model.visibility || model.speeds) surface.scene = build_scene(surface.raw, timing);
         return surface;
     }
     if (recipe.simplify.method != "none")
