@@ -10,6 +10,9 @@ PACKAGES=(
     libpng-dev zlib1g-dev libexpat1-dev libmuparser-dev catch2
 )
 
+PYTHON_PACKAGES=(pybind11-dev python3-dev)
+PYTHON=(-DSIDEWALL_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3)  # Debian's, which these packages are for
+
 usage() {
     cat <<'TEXT'
 usage: ./setup.sh run [ARGS]   install what is missing, build, and run `sidewall run ARGS`
@@ -48,19 +51,20 @@ case "$command" in
     deps) install_packages ;;
     run)
         install_packages
-        build -DSIDEWALL_TESTS=OFF >&2
+        build -DSIDEWALL_TESTS=OFF -DSIDEWALL_PYTHON=OFF >&2
         [ $# -gt 0 ] || set -- configs/trench_deposition.toml
         exec build/release/sidewall run "$@"
         ;;
     test)
+        PACKAGES+=("${PYTHON_PACKAGES[@]}" python3-numpy python3-pytest)
         install_packages
-        build -DSIDEWALL_TESTS=ON ${SIDEWALL_CMAKE_ARGS:-}
+        build -DSIDEWALL_TESTS=ON "${PYTHON[@]}" ${SIDEWALL_CMAKE_ARGS:-}
         ctest --preset release
         ;;
     package)
-        PACKAGES+=(dpkg-dev file)
+        PACKAGES+=("${PYTHON_PACKAGES[@]}" dpkg-dev file)
         install_packages
-        build -DSIDEWALL_TESTS=OFF
+        build -DSIDEWALL_TESTS=OFF "${PYTHON[@]}"
         rm -f build/package/*.deb
         cpack --config build/release/CPackConfig.cmake -B build/package
         rm -r build/package/_CPack_Packages

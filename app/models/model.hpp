@@ -73,6 +73,9 @@ struct Model {
     /// Where V(n) = facing max(0, n . beam) + always: the two numbers at a point, whose own normal is not read. Saves
     /// asking for V at every node and normal.
     std::function<levelset::BeamSpeed(const SurfacePoint&)> beam_speed;
+    /// V at many points at once, each with the normal of its triangle; where it is set it stands for `speed`. Asked
+    /// once a time step, in the recipe's length per time, never in parallel: for laws of other languages.
+    std::function<std::vector<double>(std::span<const SurfacePoint>)> speeds;
     bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
     std::optional<int> deposit;  ///< material id of the film that grows
     /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is

@@ -49,6 +49,10 @@ install(FILES ${CMAKE_BINARY_DIR}/SidewallConfig.cmake ${CMAKE_BINARY_DIR}/Sidew
 # Debian packages, one a component.
 set(CPACK_GENERATOR DEB)
 set(CPACK_COMPONENTS_ALL program development)
+if(TARGET sidewall_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  math(EXPR next_python "${Python3_VERSION_MINOR} + 1")
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_PACKAGE_CONTACT "Sidewall developers")
 set(CPACK_STRIP_FILES ON)
@@ -67,6 +71,14 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
     "The program, its manual page, and recipes to begin with in /usr/share/sidewall/configs.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION
     "Its libraries for C++ programs: meshes, level sets, mesh simplification, flux tracing; each may be used alone.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-sidewall)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+# The compiled part fits one minor version of the interpreter.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "sidewall (= ${PROJECT_VERSION}), python3-numpy, python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_python})")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION
+    "Its Python package: recipes and runs in scripts, models in Python, mesh functions on NumPy arrays.")
 if(SIDEWALL_ARCH STREQUAL "x86-64-v3")
   string(APPEND CPACK_COMPONENT_PROGRAM_DESCRIPTION "\nNeeds a processor with AVX2.")
 endif()

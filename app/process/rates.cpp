@@ -108,6 +108,18 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     return samples;
 }
 
+// V of every layer at every sample, sample by sample, from Model::speeds.
+std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surface,
+                                   const SamplePoints& samples, const levelset::Extension& extension) {
+    const std::vector<Vec3> normals = triangle_normals(surface.traced());
+    std::vector<SurfacePoint> points;
+    points.reserve(extension.samples.size() * samples.materials.size());
+    for (std::size_t n = 0; n < extension.samples.size(); ++n)
+        for (std::size_t layer = 0; layer < samples.materials.size(); ++layer)
+            points.push_back(samples.at(n, layer, normals[extension.samples[n].triangle]));
+    return model.speeds(points);
+}
+
 }  // namespace
 
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
@@ -120,9 +132,15 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
     }
     const PhaseClock clock(timing.rates);
     const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
-    auto speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer, const Vec3& normal) {
+    levelset::SpeedFunction speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer,
+                                                                     const Vec3& normal) {
         return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
     };
+    if (model.speeds)
+        speed = [points, speeds = speeds_at_once(model, surface, *points, extension),
+                 layers = stack.layers.size()](std::size_t sample, std::size_t layer, const Vec3&) {
+            return points->is_sealed(sample) ? 0.0 : speeds[sample * layers + layer];
+        };
     levelset::Motion motion =
         levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
     if (model.depends_on_normal && model.max_etch_rate)
@@ -142,7 +160,7 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                              : speed_of(points->at(sample, layer, Vec3::UnitZ()));
         };
     }
-    motion.kind = points->kinds();
+    if (!model.speeds) motion.kind = points->kinds();
     return motion;
 }
 

@@ -60,7 +60,8 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     const std::size_t n = mesh.triangles.size(), tallies = names.size();
     for (const std::string& name : model.coverages.names) names.push_back("coverage_" + name);
     std::vector<double> material(n), rate(n);
-    std::vector<std::vector<double>> values(names.size(), std::vector<double>(n));
+    std::vector<double> values(n * names.size());  // by triangle, then name
+    std::vector<SurfacePoint> points(model.speeds ? n : 0);
     const std::vector<Vec3> traced_normals =
         surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
@@ -72,24 +73,30 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
                            {},
                            centroid,
                            surface.time};
-        std::vector<double> here(names.size());
+        const std::span<double> here = std::span(values).subspan(t * names.size(), names.size());
         if (surface.scene) {
             surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
             if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
             if (surface.arriving) interpolate(*surface.arriving, hit.triangle, hit.u, hit.v, here);
-            for (std::size_t k = 0; k < names.size(); ++k) values[k][t] = here[k];
             if (model.visibility)
                 point.visible = visible(surface, hit.point, traced_normals[hit.triangle], *model.visibility,
                                         stack.domain.spacing);
         }
-        point.flux = std::span(here).first(tallies);
-        point.coverage = std::span(here).subspan(tallies);
+        point.flux = here.first(tallies);
+        point.coverage = here.subspan(tallies);
         material[t] = point.material;
-        rate[t] = model.speed(point);
+        if (model.speeds)
+            points[t] = point;
+        else
+            rate[t] = model.speed(point);
     });
+    if (model.speeds) rate = model.speeds(points);
     mesh.triangle_attributes.push_back(material_attribute(std::move(material)));
-    for (std::size_t k = 0; k < names.size(); ++k)
-        mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(values[k])});
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        std::vector<double> column(n);
+        for (std::size_t t = 0; t < n; ++t) column[t] = values[t * names.size() + k];
+        mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(column)});
+    }
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
     // The traced mesh has its errors; here they stand if it is this one.
     for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <optional>
 
-#include "app/common/interrupt.hpp"
 #include "app/common/progress.hpp"
 #include "app/process/events.hpp"
 #include "app/process/flux_reuse.hpp"
@@ -40,6 +39,7 @@ double time_done(const std::vector<Step>& steps, const RunState& state) {
 struct Run {
     const Recipe& recipe;
     const std::vector<Step>& steps;  // loops unrolled
+    const RunOptions& options;
     RunFolder& folder;
     ProgressBar& progress;
     tbb::tick_count start;      // of this part of the run,
@@ -92,9 +92,26 @@ void require_values_on(const levelset::MaterialStack& stack, const Recipe& recip
     }
 }
 
-Model begin_step(const Recipe& recipe, const Step& step, RunState& state) {
-    require_values_on(state.stack, recipe, step);
-    Model model = make_model(step, recipe.materials, recipe.domain);
+// The step's model, with the caller's law for its speed if there is one.
+Model model_of(const Run& run, const Step& step) {
+    Model model = make_model(step, run.recipe.materials, run.recipe.domain);
+    if (!run.options.speeds) return model;
+    if (model.depends_on_normal)
+        throw RecipeError(fmt::format(
+            "{}: step {}: no other law can stand for a speed that turns with the normal, as that of {}",
+            run.recipe.file, step.name, step.model));
+    Model plain = model;
+    model.speeds = [speeds = run.options.speeds, step, plain](std::span<const SurfacePoint> points) {
+        return speeds(step, plain, points);
+    };
+    model.inert.clear();
+    model.beam_speed = nullptr;
+    return model;
+}
+
+Model begin_step(const Run& run, const Step& step, RunState& state) {
+    require_values_on(state.stack, run.recipe, step);
+    Model model = model_of(run, step);
     if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
     return model;
 }
@@ -112,7 +129,8 @@ TracedSurface trace(const Run& run, const Model& model, const levelset::Material
         run.update(state, fmt::format("tracing {:.0f} %", 100 * part));
     };
     const double time = state.time - began(run, state);
-    return trace_surface(run.recipe, model, stack, carried, {key, settle, progress, time}, state.timing);
+    return trace_surface(run.recipe, model, stack, carried, {key, settle, progress, time, run.options.stop},
+                         state.timing);
 }
 
 // The surface at this time and what arrives on it, traced or, where the recipe allows it, carried over.
@@ -161,7 +179,7 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
     run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
     const bool last = state.step + 1 == run.steps.size() && state.reached(state.step_start + step.duration);
-    if (interrupted() && !last) throw Interrupted("");
+    if (run.options.stop() && !last) throw Interrupted("");
 }
 
 // The time loop.
@@ -170,10 +188,11 @@ void make_steps(const Run& run, RunState& state) {
     for (; state.step < run.steps.size(); state.enter(state.step + 1)) {
         const Step& step = run.steps[state.step];
         if (reshape_at_once(run, step, state)) continue;
-        const Model model = begin_step(recipe, step, state);
+        const Model model = begin_step(run, step, state);
         const char* stopped_by = "duration";
         while (!state.reached(state.step_start + step.duration)) {
-            const TracedSurface surface = current_surface(run, model, state);
+            const auto shared = std::make_shared<const TracedSurface>(current_surface(run, model, state));
+            const TracedSurface& surface = *shared;
             tell_events(run, surface, state);
             const auto [to_stop, key] = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
             if (state.begins_step()) note_stop(step, state.step + 1, to_stop);
@@ -196,6 +215,9 @@ void make_steps(const Run& run, RunState& state) {
             const std::vector<levelset::Motion> motions = stage_motions(
                 run, model, std::move(motion), surface, fresh ? *fresh : state.carried, next.dt, state);
 
+            // Before anything of the time step is noted, so that a run which the observer interrupts goes on
+            // with it.
+            if (run.options.observe) run.options.observe({step, model, state, shared, next.dt});
             run.folder.record(state, step, surface, next);
             state.reuse = reuse;
             if (fresh) state.carried = std::move(*fresh);
@@ -209,8 +231,7 @@ void make_steps(const Run& run, RunState& state) {
 // The model whose fluxes a further time step would be made with; one that does nothing if no step takes time.
 Model last_model(const Run& run) {
     for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step)
-        if (find_model(step->model)->make != nullptr)
-            return make_model(*step, run.recipe.materials, run.recipe.domain);
+        if (find_model(step->model)->make != nullptr) return model_of(run, *step);
     Model still;
     still.speed = [](const SurfacePoint&) { return 0.0; };
     return still;
@@ -221,15 +242,19 @@ Model last_model(const Run& run) {
 RunResult finish(const Run& run, RunState& state) {
     run.folder.checkpoint(state);
     const Model model = last_model(run);
-    const TracedSurface surface =
-        trace(run, model, state.stack, state.carried, state.time_step, false, state);
-    tell_events(run, surface, state);
-    run.folder.save(state, model, surface);
+    const auto surface = std::make_shared<const TracedSurface>(
+        trace(run, model, state.stack, state.carried, state.time_step, false, state));
+    tell_events(run, *surface, state);
+    run.folder.save(state, model, *surface);
     run.count_seconds(state.timing);
-    return {surface.raw, state.timing, run.folder.finish(state, run.steps, surface)};
+    RunResult result{surface->raw, state.timing, run.folder.finish(state, run.steps, *surface)};
+    if (run.options.observe && !run.steps.empty())
+        run.options.observe({run.steps.back(), model, state, surface, 0.0, &result.summary});
+    return result;
 }
 
-std::string how_to_go_on(const Run& run, const RunOptions& options, const RunState& state) {
+std::string how_to_go_on(const Run& run, const RunState& state) {
+    const RunOptions& options = run.options;
     return fmt::format("stopped at {:.6g} of {:.6g} {}; {}", state.time, total_duration(run.steps),
                        run.recipe.domain.time_unit,
                        options.resume_command.empty() ? "what is finished is in " + options.output.string()
@@ -251,7 +276,7 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     folder.begin(state);
     ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
                          {.from = time_done(steps, state), .tenths = true});
-    const Run run{recipe, steps, folder, progress, tbb::tick_count::now(), state.timing.total};
+    const Run run{recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total};
     try {
         make_steps(run, state);
         return finish(run, state);
@@ -259,7 +284,7 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         // Thrown while tracing or between time steps: the state is that of the last whole one.
         run.count_seconds(state.timing);
         folder.checkpoint(state);
-        throw Interrupted(how_to_go_on(run, options, state));
+        throw Interrupted(how_to_go_on(run, state));
     } catch (const IoError& error) {
         if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
             throw;

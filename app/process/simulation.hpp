@@ -1,13 +1,34 @@
 #pragma once
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
 #include <string>
+#include <vector>
 
+#include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
+#include "app/models/model.hpp"
+#include "app/process/state.hpp"
+#include "app/process/traced_surface.hpp"
 #include "app/recipe/recipe.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
+
+/// The wafer before a time step, or at the run's end. What it refers to lasts until the observer returns.
+struct Moment {
+    const Step& step;  ///< of the recipe, loops unrolled; the last one at the end
+    const Model& model;
+    const RunState& state;
+    std::shared_ptr<const TracedSurface> surface;  ///< and what arrives on it; may be kept for longer
+    double dt = 0.0;                               ///< of the time step about to be made; 0 at the end
+    const Json* summary = nullptr;                 ///< at the end, what summary.json holds
+};
+
+/// V in place of a model's own, for laws of other languages: Model::speeds of a step of the recipe.
+using SpeedLaw = std::function<std::vector<double>(const Step&, const Model&, std::span<const SurfacePoint>)>;
 
 struct RunOptions {
     std::filesystem::path output;  ///< folder for results
@@ -16,6 +37,10 @@ struct RunOptions {
     bool quiet = false;            ///< no progress, no lines
     std::string title = "run";     ///< of the progress bar
     std::string resume_command;    ///< what an interrupted run tells the user to go on with, if anything
+    std::function<bool()> stop = interrupted;      ///< asked often, by any thread; true interrupts the run
+    std::function<void(const Moment&)> observe{};  ///< called before every time step and once at the end,
+                                                   ///< when all files are written; the run waits for it
+    SpeedLaw speeds{};                             ///< in place of all models' own, if set
 };
 
 /// What a finished run leaves behind besides its files.

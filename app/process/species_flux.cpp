@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "app/common/interrupt.hpp"
 #include "flux/averaging.hpp"
 #include "flux/leaks.hpp"
 #include "flux/smoothing.hpp"
@@ -44,7 +43,7 @@ std::vector<flux::FluxResult> trace(const Recipe& recipe, const Model& model, co
     options.time_step = request.key;
     options.sticking_by_wedge = sticking;
     options.progress = request.progress;
-    options.stop = interrupted;
+    options.stop = request.stop;
     const auto traced = [&](auto&& tracer) {
         return tracer(surface.traced(), *surface.scene, surface.box, model.species, arriving.materials,
                       arriving.wedges, options);

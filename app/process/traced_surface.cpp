@@ -64,7 +64,8 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
     TracedSurface surface = extracted(stack, timing);
     surface.time = request.time;
     if (model.species.empty()) {
-        if (model.visibility || model.depends_on_position) surface.scene = build_scene(surface.raw, timing);
+        if (model.visibility || model.depends_on_position || model.speeds)
+            surface.scene = build_scene(surface.raw, timing);
         return surface;
     }
     if (recipe.simplify.method != "none")

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/common/interrupt.hpp"
 #include "app/common/timing.hpp"
 #include "app/models/model.hpp"
 #include "app/process/surface_field.hpp"
@@ -38,14 +39,14 @@ struct SurfaceFlux {
 
 /// The wafer's surface at one time, what is traced in its place, and what arrives on it.
 struct TracedSurface {
-    TriangleMesh raw;                            ///< as extracted
-    std::vector<levelset::SurfacePiece> pieces;  ///< of raw
-    std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
-    flux::LateralBox box;                        ///< sides of the domain
-    std::shared_ptr<const surface::RayScene>
-        scene;  ///< of traced(); absent if the model neither traces nor asks for line of sight or positions
-    double time = 0.0;                    ///< since the step began
-    std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
+    TriangleMesh raw;                                ///< as extracted
+    std::vector<levelset::SurfacePiece> pieces;      ///< of raw
+    std::optional<TriangleMesh> simplified;          ///< what is traced instead, if anything
+    flux::LateralBox box;                            ///< sides of the domain
+    std::shared_ptr<const surface::RayScene> scene;  ///< of traced(); absent if the model neither traces nor
+                                                     ///< asks for line of sight, positions or Model::speeds
+    double time = 0.0;                               ///< since the step began
+    std::optional<SurfaceFlux> arriving;             ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };
@@ -56,6 +57,7 @@ struct TraceRequest {
     bool settle = false;    ///< trace again until the coverages have settled; else one trace does
     std::function<void(double)> progress = {};  ///< told the finished fraction; may be empty
     double time = 0.0;                          ///< since the step began
+    std::function<bool()> stop = interrupted;   ///< asked often, by any thread; true ends the trace
 };
 
 /// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;

@@ -1,0 +1,34 @@
+#include "app/recipe/recipe.hpp"
+
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "app/python/module.hpp"
+
+namespace sidewall::python {
+
+namespace py = pybind11;
+
+// A recipe that is read and checked; sidewall/recipe.py makes it of files, texts and dicts.
+void add_recipe(py::module_& module) {
+    using Settings = std::vector<std::string>;
+    py::class_<app::Recipe, std::shared_ptr<app::Recipe>>(module, "ReadRecipe")
+        .def_static(
+            "load",
+            [](const std::string& path, const Settings& settings) {
+                return std::make_shared<app::Recipe>(app::load_recipe(path, settings));
+            },
+            py::arg("path"), py::arg("settings"))
+        .def_static(
+            "parse",
+            [](const std::string& text, const std::string& name, const Settings& settings) {
+                return std::make_shared<app::Recipe>(app::parse_recipe(text, name, settings));
+            },
+            py::arg("text"), py::arg("name"), py::arg("settings"))
+        .def_property_readonly("effective",
+                               [](const app::Recipe& recipe) { return app::effective_recipe(recipe); })
+        .def_property_readonly("notes", [](const app::Recipe& recipe) { return app::notes_on(recipe); });
+}
+
+}  // namespace sidewall::python

@@ -1,0 +1,78 @@
+"""Recipes from files, texts and dicts."""
+
+import json
+import os
+import re
+import tomllib
+
+from ._sidewall import ReadRecipe
+
+
+def _toml(value):
+    """A value on one line of TOML."""
+    if hasattr(value, "tolist"):  # of NumPy
+        value = value.tolist()
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, (str, os.PathLike)):
+        return json.dumps(os.fspath(value), ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_toml(str(key))} = {_toml(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    raise TypeError(f"a recipe holds numbers, strings, lists and dicts, no {type(value).__name__}: {value!r}")
+
+
+class Recipe:
+    """A recipe, read and checked as the program does.
+
+    source: a path, a text in TOML (one of several lines), or a dict of the recipe's sections such as
+    {"domain": {...}, "layer": [{...}], "step": [{...}]}. settings: keys to change, by path.
+
+    recipe["flux.rays"] and recipe["step[0].duration"] read any key in force, defaults included, and write it, with the
+    checks and messages of --set. str(recipe) is the effective recipe; notes is what its author should know.
+
+    Raises RecipeError with file, line and what to do; FileError for a file that cannot be read.
+    """
+
+    def __init__(self, source, settings=None):
+        if isinstance(source, dict):
+            text = "".join(f"{_toml(str(key))} = {_toml(value)}\n" for key, value in source.items())
+            self._read_with = lambda changes: ReadRecipe.parse(text, "recipe", changes)
+        elif isinstance(source, str) and "\n" in source:
+            self._read_with = lambda changes: ReadRecipe.parse(source, "recipe", changes)
+        else:
+            path = os.fspath(source)
+            self._read_with = lambda changes: ReadRecipe.load(path, changes)
+        self._take([f"{key}={_toml(value)}" for key, value in (settings or {}).items()])
+
+    def _take(self, changes):
+        self._read = self._read_with(changes)  # raises before anything has changed
+        self._changes = changes
+        self._values = tomllib.loads(self._read.effective)
+
+    def __setitem__(self, key, value):
+        self._take([*self._changes, f"{key}={_toml(value)}"])
+
+    def __getitem__(self, key):
+        value = self._values
+        try:
+            for name, index in re.findall(r"([\w-]+)|\[(\d+)\]", key):
+                value = value[name] if name else value[int(index)]
+            return value
+        except (KeyError, IndexError, TypeError):
+            self._read_with([*self._changes, f"{key}=0"])  # tells of a key that no recipe has
+            return None  # a key without a value
+
+    @property
+    def notes(self):
+        return self._read.notes
+
+    def __str__(self):
+        return self._read.effective
+
+    def __repr__(self):
+        steps = [step.get("name") or step.get("model", "loop") for step in self._values["step"]]
+        return f"<sidewall.Recipe: {', '.join(steps)}>"

@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <string>
+#include <variant>
+
+#include "app/python/arrays.hpp"
+#include "app/python/interruptible.hpp"
+#include "app/python/module.hpp"
+#include "flux/leaks.hpp"
+#include "flux/mend.hpp"
+#include "flux/tracer.hpp"
+#include "surface/error.hpp"
+
+// The flux of one species on a mesh of arrays.
+namespace sidewall::python {
+namespace {
+
+using flux::Boundary;
+using Words = std::variant<std::string, std::array<std::string, 2>>;
+using Sticking = std::variant<double, std::map<std::int32_t, double>>;
+
+struct Traced {
+    flux::FluxResult result;
+    std::vector<double> area;
+};
+
+std::array<Boundary, 2> boundary_of(const Words& words) {
+    const auto one = [](const std::string& word) {
+        if (word == "reflective") return Boundary::reflective;
+        if (word == "periodic") return Boundary::periodic;
+        if (word == "open") return Boundary::open;
+        throw RecipeError(fmt::format(
+            "boundary = \"{}\": must be reflective, periodic or open, or a pair of these for x and y", word));
+    };
+    if (const auto* word = std::get_if<std::string>(&words)) return {one(*word), one(*word)};
+    const auto& [x, y] = std::get<std::array<std::string, 2>>(words);
+    return {one(x), one(y)};
+}
+
+void warn(const std::string& text) {
+    if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+}
+
+// Reflective where the surface ends on a rectangle; else open, and a warning says why.
+flux::LateralBox box_of(const TriangleMesh& mesh, const std::optional<Words>& boundary) {
+    if (boundary) return flux::lateral_box(mesh, boundary_of(*boundary));
+    try {
+        return flux::lateral_box(mesh, {Boundary::reflective, Boundary::reflective});
+    } catch (const GeometryError& reason) {
+        const auto box = flux::lateral_box(mesh, {Boundary::open, Boundary::open});
+        warn(fmt::format("the sides are taken as open, particles leave there and none come in: {}",
+                         reason.what()));
+        return box;
+    }
+}
+
+// Numbers materials from 0, and gives the sticking of each.
+std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32_t>& materials) {
+    const auto checked = [](double value, const std::string& where) {
+        if (value >= 0.0 && value <= 1.0) return value;
+        throw RecipeError(fmt::format("{} = {}: must be in [0, 1]", where, value));
+    };
+    std::vector<std::int32_t> ids = materials;
+    if (ids.empty()) ids.push_back(0);
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    const auto place = [&](std::int32_t id) {
+        return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+    };
+    for (std::int32_t& id : materials) id = static_cast<std::int32_t>(place(id));
+    if (const double* value = std::get_if<double>(&sticking)) return {checked(*value, "sticking")};
+    const auto& by_id = std::get<std::map<std::int32_t, double>>(sticking);
+    std::vector<double> values;
+    for (const auto& [id, value] : by_id)
+        if (!std::binary_search(ids.begin(), ids.end(), id))
+            throw RecipeError(fmt::format("sticking[{}]: no triangle has material {}; there are {}", id, id,
+                                          fmt::join(ids, ", ")));
+    for (const std::int32_t id : ids) {
+        if (!by_id.contains(id)) throw RecipeError(fmt::format("sticking: material {} is missing", id));
+        values.push_back(checked(by_id.at(id), fmt::format("sticking[{}]", id)));
+    }
+    return values;
+}
+
+std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
+    constexpr double kDefault = 1e6,
+                     kMost = 1e10;  // most that relative_error spends unless rays says otherwise
+    const double value = rays.value_or(to_error ? kMost : kDefault);
+    if (!(value >= 1.0 && value <= 1e12) || value != std::floor(value))
+        throw RecipeError(fmt::format("rays = {}: must be a whole number from 1 to 1e12", value));
+    return static_cast<std::uint64_t>(value);
+}
+
+Traced trace(const py::object& points, const py::object& triangles, const Sticking& sticking,
+             const py::object& material, double source_exponent, std::optional<double> rays,
+             std::optional<double> relative_error, const std::optional<Words>& boundary, std::uint64_t seed) {
+    const auto mesh = mesh_of(points, triangles);
+    std::vector<std::int32_t> materials = materials_of(material, *mesh);
+    const flux::Species species{"flux", source_exponent, sticking_of(sticking, materials)};
+    const flux::LateralBox box = box_of(*mesh, boundary);
+    flux::TraceOptions options{.rays = rays_of(rays, relative_error.has_value()), .seed = seed};
+    Traced traced = interruptible([&](const std::function<bool()>& stop) {
+        options.stop = stop;
+        const surface::RayScene scene(*mesh);
+        const flux::Wedges wedges = flux::make_wedges(*mesh, materials);
+        Traced done;
+        done.result =
+            relative_error
+                ? flux::trace_flux_to(*relative_error, *mesh, scene, box, species, materials, wedges, options)
+                : flux::trace_flux(*mesh, scene, box, species, materials, wedges, options);
+        for (std::size_t t = 0; t < mesh->triangles.size(); ++t) done.area.push_back(triangle_area(*mesh, t));
+        return done;
+    });
+    const flux::FluxResult& result = traced.result;
+    if (flux::leaks_too_much(result.leaked, result.emitted))
+        throw NumericsError(fmt::format(
+            "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
+            "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",
+            result.leaked, result.emitted));
+    if (relative_error && !(result.relative_error <= *relative_error))
+        warn(fmt::format("relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more rays",
+                         result.relative_error, result.emitted, *relative_error));
+    return traced;
+}
+
+std::shared_ptr<TriangleMesh> mended(const py::object& points, const py::object& triangles) {
+    const auto mesh = mesh_of(points, triangles);
+    return interruptible([&](const std::function<bool()>&) {
+        flux::mend(*mesh);
+        return mesh;
+    });
+}
+
+// A property that is a view of the result's own numbers.
+template <class Member>
+auto numbers(Member member) {
+    return [member](const py::object& self) {
+        const std::vector<double>& values = member(self.cast<const Traced&>());
+        return view(values.data(), values.size(), 1, self);
+    };
+}
+
+}  // namespace
+
+void add_tracing(py::module_& module) {
+    using namespace py::literals;
+    py::class_<Traced>(module, "Flux",
+                       R"(What arrives on a mesh, relative to an open flat plane, where it is 1.
+
+Its arrays are read-only views of it: nothing is copied, and they keep it alive.)")
+        .def_property_readonly("flux",
+                               numbers([](const Traced& t) -> auto& { return t.result.triangle.flux; }),
+                               "arrivals per area of each triangle")
+        .def_property_readonly("flux_error",
+                               numbers([](const Traced& t) -> auto& { return t.result.triangle.error; }),
+                               "its standard error")
+        .def_property_readonly("point_flux",
+                               numbers([](const Traced& t) -> auto& { return t.result.vertex.flux; }),
+                               "flux at each point, linear in between")
+        .def_property_readonly("point_flux_error",
+                               numbers([](const Traced& t) -> auto& { return t.result.vertex.error; }),
+                               "its standard error")
+        .def_property_readonly("area", numbers([](const Traced& t) -> auto& { return t.area; }),
+                               "of each triangle")
+        .def_property_readonly(
+            "relative_error", [](const Traced& t) { return t.result.relative_error; },
+            "sum(area * standard error) / sum(area * flux) over the points")
+        .def_property_readonly(
+            "rays", [](const Traced& t) { return t.result.emitted; }, "that left the source")
+        .def_property_readonly(
+            "absorbed", [](const Traced& t) { return t.result.absorbed; }, "of them")
+        .def_property_readonly(
+            "escaped", [](const Traced& t) { return t.result.escaped; }, "of them")
+        .def_property_readonly(
+            "leaked", [](const Traced& t) { return t.result.leaked; },
+            "of them, through the surface: none but for rounding")
+        .def_property_readonly(
+            "segments", [](const Traced& t) { return t.result.segments; }, "straight flights")
+        .def_property_readonly(
+            "seconds", [](const Traced& t) { return t.result.seconds; }, "of tracing");
+
+    module.def("flux", &trace, "points"_a, "triangles"_a, py::kw_only(), "sticking"_a = 1.0,
+               "material"_a = py::none(), "source_exponent"_a = 1.0, "rays"_a = py::none(),
+               "relative_error"_a = py::none(), "boundary"_a = py::none(), "seed"_a = 1,
+               R"(Traces particles from a plane above the mesh until each of them sticks or is gone.
+
+points and triangles have the shapes (n, 3) and (m, 3); the surface faces up, z is up. mend() turns and joins what
+other programs leave.
+
+sticking: probability in [0, 1], or {material: probability}; what does not stick is re-emitted diffusely.
+material: whole numbers, one a triangle. source_exponent: n of the source's cos^n; 1 is a thermal gas.
+rays: source rays (default: 1e6), or relative_error: as many as it takes, rays at most.
+boundary: "reflective", "periodic", "open" or a pair for x and y; by default reflective where the surface ends on a
+rectangle, else open with a warning.
+
+Returns a Flux, the same bits for the same seed on any number of threads.
+Raises GeometryError for a surface that cannot be traced, NumericsError if particles go through it.)");
+    module.def("mend", &mended, "points"_a, "triangles"_a,
+               R"(A mesh of another program made fit for flux(), where only one repair is right.
+
+Points of the very same position become one, points without triangle go, a triangle that is listed again goes, and all
+triangles face the source or outwards. Triangles keep their order.
+
+Returns a Mesh. Raises GeometryError for a one-sided surface.)");
+}
+
+}  // namespace sidewall::python
