@@ -63,7 +63,13 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
     TracedSurface surface = extracted(stack, timing);
     if (model.species.empty()) {
-        if (model.visibility) surface.scene = build_scene(surface.raw, timing);
+        if (!model.visibility) return surface;
+        if (model.visibility->head<2>().isZero(0.0)) {
+            const PhaseClock clock(timing.bvh);
+            surface.columns = std::make_shared<const surface::ColumnSight>(surface.raw, stack.domain.spacing);
+        } else {
+            surface.scene = build_scene(surface.raw, timing);
+        }
         return surface;
     }
     if (recipe.simplify.method != "none")

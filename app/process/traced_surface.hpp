@@ -14,6 +14,7 @@
 #include "flux/wedges.hpp"
 #include "levelset/pieces.hpp"
 #include "levelset/stack.hpp"
+#include "surface/column_sight.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -42,8 +43,10 @@ struct TracedSurface {
     std::vector<levelset::SurfacePiece> pieces;  ///< of raw
     std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
     flux::LateralBox box;                        ///< sides of the domain
-    std::shared_ptr<const surface::RayScene>
-        scene;  ///< of traced(); absent if the model neither traces nor asks for line of sight
+    /// Of traced(); absent if the model neither traces nor asks for line of sight along a tilted beam.
+    std::shared_ptr<const surface::RayScene> scene;
+    std::shared_ptr<const surface::ColumnSight>
+        columns;                          ///< of raw, if it asks for it straight upwards alone
     std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
