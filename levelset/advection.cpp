@@ -192,7 +192,7 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
     Band band(stack.top(), stack.domain);
     std::optional<Limits> limits;
     if (stack.layers.size() > 1) {
-        limits.emplace(stack, band, stages.before.get(), motions.front(), duration);
+        limits.emplace(stack, band, stages.moved, stages.before.get(), motions.front(), duration);
         limits->keep(stack.top());
         release_exposed(stack, stages);
     }

@@ -4,11 +4,15 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <mutex>
 #include <optional>
 
 #include "levelset/block.hpp"
+#include "levelset/layers_below.hpp"
+#include "levelset/leaf_table.hpp"
 #include "levelset/leaf_triangles.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/stack.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -33,26 +37,93 @@ Vec3 gradient_direction(const B& block, int at) {
     return length > 0.0 ? Vec3(g / length) : Vec3::Zero();
 }
 
+// The mesh's triangles near a leaf, by the leaf's cells and by all leaves.
+struct MeshNear {
+    const LeafCells& cells;
+    const LeafTriangles& triangles;
+    const LeafTable& table;
+
+    // All triangles in the leaves whose cells come within `reach` of a node; some more than once.
+    template <class Use>
+    void each_in_leaves(const openvdb::Coord& node, int reach, Use&& use) const {
+        for (int x = (node.x() - reach) >> 3; x <= (node.x() + reach) >> 3; ++x)
+            for (int y = (node.y() - reach) >> 3; y <= (node.y() + reach) >> 3; ++y)
+                for (int z = (node.z() - reach) >> 3; z <= (node.z() + reach) >> 3; ++z) {
+                    const std::int32_t leaf = table.find(x, y, z);
+                    if (leaf < 0) continue;
+                    for (const std::uint32_t t : triangles.of(static_cast<std::size_t>(leaf))) use(t);
+                }
+    }
+};
+
+// The mesh that samples lie on.
+class Surface {
+  public:
+    explicit Surface(const surface::RayScene& scene)
+        : vertices(scene.vertices()), triangles(scene.triangles()), scene_(&scene) {}
+    // Without a hierarchy, unless a node asks that has no triangle near.
+    explicit Surface(const TriangleMesh& mesh)
+        : vertices(mesh.vertices), triangles(mesh.triangles), mesh_(&mesh) {}
+
+    surface::SurfaceHit closest(const MeshNear& near, const openvdb::Coord& node, const Vec3& world,
+                                double dx) const {
+        constexpr double kSure = 0.99, kFar = 1.99;  // dx; the margins are for rounding
+        if (mesh_ != nullptr) {
+            surface::SurfaceHit best;
+            // All points less than a cell away lie in the cells around the node.
+            best.distance = kSure * dx;
+            near.cells.each_around(node.x() & 7, node.y() & 7, node.z() & 7,
+                                   [&](std::uint32_t t) { keep_nearer(t, world, best); });
+            if (best) return best;
+            best.distance = kFar * dx;
+            near.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+            if (best) return best;
+            std::call_once(once_, [&] { own_scene_.emplace(*mesh_); });
+        }
+        const surface::RayScene& scene = mesh_ != nullptr ? *own_scene_ : *scene_;
+        const surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);
+        return hit ? hit : scene.closest_point(world, 1e30);
+    }
+
+    const std::span<const Vec3> vertices;
+    const std::span<const Triangle> triangles;
+
+  private:
+    // Of equals, the lowest triangle is the nearest.
+    void keep_nearer(std::uint32_t t, const Vec3& world, surface::SurfaceHit& best) const {
+        const auto [a, b, c] = triangles[t];
+        surface::SurfaceHit hit =
+            surface::closest_point_on_triangle(world, vertices[a], vertices[b], vertices[c]);
+        hit.triangle = t;
+        if (hit.distance < best.distance || (hit.distance == best.distance && t < best.triangle)) best = hit;
+    }
+
+    const surface::RayScene* scene_ = nullptr;
+    const TriangleMesh* mesh_ = nullptr;
+    mutable std::once_flag once_;
+    mutable std::optional<surface::RayScene> own_scene_;
+};
+
 // In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
-// the level set says, the whole mesh is searched.
-SurfaceSample find_sample(const LeafCells& cells, const surface::RayScene& scene, const openvdb::Coord& node,
+// the level set says, the nearest point is searched.
+SurfaceSample find_sample(const MeshNear& around, const Surface& surface, const openvdb::Coord& node,
                           const Vec3& world, double phi, const Vec3& normal, double dx) {
     SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
     LeafCells::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
     if (normal != Vec3::Zero())
-        near = cells.nearest_hit(Vec3(node.x() & 7, node.y() & 7, node.z() & 7), normal, -phi / dx);
+        near = around.cells.nearest_hit(Vec3(node.x() & 7, node.y() & 7, node.z() & 7), normal, -phi / dx);
     if (near) {
         sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
     } else {
-        surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);
-        if (!hit) hit = scene.closest_point(world, 1e30);
+        const surface::SurfaceHit hit = surface.closest(around, node, world, dx);
         sample.triangle = hit.triangle;
         sample.u = static_cast<float>(hit.u), sample.v = static_cast<float>(hit.v);
     }
-    const auto [a, b, c] = scene.triangles()[sample.triangle];
-    const auto vertices = scene.vertices();
+    const auto [a, b, c] = surface.triangles[sample.triangle];
     const double u = static_cast<double>(sample.u), v = static_cast<double>(sample.v);
-    const Vec3 foot = ((1.0 - u - v) * vertices[a] + u * vertices[b] + v * vertices[c] - world) / dx;
+    const Vec3 foot =
+        ((1.0 - u - v) * surface.vertices[a] + u * surface.vertices[b] + v * surface.vertices[c] - world) /
+        dx;
     sample.foot = foot.cast<float>();
     return sample;
 }
@@ -99,8 +170,10 @@ openvdb::Coord decode(std::int32_t entry) {
     return {code / kCode / kCode - kFarthest, code / kCode % kCode - kFarthest, code % kCode - kFarthest};
 }
 
-Extension build(const Grid& grid, const Domain& domain, const surface::RayScene* scene) {
-    Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy())};
+// \param surface  nullptr: samples carry their node and the foot along the gradient alone.
+// \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
+Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under) {
+    Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy()), {}};
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNear * dx);
     Leaves leaves(grid.tree());
@@ -112,10 +185,12 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
     });
     for (std::size_t n = 0; n < leaves.leafCount(); ++n) first[n + 1] += first[n];
     extension.samples.resize(first.back());
+    extension.alone.resize(under ? first.back() : 0);
     const IndexMesh mesh =
-        scene ? to_index_space(domain, scene->vertices(), scene->triangles()) : IndexMesh{};
+        surface ? to_index_space(domain, surface->vertices, surface->triangles) : IndexMesh{};
     std::vector<const Leaf*> list;
     grid.tree().getNodes(list);
+    const LeafTable table(list);
     const LeafTriangles triangles = bin_by_leaf(list, mesh, LeafCells::kReach);
 
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
@@ -125,22 +200,31 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = leaves.leaf(n);
             load_block(accessor, domain, leaf, grid.background(), block);
-            if (scene && first[n] != first[n + 1]) cells.fill(leaf.origin(), mesh, triangles.of(n));
+            std::optional<LayersBelow> below;
+            if (under && first[n] != first[n + 1]) below.emplace(*under, leaf.origin());
+            bool filled = false;
             std::int32_t* index = samples.leaf(n).buffer().data();
             std::uint32_t k = first[n];
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
                 const openvdb::Coord c = it.getCoord();
                 const auto phi = static_cast<double>(*it);
                 const Vec3 normal = gradient_direction(block, B::at(c.x() & 7, c.y() & 7, c.z() & 7));
+                const Vec3 foot = -phi / dx * normal;
                 if (std::abs(*it) <= near) {
-                    const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
-                                     domain.coordinate(2, c.z()));
-                    const Eigen::Vector3f foot = (-phi / dx * normal).cast<float>();
-                    extension.samples[k] = scene ? find_sample(cells, *scene, c, world, phi, normal, dx)
-                                                 : SurfaceSample{0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot};
-                    index[it.pos()] = static_cast<std::int32_t>(k++);
+                    const auto number = static_cast<std::int32_t>(k++);
+                    index[it.pos()] = number;
+                    SurfaceSample& sample = extension.samples[static_cast<std::size_t>(number)];
+                    sample = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot.cast<float>()};
+                    if (below && below->none_near(c, foot)) {
+                        extension.alone[static_cast<std::size_t>(number)] = 1;
+                    } else if (surface) {
+                        if (!filled) cells.fill(leaf.origin(), mesh, triangles.of(n));
+                        filled = true;
+                        const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
+                                         domain.coordinate(2, c.z()));
+                        sample = find_sample({cells, triangles, table}, *surface, c, world, phi, normal, dx);
+                    }
                 } else {
-                    const Vec3 foot = -phi / dx * normal;
                     index[it.pos()] = encode({static_cast<int>(std::floor(foot.x() + 0.5)),
                                               static_cast<int>(std::floor(foot.y() + 0.5)),
                                               static_cast<int>(std::floor(foot.z() + 0.5))});
@@ -175,11 +259,19 @@ Extension build(const Grid& grid, const Domain& domain, const surface::RayScene*
 }  // namespace
 
 Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene) {
-    return build(grid, domain, &scene);
+    const Surface surface(scene);
+    return build(grid, domain, &surface, nullptr);
+}
+
+Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert) {
+    const MaterialStack* under = top_is_inert && stack.layers.size() > 1 ? &stack : nullptr;
+    if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under);
+    const Surface surface(*mesh);
+    return build(stack.top(), stack.domain, &surface, under);
 }
 
 Extension extend_without_mesh(const Grid& grid, const Domain& domain) {
-    return build(grid, domain, nullptr);
+    return build(grid, domain, nullptr, nullptr);
 }
 
 }  // namespace sidewall::levelset

@@ -60,6 +60,16 @@ class LeafCells {
     /// triangle.
     Hit nearest_hit(const Vec3& node, const Vec3& direction, double distance) const;
 
+    /// Calls use(triangle) for those that pass through one of the eight cells around a node of the leaf; some more than
+    /// once.
+    template <class Use>
+    void each_around(int x, int y, int z, Use&& use) const {
+        for (int n = 0; n < 8; ++n)
+            for (std::int32_t e = head_[cell(x - (n & 1), y - (n >> 1 & 1), z - (n >> 2))]; e >= 0;
+                 e = entries_[static_cast<std::size_t>(e)].next)
+                use(locals_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(e)].local)].triangle);
+    }
+
   private:
     static constexpr int kSide = 12, kMargin = 2;  // cells -2 .. 9
     struct LocalTriangle {

@@ -81,17 +81,19 @@ class Bodies {
     double duration_;
 };
 
-std::vector<std::uint8_t> awake_or_beside(const Band& band) {
-    std::vector<std::uint8_t> marked(band.leaves.size(), 0);
-    for (const std::uint32_t leaf : band.awake) {
+// The leaves marked and those around them.
+std::vector<std::uint8_t> with_those_around(const Band& band, const std::vector<std::uint8_t>& marked) {
+    std::vector<std::uint8_t> result(band.leaves.size(), 0);
+    for (std::size_t leaf = 0; leaf < marked.size(); ++leaf) {
+        if (!marked[leaf]) continue;
         const openvdb::Coord o = band.leaves[leaf]->origin();
         for (int n = 0; n < 27; ++n) {
             const std::int32_t next = band.table.find((o.x() >> 3) + n / 9 - 1, (o.y() >> 3) + n / 3 % 3 - 1,
                                                       (o.z() >> 3) + n % 3 - 1);
-            if (next >= 0) marked[static_cast<std::size_t>(next)] = 1;
+            if (next >= 0) result[static_cast<std::size_t>(next)] = 1;
         }
     }
-    return marked;
+    return result;
 }
 
 // The limits of a leaf and of those around it.
@@ -161,8 +163,8 @@ std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& ow
 
 }  // namespace
 
-Limits::Limits(const MaterialStack& stack, const Band& band, const float* before, const Motion& motion,
-               double duration) {
+Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<std::uint8_t>& moved,
+               const float* before, const Motion& motion, double duration) {
     const auto each = [](std::size_t count, auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
@@ -170,17 +172,18 @@ Limits::Limits(const MaterialStack& stack, const Band& band, const float* before
     };
     std::vector<std::unique_ptr<Values>> own(band.leaves.size());
     const Bodies bodies(stack, motion, duration);
-    const std::vector<std::uint8_t> asked = awake_or_beside(band);
+    const std::vector<std::uint8_t> limiting = with_those_around(band, moved);
+    const std::vector<std::uint8_t> asked = with_those_around(band, limiting);
     each(own.size(), [&](std::size_t n) {
         if (asked[n]) own[n] = bodies.limits(*band.leaves[n], before + n * Leaf::SIZE);
     });
-    std::vector<Limited> limited(band.awake.size());
-    each(limited.size(), [&](std::size_t k) {
-        const std::size_t n = band.awake[k];
+    std::vector<Limited> limited(own.size());
+    each(own.size(), [&](std::size_t n) {
+        if (!limiting[n]) return;
         const Around around(band, own, n);
         if (!around.any()) return;
         const Leaf& leaf = *band.leaves[n];
-        limited[k] = {leaf.origin(), with_neighbours(leaf, around, before + n * Leaf::SIZE,
+        limited[n] = {leaf.origin(), with_neighbours(leaf, around, before + n * Leaf::SIZE,
                                                      static_cast<float>(stack.domain.spacing))};
     });
     for (Limited& leaf : limited)

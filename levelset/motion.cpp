@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
@@ -9,6 +10,7 @@
 
 #include "levelset/advection.hpp"
 #include "levelset/layer_depths.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
@@ -20,6 +22,56 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
         if (motion.thickness[sample * below + k] <= touching) return k;
     return below;
 }
+
+namespace {
+
+// Tells by the eight nodes around a point whether all layers are bare there, which is so of most points of a
+// lowest layer, and what LayerDepths would find by a closer look. One a thread.
+class BareCells {
+  public:
+    explicit BareCells(const MaterialStack& stack)
+        : domain_(stack.domain),
+          touching_(static_cast<float>(kExposed * stack.domain.spacing)),
+          top_(stack.top().getConstUnsafeAccessor()) {
+        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
+            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
+    }
+
+    bool all_layers(const Vec3& point) const {
+        const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
+        const openvdb::Coord low(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
+                                 static_cast<int>(floor.z()));
+        if (!domain_.owns(low.x(), low.y()) || !domain_.owns(low.x() + 1, low.y() + 1)) return false;
+        double solid = 0.0;
+        for (int n = 0; n < 8; ++n) {
+            const openvdb::Coord corner = low.offsetBy(n & 1, n >> 1 & 1, n >> 2);
+            const Leaf* leaf = top_.probeConstLeaf(corner);
+            if (leaf == nullptr) continue;
+            const openvdb::Index at = Leaf::coordToOffset(corner);
+            const float surface = leaf->getValue(at);
+            if (!leaf->isValueOn(at) || surface > 0.0f) continue;
+            for (const auto& layer : layers_) {
+                const Leaf* own = layer.probeConstLeaf(corner);
+                if (own == nullptr || !own->isValueOn(at) || own->getValue(at) - surface > touching_)
+                    return false;
+            }
+            double weight = 1.0;
+            for (int axis = 0; axis < 3; ++axis) weight *= 1.0 - std::abs(point[axis] - corner[axis]);
+            solid += weight;
+        }
+        return solid > kEnough;
+    }
+
+  private:
+    // Of a cell's corners by trilinear weight; with less, others are to be asked.
+    static constexpr double kEnough = 0.01;
+    const Domain& domain_;
+    float touching_;
+    Grid::ConstUnsafeAccessor top_;
+    std::vector<Grid::ConstUnsafeAccessor> layers_;
+};
+
+}  // namespace
 
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal) {
@@ -33,12 +85,17 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
     motion.thickness.resize(samples.size() * below);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
         const LayerDepths depths(stack);
+        const BareCells bare(stack);
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const std::span<float> depth = std::span(motion.thickness).subspan(n * below, below);
             const Eigen::Vector3i& c = samples[n].node;
-            const Eigen::Vector3f& foot = samples[n].foot;
-            depths.at({c.x() + static_cast<double>(foot.x()), c.y() + static_cast<double>(foot.y()),
-                       c.z() + static_cast<double>(foot.z())},
-                      std::span(motion.thickness).subspan(n * below, below));
+            const Vec3 point = c.cast<double>() + samples[n].foot.cast<double>();
+            if (motion.extension.top_alone(n))
+                std::fill(depth.begin(), depth.end(), stack.top().background());
+            else if (bare.all_layers(point))
+                std::fill(depth.begin(), depth.end(), 0.0f);
+            else
+                depths.at(point, depth);
         }
     });
     return motion;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <memory>
 
@@ -194,6 +195,7 @@ void sweep(const Leaf& leaf, const B& block, float dx, float background, bool re
             rescale_row(v, inv_dx, values);
             blend(values, lanes.front, out + 8 * row);
         }
+        if (std::bit_cast<std::uint64_t>(lanes.other) == 0) continue;
         solve_row(v, inv_dx, dx, background, values);
         blend(values, lanes.other, out + 8 * row);
     }

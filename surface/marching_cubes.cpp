@@ -33,7 +33,7 @@ struct CoordHash {
 struct LeafEdges {
     std::array<std::array<std::uint64_t, 8>, 3> crossed{};
     std::array<std::array<std::uint32_t, 8>, 3> rank{};  // set bits before each word
-    std::uint32_t first_vertex = 0, first_triangle = 0, triangles = 0;
+    std::uint32_t first_vertex = 0, first_triangle = 0, vertices = 0, triangles = 0;
 
     std::uint32_t vertex(int axis, int node) const {
         const auto a = static_cast<std::size_t>(axis), w = static_cast<std::size_t>(node >> 6);
@@ -55,10 +55,11 @@ struct LeafEdges {
 struct Cells {
     static constexpr int kSide = 9;
     std::array<float, kSide * kSide * kSide> value;
+    // Of each row of nodes along z, which lie inside and which outside, as bits.
+    std::array<std::uint16_t, kSide * kSide> inside, outside;
     static constexpr int at(int x, int y, int z) { return (x * kSide + y) * kSide + z; }
 
     void load(const FloatGrid::ConstUnsafeAccessor& grid, const Leaf& leaf, const LateralGrid& box) {
-        const float unknown = std::numeric_limits<float>::quiet_NaN();
         const openvdb::Coord o = leaf.origin();
         std::array<const Leaf*, 8> part;
         for (int p = 0; p < 8; ++p)
@@ -68,16 +69,37 @@ struct Cells {
             for (int y = 0; y < kSide; ++y) {
                 const bool inside_box = o.x() + x >= 0 && o.y() + y >= 0 && o.x() + x <= box.cells[0] &&
                                         o.y() + y <= box.cells[1];
-                for (int z = 0; z < kSide; ++z) {
-                    const Leaf* source =
-                        part[static_cast<std::size_t>((x >> 3) | (y >> 3) << 1 | (z >> 3) << 2)];
-                    const auto n = static_cast<openvdb::Index>((x & 7) << 6 | (y & 7) << 3 | (z & 7));
-                    value[static_cast<std::size_t>(at(x, y, z))] =
-                        inside_box && source && source->isValueOn(n) ? source->buffer().data()[n] : unknown;
-                }
+                const auto column = static_cast<std::size_t>((x >> 3) | (y >> 3) << 1);
+                load_row(inside_box ? part[column] : nullptr, inside_box ? part[column | 4] : nullptr,
+                         static_cast<openvdb::Index>((x & 7) << 3 | (y & 7)),
+                         static_cast<std::size_t>(x * kSide + y));
             }
     }
     float operator()(int x, int y, int z) const { return value[static_cast<std::size_t>(at(x, y, z))]; }
+
+    // Whether the surface may cross an edge of the cells between (x, y) and (x + 1, y + 1).
+    bool row_is_cut(int x, int y) const {
+        const auto n = static_cast<std::size_t>(x * kSide + y);
+        const int in = inside[n] | inside[n + 1] | inside[n + kSide] | inside[n + kSide + 1];
+        const int out = outside[n] | outside[n + 1] | outside[n + kSide] | outside[n + kSide + 1];
+        return in != 0 && out != 0;
+    }
+
+  private:
+    void load_row(const Leaf* low, const Leaf* high, openvdb::Index leaf_row, std::size_t row) {
+        float* v = &value[row * kSide];
+        const unsigned known = (low ? low->getValueMask().getWord<openvdb::Byte>(leaf_row) : 0u) |
+                               (high && high->isValueOn(8 * leaf_row) ? 1u << 8 : 0u);
+        if (low) std::copy_n(low->buffer().data() + 8 * leaf_row, 8, v);
+        if (high) v[8] = high->buffer().data()[8 * leaf_row];
+        unsigned negative = 0;
+        for (unsigned z = 0; z < kSide; ++z) {
+            if (!(known >> z & 1)) v[z] = std::numeric_limits<float>::quiet_NaN();
+            negative |= static_cast<unsigned>(v[z] < 0.0f) << z;
+        }
+        inside[row] = static_cast<std::uint16_t>(negative);
+        outside[row] = static_cast<std::uint16_t>(known & ~negative);
+    }
 };
 
 bool crossed(float a, float b) {
@@ -109,7 +131,8 @@ bool mark_crossings(const Cells& cells, const openvdb::Coord& origin, const Late
     const auto& table = marching_cubes_table();
     bool complete = true;
     for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y)
+        for (int y = 0; y < 8; ++y) {
+            if (!cells.row_is_cut(x, y)) continue;
             for (int z = 0; z < 8; ++z) {
                 const float v = cells(x, y, z);
                 if (std::isnan(v)) continue;
@@ -129,6 +152,7 @@ bool mark_crossings(const Cells& cells, const openvdb::Coord& origin, const Late
                     own.triangles +=
                         static_cast<std::uint32_t>(table[static_cast<std::size_t>(pattern)].size() / 3);
             }
+        }
     return complete;
 }
 
@@ -163,9 +187,9 @@ void connect_vertices(const Owners& owners, const Cells& cells, const openvdb::C
     const auto& table = marching_cubes_table();
     std::uint32_t triangle = owners[0]->first_triangle;
     for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y)
+        for (int y = 0; y < 8; ++y) {
+            if (!in_box(origin, x, y, box) || !cells.row_is_cut(x, y)) continue;
             for (int z = 0; z < 8; ++z) {
-                if (!in_box(origin, x, y, box)) continue;
                 bool cut = false;
                 const int pattern = cell_pattern(cells, x, y, z, cut);
                 if (!cut) continue;
@@ -181,6 +205,7 @@ void connect_vertices(const Owners& owners, const Cells& cells, const openvdb::C
                     triangles[triangle++] = {vertex_on(list[e]), vertex_on(list[e + 1]),
                                              vertex_on(list[e + 2])};
             }
+        }
 }
 
 }  // namespace
@@ -189,11 +214,12 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     std::vector<const Leaf*> leaves;
     phi.tree().getNodes(leaves);
     std::vector<LeafEdges> edges(leaves.size());
-    const auto each_leaf = [&](auto&& op) {
+    const auto each_leaf = [&](auto&& wanted, auto&& op) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 8), [&](const auto& range) {
             const auto accessor = phi.getConstUnsafeAccessor();
             Cells cells;
             for (std::size_t n = range.begin(); n != range.end(); ++n) {
+                if (!wanted(n)) continue;
                 cells.load(accessor, *leaves[n], box);
                 op(n, cells);
             }
@@ -201,9 +227,10 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     };
 
     std::atomic<bool> complete{true};
-    each_leaf([&](std::size_t n, const Cells& cells) {
-        if (!mark_crossings(cells, leaves[n]->origin(), box, edges[n])) complete = false;
-    });
+    each_leaf([](std::size_t) { return true; },
+              [&](std::size_t n, const Cells& cells) {
+                  if (!mark_crossings(cells, leaves[n]->origin(), box, edges[n])) complete = false;
+              });
     if (!complete)
         throw NumericsError(
             "the narrow band does not enclose the surface; re-distance the level set before extracting");
@@ -214,7 +241,8 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     for (std::size_t n = 0; n < leaves.size(); ++n) {
         edges[n].first_vertex = vertex_count;
         edges[n].first_triangle = triangle_count;
-        vertex_count += edges[n].count();
+        edges[n].vertices = edges[n].count();
+        vertex_count += edges[n].vertices;
         triangle_count += edges[n].triangles;
         index.emplace(leaves[n]->origin(), static_cast<std::uint32_t>(n));
     }
@@ -222,7 +250,8 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     TriangleMesh mesh;
     mesh.vertices.resize(vertex_count);
     mesh.triangles.resize(triangle_count);
-    each_leaf([&](std::size_t n, const Cells& cells) {
+    const auto cut = [&](std::size_t n) { return edges[n].vertices > 0 || edges[n].triangles > 0; };
+    each_leaf(cut, [&](std::size_t n, const Cells& cells) {
         const openvdb::Coord origin = leaves[n]->origin();
         Owners owners{&edges[n]};
         for (int p = 1; p < 8; ++p) {

@@ -26,7 +26,7 @@ struct SamplePoints {
     bool is_sealed(std::size_t sample) const { return !sealed.empty() && sealed[sample] != 0; }
     // What a model can tell apart where nothing is traced.
     std::vector<std::uint8_t> kinds() const {
-        if (stride != 0) return {};
+        if (stride != 0 || !positions.empty()) return {};
         std::vector<std::uint8_t> kind(count);
         for (std::size_t n = 0; n < count; ++n)
             kind[n] = static_cast<std::uint8_t>((visible.empty() || visible[n] != 0 ? 1 : 0) |
@@ -88,7 +88,6 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     samples.positions.resize(model.depends_on_position ? count : 0);
     samples.visible.resize(model.visibility ? count : 0);
     const TriangleMesh& mesh = surface.traced();
-    const std::vector<Vec3> normals = model.visibility ? triangle_normals(mesh) : std::vector<Vec3>{};
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const levelset::SurfaceSample& s = extension.samples[n];
@@ -98,11 +97,15 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
                             std::span(samples.values).subspan(n * samples.stride, samples.stride));
             if (model.depends_on_position) samples.positions[n] = position_of(s, stack.domain);
             if (!model.visibility) continue;
+            if (extension.top_alone(n)) {  // nothing asks for an inert layer's
+                samples.visible[n] = 1;
+                continue;
+            }
             const auto [a, b, c] = mesh.triangles[s.triangle];
             const auto& x = mesh.vertices;
             const Vec3 point = (1.0 - u - v) * x[a] + u * x[b] + v * x[c];
-            samples.visible[n] =
-                visible(surface, point, normals[s.triangle], *model.visibility, stack.domain.spacing);
+            samples.visible[n] = visible(surface, point, area_vector(mesh, s.triangle).normalized(),
+                                         *model.visibility, stack.domain.spacing);
         }
     });
     return samples;
@@ -120,6 +123,10 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
     return model.speeds(points);
 }
 
+bool is_inert(const Model& model, int material) {
+    return !model.inert.empty() && model.inert[static_cast<std::size_t>(material)] != 0;
+}
+
 }  // namespace
 
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
@@ -127,8 +134,10 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
     levelset::Extension extension;
     {
         const PhaseClock clock(timing.extend);
+        // Where nothing is traced, only line of sight asks for points on the mesh.
         extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene)
-                                  : levelset::extend_without_mesh(stack.top(), stack.domain);
+                                  : levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
+                                                              is_inert(model, stack.layers.back().material));
     }
     const PhaseClock clock(timing.rates);
     const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
@@ -149,9 +158,9 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
             return points->is_sealed(sample) ? 0.0 : rate_of(points->at(sample, layer, Vec3::UnitZ()));
         };
     for (const levelset::Layer& layer : stack.layers) {
-        const auto material = static_cast<std::size_t>(layer.material);
-        if (!model.dissipation.empty()) motion.dissipation.push_back(model.dissipation[material]);
-        if (!model.inert.empty()) motion.inert.push_back(model.inert[material]);
+        motion.inert.push_back(is_inert(model, layer.material));
+        if (!model.dissipation.empty())
+            motion.dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
     }
     if (model.beam && model.beam_speed) {
         motion.beam = *model.beam;
@@ -181,6 +190,12 @@ bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal
             const auto a = static_cast<std::size_t>(axis);
             position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
         }
+    if (surface.columns) {
+        // From below a ceiling that meets the surface here: raised into it, the point would no longer lie
+        // under it.
+        position.z() -= 2e-2 * spacing;
+        return surface.columns->open_above(position);
+    }
     // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
     // 0.006 degrees where the surface is as high as the domain is wide); it counts as shadowed.
     constexpr int kMostSides = 10000;

@@ -81,6 +81,8 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
             if (model.visibility)
                 point.visible = visible(surface, hit.point, traced_normals[hit.triangle], *model.visibility,
                                         stack.domain.spacing);
+        } else if (model.visibility) {
+            point.visible = visible(surface, centroid, point.normal, *model.visibility, stack.domain.spacing);
         }
         point.flux = here.first(tallies);
         point.coverage = here.subspan(tallies);

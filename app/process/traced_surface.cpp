@@ -64,8 +64,14 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
     TracedSurface surface = extracted(stack, timing);
     surface.time = request.time;
     if (model.species.empty()) {
-        if (model.visibility || model.depends_on_position || model.speeds)
+        const bool line_of_sight = model.visibility.has_value();
+        if (model.depends_on_position || model.speeds ||
+            (line_of_sight && !model.visibility->head<2>().isZero(0.0)))
             surface.scene = build_scene(surface.raw, timing);
+        else if (line_of_sight) {
+            const PhaseClock clock(timing.bvh);
+            surface.columns = std::make_shared<const surface::ColumnSight>(surface.raw, stack.domain.spacing);
+        }
         return surface;
     }
     if (recipe.simplify.method != "none")

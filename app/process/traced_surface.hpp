@@ -15,6 +15,7 @@
 #include "flux/wedges.hpp"
 #include "levelset/pieces.hpp"
 #include "levelset/stack.hpp"
+#include "surface/column_sight.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -39,14 +40,17 @@ struct SurfaceFlux {
 
 /// The wafer's surface at one time, what is traced in its place, and what arrives on it.
 struct TracedSurface {
-    TriangleMesh raw;                                ///< as extracted
-    std::vector<levelset::SurfacePiece> pieces;      ///< of raw
-    std::optional<TriangleMesh> simplified;          ///< what is traced instead, if anything
-    flux::LateralBox box;                            ///< sides of the domain
-    std::shared_ptr<const surface::RayScene> scene;  ///< of traced(); absent if the model neither traces nor
-                                                     ///< asks for line of sight, positions or Model::speeds
-    double time = 0.0;                               ///< since the step began
-    std::optional<SurfaceFlux> arriving;             ///< on traced(); absent if the model traces no species
+    TriangleMesh raw;                            ///< as extracted
+    std::vector<levelset::SurfacePiece> pieces;  ///< of raw
+    std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
+    flux::LateralBox box;                        ///< sides of the domain
+    /// Of traced(); absent if the model neither traces nor asks for positions, Model::speeds or line of sight along a
+    /// tilted beam.
+    std::shared_ptr<const surface::RayScene> scene;
+    std::shared_ptr<const surface::ColumnSight>
+        columns;                          ///< of raw, if it asks for line of sight straight upwards alone
+    double time = 0.0;                    ///< since the step began
+    std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
 
     const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
 };
