@@ -16,6 +16,7 @@ void add_models_command(CLI::App& program);
 void add_compare_command(CLI::App& program);
 void add_study_command(CLI::App& program);
 void add_sweep_command(CLI::App& program);
+void add_fit_command(CLI::App& program);
 void add_simplify_command(CLI::App& program);
 void add_flux_command(CLI::App& program);
 void add_inspect_command(CLI::App& program);

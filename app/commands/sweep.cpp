@@ -51,7 +51,7 @@ void add_sweep_command(CLI::App& program) {
         "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
         "A key and its values: N from LO to HI, evenly or in the logarithm, or a list; may be repeated, and then all "
         "combinations are run");
-    add_option(command, "--design", sweep.design, "{grid,sobol}",
+    add_option(command, "--design", sweep.design, "",
                "All combinations (grid, the default), or --runs points that fill the ranges evenly (sobol)",
                {.one_of = {"grid", "sobol"}});
     add_option(command, "--runs", sweep.runs, "N", "How many points of the design sobol");

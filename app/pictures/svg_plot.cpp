@@ -52,18 +52,42 @@ struct Axis {
         return step;
     }
     double pixel(double value) const { return from + (scale(value) - low) / (high - low) * (to - from); }
+    double scale_of() const { return std::abs(to - from) / (high - low); }  // pixels a unit
     double value(double scaled) const { return log ? std::pow(10.0, scaled) : scaled; }
 };
+
+std::string series_svg(const PlotSeries& series, const Axis& x, const Axis& y, const char* colour) {
+    constexpr std::size_t kFew = 20;  // points that each get a dot
+    std::vector<std::string> lines(1);
+    std::string dots;
+    for (const auto& [at, value] : series.points) {
+        if (!x.shows(at) || !y.shows(value)) {
+            if (series.broken && !lines.back().empty()) lines.emplace_back();
+            continue;
+        }
+        const double px = x.pixel(at), py = y.pixel(value);
+        lines.back() += fmt::format("{:.1f},{:.1f} ", px, py);
+        if (series.dots || series.points.size() <= kFew)
+            dots +=
+                fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", px, py, colour);
+    }
+    std::string svg;
+    for (const std::string& line : lines)
+        if (!series.dots)
+            svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\"/>\n",
+                               line, colour);
+    return svg + dots;
+}
 
 }  // namespace
 
 std::string svg_plot(const Plot& plot) {
     Axis x{.from = kLeft, .to = kWidth - kRight, .log = plot.log_x};
     Axis y{.from = kHeight - kBottom, .to = kTop, .log = plot.log_y};
-    const auto shown = [&](const auto& point) { return x.shows(point.first) && y.shows(point.second); };
     for (const PlotSeries& s : plot.series)
         for (const auto& point : s.points)
-            if (shown(point)) x.include(point.first), y.include(point.second);
+            if (x.shows(point.first) && y.shows(point.second))
+                x.include(point.first), y.include(point.second);
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
         "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
@@ -73,19 +97,24 @@ std::string svg_plot(const Plot& plot) {
     if (!(x.low <= x.high && y.low <= y.high))
         return svg + fmt::format("<text x=\"{}\" y=\"{}\">no data</text>\n</svg>\n", kLeft, kHeight / 2);
     const double x_step = x.settle(), y_step = y.settle();
+    if (plot.same_scale) {  // the other axis becomes shorter
+        const double scale = std::min(x.scale_of(), y.scale_of());
+        x.to = x.from + scale * (x.high - x.low);
+        y.to = y.from - scale * (y.high - y.low);
+    }
     for (int n = 0; x.low + n * x_step <= x.high + 1e-9 * x_step; ++n) {
         const double value = x.value(x.low + n * x_step), p = x.pixel(value);
         svg += fmt::format(
             "<line x1=\"{0:.1f}\" y1=\"{1}\" x2=\"{0:.1f}\" y2=\"{2}\" stroke=\"#dddddd\"/>\n"
             "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:.4g}</text>\n",
-            p, kTop, kHeight - kBottom, kHeight - kBottom + 18.0, std::abs(value) < 1e-12 ? 0.0 : value);
+            p, y.to, y.from, y.from + 18.0, std::abs(value) < 1e-12 ? 0.0 : value);
     }
     for (int n = 0; y.low + n * y_step <= y.high + 1e-9 * y_step; ++n) {
         const double value = y.value(y.low + n * y_step), p = y.pixel(value);
         svg += fmt::format(
             "<line x1=\"{0}\" y1=\"{1:.1f}\" x2=\"{2}\" y2=\"{1:.1f}\" stroke=\"#dddddd\"/>\n"
             "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:.4g}</text>\n",
-            kLeft, p, kWidth - kRight, kLeft - 6.0, p + 4.0, std::abs(value) < 1e-12 ? 0.0 : value);
+            x.from, p, x.to, x.from - 6.0, p + 4.0, std::abs(value) < 1e-12 ? 0.0 : value);
     }
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
                        0.5 * (kLeft + kWidth - kRight), kHeight - 18.0, escaped(plot.x_label));
@@ -94,17 +123,7 @@ std::string svg_plot(const Plot& plot) {
                     0.5 * (kTop + kHeight - kBottom), escaped(plot.y_label));
     for (std::size_t s = 0; s < plot.series.size(); ++s) {
         const char* colour = kColours[s % kColours.size()];
-        std::string line, dots;
-        for (const auto& point : plot.series[s].points) {
-            if (!shown(point)) continue;
-            const double px = x.pixel(point.first), py = y.pixel(point.second);
-            line += fmt::format("{:.1f},{:.1f} ", px, py);
-            if (plot.series[s].points.size() <= 20)
-                dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\"/>\n", px, py,
-                                    colour);
-        }
-        svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\"/>\n{}",
-                           line, colour, dots);
+        svg += series_svg(plot.series[s], x, y, colour);
         const double ly = kTop + 10.0 + 20.0 * static_cast<double>(s), lx = kWidth - kRight + 14.0;
         svg += fmt::format(
             "<line x1=\"{0}\" y1=\"{1}\" x2=\"{2}\" y2=\"{1}\" stroke=\"{3}\" stroke-width=\"3\"/>\n"

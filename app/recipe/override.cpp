@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "app/recipe/reader.hpp"
+#include "app/recipe/written_number.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -119,6 +120,14 @@ void apply_override(toml::table& root, const std::string& setting) {
         toml::array* array = child(*node, last, last.indices.size() - 1, source)->as_array();
         array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(last.indices.back()), std::move(v));
     });
+}
+
+std::optional<double> written_number(const std::string& text, const std::string& file,
+                                     const std::vector<std::string>& overrides, const std::string& key) {
+    toml::table root = parse_toml(text, file);
+    for (const std::string& setting : overrides) apply_override(root, setting);
+    const toml::node* node = find_node(root, key);
+    return node == nullptr ? std::nullopt : node->value<double>();
 }
 
 }  // namespace sidewall::app

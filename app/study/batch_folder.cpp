@@ -33,7 +33,7 @@ void open_batch_folder(const std::filesystem::path& folder, const std::string& f
     std::error_code failure;
     remove_partial_files(folder, {file, std::filesystem::path(file).replace_extension("csv").string()});
     if (!std::filesystem::exists(folder / file, failure)) {
-        for (const char* other : {"sweep.json", "fit.plan.json", "runs", "manifest.txt", "compare.json"})
+        for (const char* other : {"sweep.json", "fit.json", "runs", "manifest.txt", "compare.json"})
             if (std::filesystem::exists(folder / other, failure))
                 throw RecipeError(fmt::format("{}: holds other results ({}): choose another folder with -o",
                                               folder.string(), other));

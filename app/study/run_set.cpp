@@ -14,7 +14,6 @@
 #include "app/common/folder_lock.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/interrupt.hpp"
-#include "app/common/progress.hpp"
 #include "app/common/text.hpp"
 #include "app/common/threads.hpp"
 #include "app/process/manifest.hpp"
@@ -65,6 +64,11 @@ std::string reason(const ProcessEnd& end) {
     constexpr std::string_view kName = "sidewall: ";
     if (last.starts_with(kName)) last.erase(0, kName.size());
     return last.empty() ? fmt::format("exit code {}", end.exit_code) : last;
+}
+
+std::size_t count_ended(const RunSet& set) {
+    return static_cast<std::size_t>(
+        std::count_if(set.runs.begin(), set.runs.end(), [](const SetRun& run) { return run.ended; }));
 }
 
 struct Running {
@@ -142,9 +146,8 @@ class Pool {
     }
 
     void end_one() {
-        ++done_;
         ended_();
-        progress_.update(static_cast<double>(done_), fmt::format("{} running", running_.size()));
+        progress_.update(static_cast<double>(count_ended(set_)), fmt::format("{} running", running_.size()));
     }
 
     void tell_once(const std::string& text) {
@@ -159,10 +162,8 @@ class Pool {
             std::erase_if(running_, [](Running& run) { return run.process.end().has_value(); });
             std::this_thread::sleep_for(kPause);
         }
-        throw Interrupted(fmt::format(
-            "stopped with {} runs made; go on with: {}",
-            std::count_if(set_.runs.begin(), set_.runs.end(), [](const SetRun& run) { return run.ended; }),
-            set_.resume_command));
+        throw Interrupted(
+            fmt::format("stopped with {} runs made; go on with: {}", count_ended(set_), set_.resume_command));
     }
 
     RunSet& set_;
@@ -171,7 +172,7 @@ class Pool {
     std::deque<std::size_t> waiting_;
     std::vector<Running> running_;
     std::vector<std::string> told_;
-    std::size_t jobs_ = 1, threads_ = 1, done_ = 0;
+    std::size_t jobs_ = 1, threads_ = 1;
     double free_ = 0.0, memory_ = 0.0;  // when they began, and of what runs
 };
 
@@ -205,15 +206,19 @@ void write_run_recipe(const RunSet& set, std::size_t number) {
     write_file(path, text);
 }
 
-void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, const std::function<void()>& ended) {
+void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
+               const std::function<void()>& ended) {
     std::vector<std::size_t> left;
     for (const std::size_t number : std::set<std::size_t>(numbers.begin(), numbers.end()))
         if (!set.runs[number - 1].ended && !read_end(set, number)) left.push_back(number);
     ended();
-    if (left.empty()) return;
-    const auto all = static_cast<double>(left.size());
-    ProgressBar progress(set.title, all, "runs", !set.quiet, {.tenths = true});
-    Pool(set, left, progress, ended).make_all();
+    if (!left.empty()) Pool(set, left, progress, ended).make_all();
+}
+
+std::size_t read_ended(RunSet& set) {
+    std::size_t count = 0;
+    for (std::size_t number = 1; number <= set.runs.size(); ++number) count += read_end(set, number) ? 1 : 0;
+    return count;
 }
 
 }  // namespace sidewall::app

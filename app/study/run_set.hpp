@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
+#include "app/common/progress.hpp"
 #include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {
@@ -23,8 +24,6 @@ struct SetRun {
 struct RunSet {
     std::filesystem::path folder;                ///< DIR
     std::size_t jobs = 0;                        ///< at the same time; 0: as many as there are threads
-    bool quiet = false;                          ///< no progress
-    std::string title;                           ///< of the progress
     std::string resume_command;                  ///< what an interrupted user goes on with
     std::vector<SetRun> runs;                    ///< number 1 first
     std::map<std::string, std::size_t> numbers;  ///< by effective recipe
@@ -45,8 +44,14 @@ void write_run_recipe(const RunSet& set, std::size_t number);
 /// Makes those of the runs that have not ended, several at once: no more than jobs, and no more than the free
 /// memory holds. A run whose folder holds its result is read; one that was begun goes on from its checkpoint;
 /// one that another process still writes is waited for. A run that fails stops no other.
-/// \param ended  called in this thread after each.
+/// \param progress  counts all runs of the set that have ended.
+/// \param ended     called in this thread after each.
 /// \throws Interrupted after all runs have stopped at their checkpoints; IoError.
-void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, const std::function<void()>& ended);
+void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
+               const std::function<void()>& ended);
+
+/// Reads those whose folder holds their result, and counts them.
+/// \throws RecipeError if it is another recipe's.
+std::size_t read_ended(RunSet& set);
 
 }  // namespace sidewall::app

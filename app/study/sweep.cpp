@@ -44,11 +44,8 @@ Sweep read_sweep(const SweepOptions& options) {
     const Recipe base = load_recipe(options.recipe, options.overrides);
     const std::string text = surface::read_whole_file(options.recipe);
     const std::vector<Vary> varied = parse_vary(options.vary, base);
-    Sweep sweep{.set = {.folder = options.output,
-                        .jobs = options.jobs,
-                        .quiet = options.quiet,
-                        .title = "sweep",
-                        .resume_command = options.resume_command}};
+    Sweep sweep{
+        .set = {.folder = options.output, .jobs = options.jobs, .resume_command = options.resume_command}};
     for (const Vary& vary : varied) sweep.keys.push_back(vary.key);
     std::string all = version();
     for (RunValues& values : points_of(options, varied)) {
@@ -80,7 +77,10 @@ SweepEnd run_sweep(const SweepOptions& options) {
     std::vector<std::size_t> numbers(sweep.set.runs.size());
     for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i + 1;
     SweepEnd end{.rows = sweep.points.size(), .runs = numbers.size()};
-    make_runs(sweep.set, numbers, [&] {
+    const auto before = static_cast<double>(read_ended(sweep.set));
+    ProgressBar progress("sweep", static_cast<double>(end.runs), "runs", !options.quiet,
+                         {.from = before, .tenths = true});
+    make_runs(sweep.set, numbers, progress, [&] {
         end.table = run_table(sweep.keys, sweep.points, sweep.set);
         write_file(options.output / "sweep.csv", end.table);
     });

@@ -1,0 +1,92 @@
+#include "app/study/fit.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/commands/commands.hpp"
+#include "app/commands/recipe_options.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct FitArguments {
+    FitOptions fit;
+    std::optional<std::size_t> jobs, max_runs;
+    std::string json;
+};
+
+std::string resume_command(const FitOptions& fit) {
+    std::string command =
+        fmt::format("sidewall fit {} -o {}", shell_word(fit.recipe), shell_word(fit.output));
+    const auto add = [&](const char* option, const std::vector<std::string>& values) {
+        for (const std::string& value : values) command += fmt::format(" {} {}", option, shell_word(value));
+    };
+    add("--set", fit.overrides);
+    add("--vary", fit.vary);
+    add("--target", fit.targets);
+    add("--target-profile", fit.profiles);
+    if (fit.profile_sigma) command += fmt::format(" --profile-sigma {}", *fit.profile_sigma);
+    if (fit.profile_offset != "none") command += " --profile-offset " + fit.profile_offset;
+    return fmt::format("{} --max-runs {} --resume", command, fit.max_runs);
+}
+
+}  // namespace
+
+void add_fit_command(CLI::App& program) {
+    CLI::App& command = add_command(
+        program, "fit",
+        "Find the values of a recipe's keys at which it meets measured figures or profiles, with 95 % intervals");
+    const auto recipe = add_recipe_options(command);
+    const auto arguments = std::make_shared<FitArguments>();
+    FitOptions& fit = arguments->fit;
+    add_repeated(
+        command, "--vary", [arguments](const std::string& text) { arguments->fit.vary.push_back(text); },
+        "KEY=LO:HI[:log]",
+        "A key to find, within bounds, on a linear or logarithmic scale; from the recipe's own value, if it lies between; may "
+        "be repeated");
+    add_repeated(
+        command, "--target", [arguments](const std::string& text) { arguments->fit.targets.push_back(text); },
+        "NAME=VALUE[+-SIGMA]",
+        "A figure of the metrology, such as depth, cd_at_0.5 or step_coverage_bottom, in the recipe's units, and its standard "
+        "deviation; may be repeated");
+    add_repeated(
+        command, "--target-profile",
+        [arguments](const std::string& text) { arguments->fit.profiles.push_back(text); }, "FILE.csv[@TIME]",
+        "Points x,z of the surface in the cut of [metrology], in any order, of all or a part, at a process time (default: the "
+        "end); may be repeated");
+    add_option(command, "--profile-sigma", fit.profile_sigma, "LENGTH",
+               "Standard deviation of the profiles' points");
+    add_option(command, "--profile-offset", fit.profile_offset, "",
+               "Find how far profiles are shifted, too (default: none)",
+               {.one_of = {"none", "x", "z", "xz"}});
+    add_option(command, "--max-runs", arguments->max_runs, "N", "Runs at most (default: 60)");
+    add_option(
+        command, "--jobs", arguments->jobs, "J",
+        "Runs at the same time (default: as many as threads); fewer where the memory does not hold them",
+        {.range = {{1, 1024}}});
+    add_flag(command, "--resume", fit.resume, "Go on, with the runs that are there");
+    add_flag(command, "--quiet", fit.quiet, "No progress and no report");
+    add_option(command, "--json", arguments->json, "FILE",
+               "Write fit.json here too; - for standard output, and then no report");
+    add_option(command, "-o,--output", fit.output, "DIR", "Folder for results", {.required = true});
+    run_by(command, [recipe, arguments] {
+        FitOptions& fit = arguments->fit;
+        fit.recipe = recipe->file;
+        fit.overrides = recipe->overrides;
+        fit.jobs = arguments->jobs.value_or(0);
+        fit.max_runs = arguments->max_runs.value_or(fit.max_runs);
+        fit.resume_command = resume_command(fit);
+        install_interrupt_handler();
+        const Json found = run_fit(fit);
+        if (!arguments->json.empty()) write_json(arguments->json, found);
+        if (!fit.quiet && arguments->json != "-")
+            fmt::print("{}best recipe: {}; all runs: {}\n", fit_table(found),
+                       (fit.output / "best.toml").string(), (fit.output / "fit.csv").string());
+    });
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,14 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace sidewall::app {
+
+/// The number that a recipe's text, changed by \p overrides, has for a key such as `step[0].rate.Si`; nothing if it
+/// leaves the key to its default or has no number there.
+/// \throws RecipeError for what is no TOML.
+std::optional<double> written_number(const std::string& text, const std::string& file,
+                                     const std::vector<std::string>& overrides, const std::string& key);
+
+}  // namespace sidewall::app

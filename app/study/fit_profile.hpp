@@ -1,0 +1,53 @@
+#pragma once
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// Points of a measured profile, in any order, of all of it or a part: across the wafer along the cut of
+/// [metrology], and z; in the recipe's length unit.
+struct MeasuredProfile {
+    std::string name;  ///< FILE.csv or FILE.csv@TIME, as the user wrote it
+    std::vector<Eigen::Vector2d> points;
+    std::optional<double> time;  ///< process time; absent: the run's end
+};
+
+/// Reads FILE.csv[@TIME]: a row a point, two numbers with a comma, semicolon, tab or blanks between; of more columns
+/// those named x (or y) and z, or the first two. A first line without numbers is a header; lines after # are left
+/// out.
+/// \throws FileError naming file and line; RecipeError for a time that is none.
+MeasuredProfile read_measured_profile(const std::string& name);
+
+/// \throws RecipeError if runs of \p recipe save no surface at the profile's time, naming the times they do.
+void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe);
+
+/// A run's profile as pieces of line.
+using Contour = std::vector<std::array<Eigen::Vector2d, 2>>;
+
+/// The surface that a run saved at \p time (its last one: absent), where the cut of [metrology] meets it, and beyond the
+/// sides once more as they mirror or repeat it.
+/// \throws FileError for a folder without surfaces.
+Contour contour_of(const std::filesystem::path& folder, const Recipe& recipe, std::optional<double> time);
+
+/// Directions in which a measured profile may be shifted: its origin is not known.
+struct ProfileOffset {
+    bool x = false, z = false;
+};
+
+/// How far a profile lies from a contour.
+struct ProfileDistance {
+    Eigen::VectorXd signed_distances;  ///< of its points, opposite on the contour's two sides
+    Eigen::Vector2d offset =
+        Eigen::Vector2d::Zero();  ///< that was added to the points; of the least sum of squares
+};
+
+/// \returns nothing if there is no contour. O(points x pieces).
+std::optional<ProfileDistance> distance_to(const Contour& contour, const std::vector<Eigen::Vector2d>& points,
+                                           ProfileOffset free);
+
+}  // namespace sidewall::app

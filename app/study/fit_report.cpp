@@ -1,0 +1,177 @@
+#include "app/study/fit_report.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <limits>
+
+#include "app/common/json.hpp"
+#include "app/pictures/svg_plot.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr int kDigits = 6;
+constexpr double kNoBound = 100.0;  // half an interval, in ranges
+
+// The value at a place that may lie outside of the bounds, as an interval's end does.
+double value_beyond(const Vary& vary, double place) {
+    return vary.log ? vary.low * std::pow(vary.high / vary.low, place)
+                    : vary.low + (vary.high - vary.low) * place;
+}
+
+Json parameters_json(const FitEnd& end) {
+    Json parameters = Json::object();
+    for (std::size_t k = 0; k < end.varied.size(); ++k) {
+        const Vary& vary = end.varied[k];
+        const auto i = static_cast<Eigen::Index>(k);
+        const double place = end.found.best[i], half = end.found.half_interval[i];
+        Json json{{"value", std::stod(value_at(vary, place))}};
+        for (const double sign : {-1.0, 1.0})
+            json["interval95"].push_back(
+                half < kNoBound ? number_or_null(value_beyond(vary, place + sign * half), kDigits) : Json());
+        constexpr double kAtBound = 1e-6;
+        if (place < kAtBound || place > 1.0 - kAtBound) json["at_bound"] = place < 0.5 ? vary.low : vary.high;
+        parameters[vary.key] = std::move(json);
+    }
+    return parameters;
+}
+
+Json correlation_json(const FitEnd& end) {
+    constexpr int kFewDigits = 4;
+    Json all = Json::object();
+    const Eigen::MatrixXd& c = end.found.covariance;
+    for (std::size_t a = 0; a < end.varied.size(); ++a)
+        for (std::size_t b = 0; b < end.varied.size(); ++b) {
+            const auto i = static_cast<Eigen::Index>(a), j = static_cast<Eigen::Index>(b);
+            const double value = i == j ? 1.0 : c(i, j) / std::sqrt(c(i, i) * c(j, j));
+            all[end.varied[a].key][end.varied[b].key] = number_or_null(value, kFewDigits);
+        }
+    return all;
+}
+
+Json residuals_json(const FitEnd& end) {
+    Json all = Json::object();
+    const Json& metrology = end.best_run.summary["metrology"];
+    for (const MeasureTarget& target : end.targets.measures)
+        all[target.name] = Json{{"asked", target.asked},
+                                {"got", metrology[target.name]},
+                                {"sigma", target.sigma ? Json(*target.sigma) : Json()},
+                                {"unit", end.best_run.summary["metrology_units"][target.name]}};
+    for (std::size_t k = 0; k < end.targets.profiles.size(); ++k) {
+        const auto found = profile_residual(end.targets, k, end.best_recipe, end.best_folder);
+        if (!found) continue;
+        const Eigen::VectorXd& d = found->distance.signed_distances;
+        all[end.targets.profiles[k].name] =
+            Json{{"asked", 0.0},  // distance, its root mean square
+                 {"got", number_or_null(d.norm() / std::sqrt(static_cast<double>(d.size())), kDigits)},
+                 {"sigma", end.targets.profile_sigma ? Json(*end.targets.profile_sigma) : Json()},
+                 {"unit", end.best_recipe.domain.length_unit},
+                 {"points", d.size()},
+                 {"greatest", number_or_null(d.lpNorm<Eigen::Infinity>(), kDigits)},
+                 {"offset",
+                  {number_or_null(found->distance.offset.x(), kDigits),
+                   number_or_null(found->distance.offset.y(), kDigits)}}};
+    }
+    return all;
+}
+
+// Keys of every direction that the targets leave open.
+Json free_keys(const FitEnd& end) {
+    constexpr double kPart = 0.3;
+    Json groups = Json::array();
+    for (const Eigen::VectorXd& direction : end.found.free_directions) {
+        Json keys = Json::array();
+        for (std::size_t k = 0; k < end.varied.size(); ++k)
+            if (std::abs(direction[static_cast<Eigen::Index>(k)]) >=
+                kPart * direction.lpNorm<Eigen::Infinity>())
+                keys.push_back(end.varied[k].key);
+        groups.push_back(std::move(keys));
+    }
+    return groups;
+}
+
+PlotSeries contour_series(const std::string& name, const Contour& contour, double low, double high) {
+    constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+    PlotSeries series{.name = name, .broken = true};
+    for (const auto& [a, b] : contour) {
+        if (std::min(a.x(), b.x()) < low || std::max(a.x(), b.x()) > high) continue;
+        if (series.points.empty() || series.points.back() != std::pair(a.x(), a.y())) {
+            series.points.emplace_back(kGap, kGap);
+            series.points.emplace_back(a.x(), a.y());
+        }
+        series.points.emplace_back(b.x(), b.y());
+    }
+    return series;
+}
+
+}  // namespace
+
+Json fit_json(const FitEnd& end) {
+    const LeastSquaresResult& found = end.found;
+    const bool free = !found.free_directions.empty();
+    Json json{{"status", free ? "not-identifiable" : found.converged ? "converged" : "max-runs"}};
+    json["not_identifiable"] = free_keys(end);
+    json["runs"] = found.runs;
+    json["best_run"] = fmt::format("{:04}", end.best_number);
+    json["parameters"] = parameters_json(end);
+    json["correlation"] = correlation_json(end);
+    json["residuals"] = residuals_json(end);
+    json["errors_from"] = end.targets.known_errors ? "sigma"
+                          : found.error_from_noise ? "simulation-noise"
+                                                   : "residuals";
+    json["simulation_noise"] = number_or_null(found.noise, 3);
+    return json;
+}
+
+std::string overlay_svg(const FitEnd& end, std::size_t profile) {
+    const MeasuredProfile& measured = end.targets.profiles[profile];
+    const std::string& unit = end.best_recipe.domain.length_unit;
+    Plot plot{.title = measured.name,
+              .x_label = fmt::format("across the wafer [{}]", unit),
+              .y_label = fmt::format("z [{}]", unit),
+              .same_scale = true};
+    const auto best = profile_residual(end.targets, profile, end.best_recipe, end.best_folder);
+    PlotSeries points{.name = "measured", .dots = true};
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Eigen::Vector2d& p : measured.points) {
+        const Eigen::Vector2d at = best ? Eigen::Vector2d(p + best->distance.offset) : p;
+        points.points.emplace_back(at.x(), at.y());
+        low = std::min(low, at.x());
+        high = std::max(high, at.x());
+    }
+    const double margin = 0.2 * (high - low);
+    plot.series.push_back(std::move(points));
+    if (best) plot.series.push_back(contour_series("best run", best->contour, low - margin, high + margin));
+    if (std::filesystem::exists(end.first_folder / "summary.json"))
+        plot.series.push_back(contour_series("first run",
+                                             contour_of(end.first_folder, end.best_recipe, measured.time),
+                                             low - margin, high + margin));
+    return svg_plot(plot);
+}
+
+std::string fit_table(const Json& fit) {
+    const auto text = [](const Json& value) {
+        return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("unknown");
+    };
+    std::string table =
+        fmt::format("{} after {} runs\n", fit["status"].get<std::string>(), fit["runs"].get<std::size_t>());
+    for (const Json& keys : fit["not_identifiable"])
+        table += fmt::format("the targets do not tell {}: {}\n",
+                             fmt::join(keys.get<std::vector<std::string>>(), " from "),
+                             keys.size() > 1 ? "only a combination of them; fix one, or add a target"
+                                             : "it changes none of them");
+    table += fmt::format("  {:<28} {:>12}   95 % interval\n", "key", "value");
+    for (const auto& [key, parameter] : fit["parameters"].items())
+        table += fmt::format("  {:<28} {:>12}   {} to {}{}\n", key, text(parameter["value"]),
+                             text(parameter["interval95"][0]), text(parameter["interval95"][1]),
+                             parameter.contains("at_bound") ? ", at its bound" : "");
+    table += fmt::format("  {:<28} {:>12} {:>12} {:>12}\n", "target", "asked", "got", "sigma");
+    for (const auto& [name, target] : fit["residuals"].items())
+        table += fmt::format("  {:<28} {:>12} {:>12} {:>12}\n", name, text(target["asked"]),
+                             text(target["got"]), target["sigma"].is_null() ? "" : text(target["sigma"]));
+    return table;
+}
+
+}  // namespace sidewall::app

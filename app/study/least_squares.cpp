@@ -1,0 +1,331 @@
+#include "app/study/least_squares.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "app/study/sobol.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+// Lengths in the unit box.
+constexpr double kFirstRadius = 0.2, kLastRadius = 0.05, kLeastRadius = 0.01, kMostRadius = 0.5;
+constexpr double kTolerance = 0.001;     // of a step
+constexpr double kErrorPart = 0.05;      // or this part of the parameter's standard deviation
+constexpr double kProbe = 0.004;         // between points that tell noise
+constexpr double kMostDifference = 0.2;  // between points that tell slopes
+constexpr double kSignal = 10.0;         // a slope's difference over the noise
+constexpr double kUnbounded = 1e3;       // a standard deviation
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct Sample {
+    BoxPoint x;
+    VectorXd r;
+    double cost;
+};
+
+// Steps within bounds that minimise |r + J d|^2, coordinate by coordinate.
+VectorXd bounded_step(const MatrixXd& slopes, const VectorXd& r, const BoxPoint& at, double radius) {
+    constexpr int kMostSweeps = 2000;
+    constexpr double kDamping = 1e-6, kSettled = 1e-12;
+    MatrixXd h = slopes.transpose() * slopes;
+    const VectorXd g = slopes.transpose() * r;
+    h.diagonal().array() += kDamping * h.diagonal().maxCoeff() + std::numeric_limits<double>::min();
+    VectorXd step = VectorXd::Zero(at.size());
+    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+        double moved = 0.0;
+        for (Eigen::Index i = 0; i < at.size(); ++i) {
+            const double wanted = step[i] - (g[i] + h.row(i).dot(step)) / h(i, i);
+            const double low = std::max(-radius, -at[i]), high = std::min(radius, 1.0 - at[i]);
+            const double now = std::clamp(wanted, low, high);
+            moved = std::max(moved, std::abs(now - step[i]));
+            step[i] = now;
+        }
+        if (moved < kSettled) break;
+    }
+    return step;
+}
+
+// A direction less what it has by chance of others.
+VectorXd significant(const VectorXd& direction) {
+    constexpr double kPart = 0.1;
+    return (direction.array().abs() < kPart).select(0.0, direction);
+}
+
+class Fitter {
+  public:
+    explicit Fitter(const LeastSquares& problem) : problem_(problem), parameters_(problem.start.size()) {}
+
+    LeastSquaresResult fit() {
+        explore();
+        tell_noise();
+        LeastSquaresResult result;
+        result.converged = descend();
+        if (slopes_.size() == 0) regress();
+        look_at_weak_directions();
+        result.best = best().x;
+        result.residuals = best().r;
+        result.noise = noise_;
+        add_errors(result);
+        result.runs = samples_.size();
+        return result;
+    }
+
+  private:
+    const Sample& best() const { return samples_[best_]; }
+    std::size_t left() const { return problem_.max_runs - std::min(problem_.max_runs, samples_.size()); }
+
+    // Adds samples, as many as may still be made, and returns the number of the first.
+    std::size_t evaluate(std::vector<BoxPoint> points) {
+        const std::size_t first = samples_.size();
+        points.resize(std::min(points.size(), left()));
+        if (points.empty()) return first;
+        const std::vector<Residuals> residuals = problem_.evaluate(points);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const bool found = residuals[i] && residuals[i]->allFinite();
+            samples_.push_back({points[i], found ? *residuals[i] : VectorXd(),
+                                found ? residuals[i]->squaredNorm() : kInfinity});
+        }
+        return first;
+    }
+
+    void take_best() {
+        for (std::size_t i = 0; i < samples_.size(); ++i)
+            if (samples_[i].cost < best().cost) best_ = i;
+    }
+
+    void explore() {
+        std::vector<BoxPoint> points{problem_.start};
+        const std::size_t more =
+            std::min(static_cast<std::size_t>(2 * parameters_ + 2), problem_.max_runs / 4);
+        for (std::size_t i = 1; i <= more; ++i) {
+            BoxPoint point(parameters_);
+            for (Eigen::Index d = 0; d < parameters_; ++d)
+                point[d] = sobol(static_cast<std::uint32_t>(i), static_cast<std::size_t>(d));
+            points.push_back(std::move(point));
+        }
+        evaluate(points);
+        take_best();
+        if (!std::isfinite(best().cost))
+            throw NumericsError("no run of the first ones ended with all targets");
+    }
+
+    // Three points in a row on a line so short that the model is straight along it.
+    void tell_noise() {
+        if (left() < static_cast<std::size_t>(2 * parameters_ + 4)) return;
+        VectorXd along = VectorXd::Constant(parameters_, kProbe);
+        BoxPoint middle = best().x.cwiseMax(kProbe).cwiseMin(1.0 - kProbe);
+        const bool inside = middle == best().x;
+        std::vector<BoxPoint> points{middle - along, middle + along};
+        if (!inside) points.push_back(middle);
+        const std::size_t before = best_, first = evaluate(points);
+        const VectorXd& r = inside ? samples_[before].r : samples_.back().r;
+        if (samples_.size() < first + 2 || r.size() == 0) return;
+        if (samples_[first].r.size() == r.size() && samples_[first + 1].r.size() == r.size()) {
+            // The second difference of independent errors has 1 + 4 + 1 times their variance.
+            const VectorXd second = samples_[first].r - 2.0 * r + samples_[first + 1].r;
+            noise_ = std::sqrt(second.squaredNorm() / (6.0 * static_cast<double>(r.size())));
+        }
+        take_best();
+    }
+
+    // How far apart points must be along a direction for the noise not to hide its slope.
+    double difference_along(const VectorXd& direction, double radius) const {
+        double least = 0.5 * radius;
+        if (slopes_.size() > 0) {
+            const double signal = (slopes_ * direction).norm();
+            const double noise = noise_ * std::sqrt(2.0 * static_cast<double>(best().r.size()));
+            least = std::max(least, signal > 0.0 ? kSignal * noise / signal : kMostDifference);
+        }
+        return std::min(least, kMostDifference);
+    }
+
+    BoxPoint beside(const VectorXd& direction, double length) const {
+        const auto room = [&](double sign) {
+            const BoxPoint end = (best().x + sign * length * direction).cwiseMax(0.0).cwiseMin(1.0);
+            return (end - best().x).eval();
+        };
+        const VectorXd one = room(1.0), other = room(-1.0);
+        return best().x + (one.norm() >= (1.0 - 1e-9) * other.norm() ? one : other);
+    }
+
+    // The samples within a distance of the best one, and those made last for slopes there.
+    std::vector<std::size_t> near(double distance) const {
+        std::vector<std::size_t> chosen;
+        for (std::size_t i = 0; i < samples_.size(); ++i) {
+            if (i == best_ || samples_[i].r.size() == 0) continue;
+            const double apart = (samples_[i].x - best().x).lpNorm<Eigen::Infinity>();
+            if (apart <= distance || (i >= fresh_ && apart <= 2.0 * kMostDifference)) chosen.push_back(i);
+        }
+        return chosen;
+    }
+
+    // Adds samples where the near ones leave a direction open.
+    void spread(double radius) {
+        MatrixXd cover = MatrixXd::Zero(parameters_, parameters_);
+        for (const std::size_t i : near(2.0 * radius)) {
+            VectorXd d = (samples_[i].x - best().x) / (0.5 * radius);
+            d /= std::max(1.0, d.norm());
+            cover += d * d.transpose();
+        }
+        constexpr double kOpen = 0.4;
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(cover);
+        std::vector<BoxPoint> points;
+        for (Eigen::Index k = 0; k < parameters_; ++k) {
+            const VectorXd direction = axes.eigenvectors().col(k);
+            if (axes.eigenvalues()[k] < kOpen)
+                points.push_back(beside(direction, difference_along(direction, radius)));
+        }
+        if (!points.empty()) fresh_ = samples_.size();
+        evaluate(points);
+    }
+
+    // Slopes at the best sample by a regression. A sample's weight comes from the noise and from what its
+    // change is off a straight line, which grows with its distance. Directions without samples get none.
+    void regress() {
+        constexpr double kCurvature = 0.5, kLeast = 1e-6;
+        const std::vector<std::size_t> chosen = near(2.0 * kMostDifference);
+        const auto rows = static_cast<Eigen::Index>(chosen.size());
+        const double noise = 2.0 * noise_ * noise_ * static_cast<double>(best().r.size());
+        double greatest = std::numeric_limits<double>::min();
+        for (const std::size_t i : chosen) greatest = std::max(greatest, (samples_[i].r - best().r).norm());
+        MatrixXd a(rows, parameters_), b(rows, best().r.size());
+        for (Eigen::Index i = 0; i < rows; ++i) {
+            const Sample& sample = samples_[chosen[static_cast<std::size_t>(i)]];
+            const VectorXd d = sample.x - best().x, change = sample.r - best().r;
+            const double bent = kCurvature * d.norm() * change.norm();
+            const double weight = 1.0 / std::sqrt(noise + bent * bent + std::pow(kLeast * greatest, 2));
+            a.row(i) = weight * d.transpose();
+            b.row(i) = weight * change.transpose();
+        }
+        slopes_ = rows == 0 ? MatrixXd::Zero(best().r.size(), parameters_)
+                            : MatrixXd(a.completeOrthogonalDecomposition().solve(b).transpose());
+    }
+
+    // A residual's variance.
+    double variance() const {
+        const auto degrees = best().r.size() - parameters_;
+        if (problem_.known_errors) return 1.0 + noise_ * noise_;
+        return std::max(noise_ * noise_, degrees > 0 ? best().cost / static_cast<double>(degrees) : 0.0);
+    }
+
+    MatrixXd covariance() const {
+        const MatrixXd h = slopes_.transpose() * slopes_;
+        return variance() * h.completeOrthogonalDecomposition().pseudoInverse();
+    }
+
+    bool settled(const VectorXd& step) const {
+        const VectorXd error = covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
+        return (step.cwiseAbs().array() <= (kErrorPart * error).cwiseMax(kTolerance).array()).all();
+    }
+
+    // False if the runs are used up.
+    bool descend() {
+        double radius = kFirstRadius;
+        while (left() > 0) {
+            spread(radius);
+            take_best();
+            regress();
+            const VectorXd step = bounded_step(slopes_, best().r, best().x, radius);
+            if (settled(step)) {
+                if (radius <= kLastRadius) return true;
+                radius = std::max(kLastRadius, 0.25 * radius);
+                continue;
+            }
+            if (left() == 0) return false;
+            const double before = best().cost, length = step.lpNorm<Eigen::Infinity>();
+            const double predicted = before - (best().r + slopes_ * step).squaredNorm();
+            const std::size_t trial = evaluate({best().x + step});
+            const double gained = before - samples_[trial].cost;
+            take_best();
+            if (gained > 0.5 * predicted)
+                radius = std::clamp(2.0 * length, kLastRadius, kMostRadius);
+            else if (gained < 0.1 * predicted)
+                radius *= 0.4;
+            if (radius < kLeastRadius) return true;  // what noise is left leads nowhere
+        }
+        return false;
+    }
+
+    // Slopes from one side are wrong by the curvature: where they are small by comparison, from both sides.
+    void look_at_weak_directions() {
+        constexpr double kWeak = 0.1;
+        const Eigen::JacobiSVD<MatrixXd> svd(slopes_, Eigen::ComputeThinU | Eigen::ComputeFullV);
+        for (Eigen::Index k = 0; k < parameters_; ++k) {
+            const double strength = k < svd.singularValues().size() ? svd.singularValues()[k] : 0.0;
+            if (strength > kWeak * svd.singularValues()[0] || left() < 2) continue;
+            const VectorXd direction = svd.matrixV().col(k);
+            double length = kMostDifference;
+            for (Eigen::Index i = 0; i < parameters_; ++i)
+                if (const double room = std::min(best().x[i], 1.0 - best().x[i]); direction[i] != 0.0)
+                    length = std::min(length, room / std::abs(direction[i]));
+            if (length < kLastRadius) continue;
+            const std::size_t first =
+                evaluate({best().x - length * direction, best().x + length * direction});
+            const VectorXd &low = samples_[first].r, &high = samples_[first + 1].r;
+            if (low.size() == 0 || high.size() == 0) continue;
+            slopes_ += ((high - low) / (2.0 * length) - slopes_ * direction) * direction.transpose();
+        }
+    }
+
+    void add_errors(LeastSquaresResult& result) const {
+        constexpr double kVanishing = 0.005;  // of the strongest slope
+        const auto count = best().r.size();
+        const double sigma = std::sqrt(variance());
+        const bool estimated = !problem_.known_errors && count > parameters_;
+        constexpr double kNormal = 1.959964;
+        const double quantile =
+            estimated ? student_quantile(static_cast<std::size_t>(count - parameters_)) : kNormal;
+        result.error_from_noise = !problem_.known_errors && count <= parameters_;
+        const Eigen::JacobiSVD<MatrixXd> svd(slopes_, Eigen::ComputeThinU | Eigen::ComputeFullV);
+        const double hidden =
+            3.0 * noise_ * std::sqrt(2.0 * static_cast<double>(count)) / (2.0 * kMostDifference);
+        result.covariance = MatrixXd::Zero(parameters_, parameters_);
+        for (Eigen::Index k = 0; k < parameters_; ++k) {
+            const VectorXd direction = svd.matrixV().col(k);
+            const double slope = k < svd.singularValues().size() ? svd.singularValues()[k] : 0.0;
+            const bool vanishes = slope <= std::max(hidden, kVanishing * svd.singularValues()[0]);
+            // An interval as wide as the bounds says nothing that they did not.
+            if (vanishes || quantile * sigma > 0.5 * slope) result.free_directions.push_back(direction);
+            // What a vanishing slope is worth, its noise decides; so is which parameters it belongs to in
+            // part.
+            const VectorXd part = vanishes ? significant(direction) : direction;
+            const double error = vanishes ? kUnbounded : std::min(kUnbounded, sigma / slope);
+            result.covariance += error * error * part * part.transpose();
+        }
+        result.half_interval = quantile * result.covariance.diagonal().cwiseSqrt();
+    }
+
+    const LeastSquares& problem_;
+    Eigen::Index parameters_;
+    std::vector<Sample> samples_;
+    std::size_t best_ = 0, fresh_ = 0;  // and the first of those that were made last for slopes
+    MatrixXd slopes_;                   // of the residuals at the best sample
+    double noise_ = 0.0;
+};
+
+}  // namespace
+
+LeastSquaresResult fit_least_squares(const LeastSquares& problem) {
+    return Fitter(problem).fit();
+}
+
+// Abramowitz and Stegun, 26.7.5, which is too far off below 3.
+double student_quantile(std::size_t degrees) {
+    constexpr double kOne = 12.7062, kTwo = 4.3027, z = 1.959964;
+    if (degrees <= 1) return kOne;
+    if (degrees == 2) return kTwo;
+    const double n = static_cast<double>(degrees), z2 = z * z;
+    const double g1 = z * (z2 + 1.0) / 4.0;
+    const double g2 = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
+    const double g3 = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
+    const double g4 = z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92160.0;
+    return z + (g1 + (g2 + (g3 + g4 / n) / n) / n) / n;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,213 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <vector>
+
+#include "tests/integration/program.hpp"
+
+using namespace sidewall::test;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+// A tenth of a second.
+const std::string kRecipe = R"(
+[domain]
+extent = [4.0, 1.0]
+grid_spacing = 0.25
+boundary = ["reflective", "periodic"]
+[[layer]]
+material = "Si"
+shape = "trench"
+width = 2.0
+depth = 2.0
+[[step]]
+model = "single_particle"
+duration = 0.5
+rate = 1.0
+sticking = 0.3
+source_exponent = 1.0
+deposit = "SiO2"
+[flux]
+rays = 4000
+[output]
+profiles = ["y=0"]
+[metrology]
+measures = ["depth", "film"]
+)";
+
+struct Case : Folder {
+    Case() { std::ofstream(path / "recipe.toml", std::ios::binary) << kRecipe; }
+    Outcome run(const std::string& arguments, int exit_code = 0) const {
+        Outcome outcome = run_program(path, arguments, 120);
+        INFO(arguments << "\n" << outcome.output);
+        CHECK(outcome.exit_code == exit_code);
+        return outcome;
+    }
+    json read(const std::string& file) const { return json::parse(read_bytes(path / file)); }
+
+    // Targets as the recipe with other values gives them.
+    std::string targets(const std::string& settings, const std::vector<std::string>& names) const {
+        run("run recipe.toml -o truth --quiet " + settings);
+        const json metrology = read("truth/summary.json")["metrology"];
+        std::string text;
+        for (const std::string& name : names) text += " --target " + name + "=" + metrology[name].dump();
+        return text;
+    }
+};
+
+double value(const json& fit, const std::string& key) {
+    return fit["parameters"][key]["value"];
+}
+
+}  // namespace
+
+TEST_CASE("three hidden parameters of a deposition are found within 2 % in at most 40 runs", "[slow]") {
+    const Case c;
+    const std::string less_noise = " --set flux.rays=100000 --set simplify.method=none";
+    const std::string targets = c.targets(
+        "--set step[0].sticking=0.17 --set step[0].rate=1.1 --set step[0].source_exponent=1.6" + less_noise,
+        {"film_top", "film_side", "film_bottom", "mean_rate"});
+    c.run(
+        "fit recipe.toml -o fit --quiet --max-runs 40 --vary step[0].sticking=0.05:0.8:log --vary step[0].rate=0.5:2:log "
+        "--vary step[0].source_exponent=1:4:log --set step[0].sticking=0.06 --set step[0].rate=0.6 --set "
+        "step[0].source_exponent=3.5" +
+        less_noise + targets);
+    const json fit = c.read("fit/fit.json");
+    INFO(fit.dump(1));
+    CHECK(fit["status"] == "converged");
+    CHECK(fit["runs"] <= 40);
+    CHECK(value(fit, "step[0].sticking") == Approx(0.17).epsilon(0.02));
+    CHECK(value(fit, "step[0].rate") == Approx(1.1).epsilon(0.02));
+    CHECK(value(fit, "step[0].source_exponent") == Approx(1.6).epsilon(0.02));
+    for (const auto& [key, parameter] : fit["parameters"].items()) {
+        CHECK(parameter["interval95"][0] < parameter["value"]);
+        CHECK(parameter["interval95"][1] > parameter["value"]);
+        CHECK(fit["correlation"][key][key] == 1.0);
+    }
+}
+
+TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.17", "[slow]") {
+    const Case c;
+    c.run(
+        "fit " + config("quick/trench_deposition.toml") +
+        " -o fit --quiet --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
+    const json fit = c.read("fit/fit.json");
+    INFO(fit.dump(1));
+    CHECK(value(fit, "step[0].sticking") == Approx(0.17).epsilon(0.02));
+    CHECK(fit["residuals"]["step_coverage_bottom"]["asked"] == 0.55);
+    CHECK(fit["residuals"]["step_coverage_bottom"]["got"].get<double>() == Approx(0.55).epsilon(0.005));
+}
+
+TEST_CASE("a fit that was stopped goes on to the same end with the runs that are there") {
+    const Case whole, stopped;
+    const std::string fit =
+        "fit recipe.toml -o fit --quiet --vary step[0].sticking=0.05:0.8:log --target film_side=0.33+-0.005 ";
+    whole.run(fit);
+    run_command(
+        stopped.path,
+        "true; '" SIDEWALL_PROGRAM "' " + fit +
+            "</dev/null >log 2>&1 & p=$!; until [ -e fit/runs/0003 ]; do sleep 0.02; done; kill -9 $p; wait $p 2>/dev/null");
+    CHECK(stopped.read("fit/fit.json")["status"] == "unfinished");
+    CHECK_THAT(stopped.run(fit, 2).output, Catch::Contains("--resume"));
+    stopped.run(fit + "--resume");
+    CHECK(read_bytes(whole.path / "fit/fit.json") == read_bytes(stopped.path / "fit/fit.json"));
+    CHECK(read_bytes(whole.path / "fit/best.toml") == read_bytes(stopped.path / "fit/best.toml"));
+    const json found = whole.read("fit/fit.json");
+    const double low = found["parameters"]["step[0].sticking"]["interval95"][0],
+                 high = found["parameters"]["step[0].sticking"]["interval95"][1];
+    CHECK(low < value(found, "step[0].sticking"));
+    CHECK(high > value(found, "step[0].sticking"));
+    CHECK(found["errors_from"] == "sigma");
+    CHECK(found["residuals"]["film_side"]["sigma"] == 0.005);
+    // The best recipe by itself gives what the fit says it does.
+    whole.run("run fit/best.toml -o again --quiet");
+    CHECK(whole.read("again/summary.json")["metrology"]["film_side"] ==
+          found["residuals"]["film_side"]["got"]);
+    CHECK_THAT(
+        stopped
+            .run("fit recipe.toml -o fit --vary step[0].sticking=0.05:0.9 --target film_side=0.3 --resume", 2)
+            .output,
+        Catch::Contains("holds another fit, which differs in vary, target"));
+}
+
+TEST_CASE("rate and duration, which act as a product, are named as not identifiable") {
+    const Case c;
+    const Outcome outcome = c.run(
+        "fit recipe.toml -o fit --vary step[0].duration=0.2:1 --vary step[0].rate=0.3:1.5 --target film_top=0.5 "
+        "--target film_side=0.3 --target film_bottom=0.33");
+    const json fit = c.read("fit/fit.json");
+    INFO(fit.dump(1));
+    CHECK(fit["status"] == "not-identifiable");
+    CHECK(fit["not_identifiable"] == json::parse(R"([["step[0].duration", "step[0].rate"]])"));
+    CHECK(fit["parameters"]["step[0].rate"]["interval95"][0].is_null());
+    CHECK(value(fit, "step[0].duration") * value(fit, "step[0].rate") == Approx(0.5).epsilon(0.03));
+    CHECK_THAT(outcome.output, Catch::Contains("the targets do not tell step[0].duration from step[0].rate"));
+}
+
+TEST_CASE("a part of a profile, shuffled, shifted and noisy, gives the rate and its own offset") {
+    const Case c;
+    c.run("run recipe.toml -o truth --quiet --set step[0].rate=1.2");
+    std::istringstream profile(read_bytes(c.path / "truth/profile_0001.csv"));
+    std::vector<std::string> rows;
+    std::mt19937 random(1);
+    std::normal_distribution<double> error(0.0, 0.005);
+    for (std::string line; std::getline(profile, line);) {
+        std::istringstream fields(line);
+        double x = 0.0, z = 0.0;
+        char comma = ' ';
+        if (fields >> x >> comma >> z && x < 0.8)
+            rows.push_back(std::to_string(z - 0.2 + error(random)) + ";" +
+                           std::to_string(x + 0.3 + error(random)));
+    }
+    REQUIRE(rows.size() > 20);
+    std::shuffle(rows.begin(), rows.end(), random);
+    std::ofstream csv(c.path / "sem.csv");
+    csv << "z [um];x [um]\n";
+    for (const std::string& row : rows) csv << row << "\n";
+    csv.close();
+    c.run(
+        "fit recipe.toml -o fit --quiet --vary step[0].rate=0.5:2:log --target-profile sem.csv@0.5 --profile-sigma 0.005 "
+        "--profile-offset xz");
+    const json fit = c.read("fit/fit.json");
+    INFO(fit.dump(1));
+    CHECK(value(fit, "step[0].rate") == Approx(1.2).epsilon(0.02));
+    const json residual = fit["residuals"]["sem.csv@0.5"];
+    CHECK(residual["offset"][0].get<double>() == Approx(-0.3).margin(0.01));
+    CHECK(residual["offset"][1].get<double>() == Approx(0.2).margin(0.01));
+    CHECK(residual["got"].get<double>() < 2.0 * 0.005);
+    CHECK_THAT(read_bytes(c.path / "fit/overlay.svg"),
+               Catch::Contains("measured") && Catch::Contains("<polyline"));
+}
+
+TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign]") {
+    const Case c;
+    std::ofstream(c.path / "bad.csv") << "x,z\n0,0\n1,abc\n";
+    std::ofstream(c.path / "good.csv") << "0,0\n1,0\n2,0\n";
+    const std::string vary = "--vary step[0].sticking=0.05:0.8 ";
+    for (const auto& [arguments, exit_code, message] : std::vector<std::tuple<std::string, int, std::string>>{
+             {"--target depth=2", 2, "--vary: missing"},
+             {vary, 2, "--target: missing"},
+             {vary + "--target dept=2", 2, "--target dept: no run measures that: did you mean depth?"},
+             {vary + "--target film=2", 2, "name one, e.g. film_side"},
+             {vary + "--target depth=deep", 2, "VALUE is no number"},
+             {vary + "--target depth=2+-0", 2, "SIGMA must be greater than 0"},
+             {vary + "--target depth=2+-0.1 --target film_top=1", 2, "give all of them one"},
+             {vary + "--target depth=2 --target depth=3", 2, "asked for twice"},
+             {"--vary step[0].sticking=0.8:0.1 --target depth=2", 2, "swap them"},
+             {"--vary step[0].sticking=0.1:1.5 --target depth=2", 2,
+              "--vary step[0].sticking=1.5: step[0].sticking = 1.5: must be in [0, 1]"},
+             {"--vary step[0].stiking=0.1:1 --target depth=2", 2, "did you mean sticking?"},
+             {"--vary step[0].sticking=0.1:1:5 --target depth=2", 2, "bounds alone"},
+             {"--vary flux.rays=1000:2000 --target depth=2", 2, "whole numbers"},
+             {vary + "--target depth=2 --max-runs 0", 2, "--max-runs 0"},
+             {vary + "--target-profile none.csv", 3, "none.csv"},
+             {vary + "--target-profile bad.csv", 3, "bad.csv:3: column 2 is no number"},
+             {vary + "--target-profile good.csv@0.3", 2, "runs save no surface at time 0.3"}}) {
+        const Outcome outcome = c.run("fit recipe.toml -o out " + arguments, exit_code);
+        CHECK_THAT(outcome.output, Catch::Contains(message));
+        CHECK_FALSE(fs::exists(c.path / "out"));
+    }
+}
