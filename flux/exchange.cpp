@@ -44,19 +44,6 @@ void book(Exchange::State& s, const Job& job, Found& found, double rays) {
     for (Exit& exit : found.exits) exit.weight *= scale;
     group.links.insert(group.links.end(), found.links.begin(), found.links.end());
     group.exits.insert(group.exits.end(), found.exits.begin(), found.exits.end());
-    for (std::size_t i = 0; i < found.exits.size(); ++i) {
-        if (!(found.cosine[i] > 0.0f)) continue;
-        const Exit& exit = found.exits[i];
-        const std::uint32_t* corner = &s.wedges.corner[3 * std::size_t{exit.a}];
-        for (std::size_t n = 0; n < group.direct.size(); ++n) {
-            const double amount =
-                static_cast<double>(exit.weight) * s.densities.lobe(n, static_cast<double>(found.cosine[i]));
-            const auto u = static_cast<double>(exit.au), v = static_cast<double>(exit.av);
-            group.direct[n][corner[0]] += amount * (1.0 - u - v);
-            group.direct[n][corner[1]] += amount * u;
-            group.direct[n][corner[2]] += amount * v;
-        }
-    }
     s.segments += found.flights.segments;
     s.leaked += found.leaked;
 }
@@ -89,8 +76,9 @@ std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& j
 
 // Where rays from the surface and from the source go, by a few that are not kept.
 void look_around(Exchange::State& s, RandomKey key) {
-    constexpr std::uint32_t kLooks = 16384;
-    s.densities.set_counts({.cosine = kLooks, .source = kLooks});
+    const auto looks = static_cast<std::uint32_t>(
+        std::clamp<std::size_t>(4 * s.geometry.mesh.triangles.size(), 2048, 16384));
+    s.densities.set_counts({.cosine = looks, .source = looks});
     const std::vector<Found> found = trace_all(s, jobs_of(s.densities.counts(), 1, 1), key, true);
     const std::size_t items = s.geometry.mesh.triangles.size();
     std::vector<double> images(std::size_t{kImageRow} * kImageRow, 0.0), lit(items, 0.0), started(items, 0.0),
@@ -115,7 +103,8 @@ void look_around(Exchange::State& s, RandomKey key) {
 }  // namespace
 
 std::uint64_t exchange_bytes(std::uint64_t rays) {
-    return 2 * sizeof(Link) * rays;  // a gather holds its blocks beside the groups
+    return 2 * sizeof(Link) *
+           rays;  // a gather holds its blocks beside the groups, a solve weights of its own
 }
 
 Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
@@ -135,8 +124,6 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
                                               RayDensities(geometry, wedges, std::move(source_exponents)),
                                               mass_matrix(mesh, wedges),
                                               {}});
-    for (LinkGroup& group : state_->groups)
-        group.direct.assign(state_->densities.exponents().size(), std::vector<double>(wedges.count(), 0.0));
 }
 
 Exchange::~Exchange() = default;

@@ -138,7 +138,7 @@ void Gatherer::join_exit(const Ray& ray, Found& found) const {
     if (ray.aimed && ray.target != surface::kNoTriangle) return;
     const RayDensities& densities = s_.densities;
     const Facet& facet = densities.facets()[ray.from];
-    Exit exit{ray.from, 0.0f, 0.0f, 0.0f};
+    Exit exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
     barycentric(facet, ray.start, exit.au, exit.av);
     const double rise = ray.direction.z();
     const double travelled = rise > 0.0 ? (s_.geometry.top - ray.start.z()) / rise : -1.0;
@@ -159,8 +159,8 @@ void Gatherer::join_exit(const Ray& ray, Found& found) const {
         weight = densities.loss_weight(ray.from);
     }
     exit.weight = static_cast<float>(weight);
+    exit.cosine = out ? static_cast<float>(rise) : 0.0f;
     found.exits.push_back(exit);
-    found.cosine.push_back(out ? static_cast<float>(rise) : 0.0f);
 }
 
 // A ray from the source that hit: the surface's point sees the source there.
@@ -177,8 +177,8 @@ void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
     const double weight =
         densities.exit_weight(ray.triangle, ray.start, cosine >= kLevel ? path.image : kNoImage,
                               form_of(path.length, cosine * arrival), cosine);
-    found.exits.push_back({ray.triangle, ray.u, ray.v, static_cast<float>(weight)});
-    found.cosine.push_back(static_cast<float>(cosine));
+    found.exits.push_back(
+        {ray.triangle, ray.u, ray.v, static_cast<float>(weight), static_cast<float>(cosine)});
 }
 
 // A ray from one point of the surface to another.

@@ -20,7 +20,6 @@ struct Job {
 struct Found {
     std::vector<Link> links;
     std::vector<Exit> exits;
-    std::vector<float> cosine;  ///< of each exit to the vertical; 0 of those that come from no source
     FlightCounts flights;
     std::uint64_t leaked = 0;
     // Of a pilot:

@@ -3,11 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace sidewall::flux {
 namespace {
 
 constexpr std::size_t kPartsOfGroup = 2;
+constexpr int kBalancings = 6;
 
 struct Ends {
     const std::uint32_t* corner;
@@ -86,6 +88,16 @@ MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
     return mass;
 }
 
+// Some links and exits of a group, with their balanced weights.
+struct Balance::Part {
+    const Link* links;
+    const float* weight;
+    std::size_t count;
+    const Exit* exits;
+    const float* exit_weight;
+    std::size_t leaving;
+};
+
 Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> ratio,
                  std::vector<const LinkGroup*> groups, double scale)
     : wedges_(wedges),
@@ -94,12 +106,12 @@ Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const d
       groups_(std::move(groups)),
       scale_(scale),
       diagonal_(wedges.count(), 0.0) {
-    sum_parts(diagonal_, [this](const Link* links, std::size_t count, const Exit* exits, std::size_t leaving,
-                                double* y) {
-        for (std::size_t n = 0; n < count; ++n) {
-            const Link& link = links[n];
+    balance_weights();
+    sum_parts(diagonal_, [this](const Part& part, double* y) {
+        for (std::size_t n = 0; n < part.count; ++n) {
+            const Link& link = part.links[n];
             const Ends a(wedges_, link.a, link.au, link.av), b(wedges_, link.b, link.bu, link.bv);
-            const auto w = static_cast<double>(link.weight);
+            const auto w = static_cast<double>(part.weight[n]);
             a.add_squares(w, y);
             b.add_squares(w, y);
             // A corner that both ends share.
@@ -107,31 +119,75 @@ Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const d
                 for (int j = 0; j < 3; ++j)
                     if (a.corner[i] == b.corner[j]) y[a.corner[i]] -= 2.0 * w * a.weight[i] * b.weight[j];
         }
-        for (std::size_t n = 0; n < leaving; ++n)
-            Ends(wedges_, exits[n].a, exits[n].au, exits[n].av)
-                .add_squares(static_cast<double>(exits[n].weight), y);
+        for (std::size_t n = 0; n < part.leaving; ++n)
+            Ends(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av)
+                .add_squares(static_cast<double>(part.exit_weight[n]), y);
     });
     for (std::size_t i = 0; i < diagonal_.size(); ++i)
         for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
             if (mass_.column[n] == i) diagonal_[i] += absorption_[n];
 }
 
-// Calls use(links, count, exits, count, sums) for every part of every group, each with sums of its own, and
-// adds them, scaled, to \p y in their order: the parts do not depend on the threads.
+// What leaves a wedge's part of the surface is its area, whatever the rays that tell where it goes: factors
+// of both ends of a link, found by Sinkhorn's iteration, make it so and keep the balance symmetric.
+void Balance::balance_weights() {
+    for (const LinkGroup* group : groups_) {
+        std::vector<float>& weight = weights_.emplace_back();
+        for (const Link& link : group->links) weight.push_back(link.weight);
+        std::vector<float>& exit = exit_weights_.emplace_back();
+        for (const Exit& one : group->exits) exit.push_back(one.weight);
+    }
+    std::vector<double> sum(wedges_.count()), factor(wedges_.count());
+    for (int pass = 0; pass < kBalancings; ++pass) {
+        std::fill(sum.begin(), sum.end(), 0.0);
+        sum_parts(sum, [this](const Part& part, double* y) {
+            for (std::size_t n = 0; n < part.count; ++n) {
+                const Link& link = part.links[n];
+                const auto w = static_cast<double>(part.weight[n]);
+                Ends(wedges_, link.a, link.au, link.av).add(w, y);
+                Ends(wedges_, link.b, link.bu, link.bv).add(w, y);
+            }
+            for (std::size_t n = 0; n < part.leaving; ++n)
+                Ends(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av)
+                    .add(static_cast<double>(part.exit_weight[n]), y);
+        });
+        for (std::size_t i = 0; i < sum.size(); ++i)
+            factor[i] = sum[i] > 0.0 ? std::clamp(std::sqrt(wedges_.area[i] / sum[i]), 0.5, 2.0) : 1.0;
+        tbb::parallel_for(std::size_t{0}, groups_.size(), [&](std::size_t g) {
+            const LinkGroup& group = *groups_[g];
+            for (std::size_t n = 0; n < group.links.size(); ++n) {
+                const Link& link = group.links[n];
+                weights_[g][n] *=
+                    static_cast<float>(Ends(wedges_, link.a, link.au, link.av).value(factor.data()) *
+                                       Ends(wedges_, link.b, link.bu, link.bv).value(factor.data()));
+            }
+            for (std::size_t n = 0; n < group.exits.size(); ++n) {
+                const Exit& exit = group.exits[n];
+                exit_weights_[g][n] *=
+                    static_cast<float>(Ends(wedges_, exit.a, exit.au, exit.av).value(factor.data()));
+            }
+        });
+    }
+}
+
+// Calls use(part, sums) for every part of every group, each with sums of its own, and adds them, scaled, to
+// \p y in their order: the parts do not depend on the threads.
 template <class Use>
 void Balance::sum_parts(std::span<double> y, const Use& use) const {
     const std::size_t parts = kPartsOfGroup * groups_.size();
     std::vector<std::vector<double>> sums(parts);
-    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
-        sums[part].assign(y.size(), 0.0);
-        const LinkGroup& group = *groups_[part / kPartsOfGroup];
-        const std::size_t half = part % kPartsOfGroup;
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t number) {
+        sums[number].assign(y.size(), 0.0);
+        const std::size_t g = number / kPartsOfGroup, half = number % kPartsOfGroup;
+        const LinkGroup& group = *groups_[g];
         const auto cut = [half](std::size_t size, std::size_t end) {
             return size * (half + end) / kPartsOfGroup;
         };
         const std::size_t link = cut(group.links.size(), 0), exit = cut(group.exits.size(), 0);
-        use(group.links.data() + link, cut(group.links.size(), 1) - link, group.exits.data() + exit,
-            cut(group.exits.size(), 1) - exit, sums[part].data());
+        use(Part{group.links.data() + link, weights_[g].data() + link, cut(group.links.size(), 1) - link,
+                 group.exits.data() + exit, exit_weights_[g].data() + exit,
+                 cut(group.exits.size(), 1) - exit},
+            sums[number].data());
     });
     tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -151,30 +207,46 @@ void Balance::apply(std::span<const double> x, std::span<double> y) const {
             y[i] = sum;
         }
     });
-    sum_parts(y, [&](const Link* links, std::size_t count, const Exit* exits, std::size_t leaving,
-                     double* sums) {
-        for (std::size_t n = 0; n < count; ++n) {
-            const Link& link = links[n];
+    sum_parts(y, [&](const Part& part, double* sums) {
+        for (std::size_t n = 0; n < part.count; ++n) {
+            const Link& link = part.links[n];
             const Ends a(wedges_, link.a, link.au, link.av), b(wedges_, link.b, link.bu, link.bv);
-            const double amount = static_cast<double>(link.weight) * (a.value(x.data()) - b.value(x.data()));
+            const double amount =
+                static_cast<double>(part.weight[n]) * (a.value(x.data()) - b.value(x.data()));
             a.add(amount, sums);
             b.add(-amount, sums);
         }
-        for (std::size_t n = 0; n < leaving; ++n) {
-            const Ends a(wedges_, exits[n].a, exits[n].au, exits[n].av);
-            a.add(static_cast<double>(exits[n].weight) * a.value(x.data()), sums);
+        for (std::size_t n = 0; n < part.leaving; ++n) {
+            const Ends a(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av);
+            a.add(static_cast<double>(part.exit_weight[n]) * a.value(x.data()), sums);
         }
     });
 }
 
+std::vector<double> Balance::direct(double exponent) const {
+    std::vector<double> y(wedges_.count(), 0.0);
+    sum_parts(y, [&](const Part& part, double* sums) {
+        for (std::size_t n = 0; n < part.leaving; ++n) {
+            const Exit& exit = part.exits[n];
+            if (exit.cosine > 0.0f)
+                Ends(wedges_, exit.a, exit.au, exit.av)
+                    .add(static_cast<double>(part.exit_weight[n]) *
+                             lobe(exponent, static_cast<double>(exit.cosine)),
+                         sums);
+        }
+    });
+    return y;
+}
+
 std::vector<double> Balance::arrivals(std::span<const double> x) const {
     std::vector<double> y(x.size(), 0.0);
-    sum_parts(y, [&](const Link* links, std::size_t count, const Exit*, std::size_t, double* sums) {
-        for (std::size_t n = 0; n < count; ++n) {
-            const Link& link = links[n];
+    sum_parts(y, [&](const Part& part, double* sums) {
+        for (std::size_t n = 0; n < part.count; ++n) {
+            const Link& link = part.links[n];
             const Ends a(wedges_, link.a, link.au, link.av), b(wedges_, link.b, link.bu, link.bv);
-            a.add(static_cast<double>(link.weight) * b.value(x.data()), sums);
-            b.add(static_cast<double>(link.weight) * a.value(x.data()), sums);
+            const auto w = static_cast<double>(part.weight[n]);
+            a.add(w * b.value(x.data()), sums);
+            b.add(w * a.value(x.data()), sums);
         }
     });
     return y;

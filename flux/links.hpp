@@ -1,8 +1,8 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -39,7 +39,13 @@ struct Exit {
     std::uint32_t a;
     float au, av;
     float weight;
+    float cosine;  ///< to the vertical, through the source plane; 0 past a side, where no source is
 };
+
+/// A source's law relative to a thermal one, (n + 1) / 2 cos^(n - 1).
+inline double lobe(double exponent, double cosine) {
+    return exponent == 1.0 ? 1.0 : 0.5 * (exponent + 1.0) * std::pow(cosine, exponent - 1.0);
+}
 
 /// Independent parts that standard errors come from, and, half of each, what one task sums up.
 constexpr std::size_t kLinkGroups = 8;
@@ -48,7 +54,6 @@ constexpr std::size_t kLinkGroups = 8;
 struct LinkGroup {
     std::vector<Link> links;
     std::vector<Exit> exits;
-    std::vector<std::vector<double>> direct;  ///< e, by source exponent, then by wedge
 };
 
 /// Sparse symmetric matrix of the wedges of shared triangles.
@@ -69,10 +74,14 @@ class Balance {
             std::vector<const LinkGroup*> groups, double scale);
     void apply(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
+    /// e of a source cos^exponent.
+    std::vector<double> direct(double exponent) const;
     /// G \p x: what arrives of a surface's emission x.
     std::vector<double> arrivals(std::span<const double> x) const;
 
   private:
+    struct Part;
+    void balance_weights();
     template <class Use>
     void sum_parts(std::span<double> y, const Use& use) const;
     const Wedges& wedges_;
@@ -80,6 +89,8 @@ class Balance {
     std::vector<double> absorption_;  // by entry of the mass matrix
     std::vector<const LinkGroup*> groups_;
     double scale_;
+    std::vector<std::vector<float>> weights_;  // of the links of each group, balanced
+    std::vector<std::vector<float>> exit_weights_;
     std::vector<double> diagonal_;
 };
 

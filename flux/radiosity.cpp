@@ -89,11 +89,9 @@ class Solver {
     Solver(const Exchange::State& state, const DiffuseSpecies& species, const SolveOptions& options)
         : s_(state), species_(species), options_(options) {
         const auto& exponents = state.densities.exponents();
-        const auto found = std::find(exponents.begin(), exponents.end(), species.source_exponent);
-        if (found == exponents.end())
+        if (std::find(exponents.begin(), exponents.end(), species.source_exponent) == exponents.end())
             throw RecipeError(fmt::format("{}: rays were gathered for no source exponent {}", species.name,
                                           species.source_exponent));
-        exponent_ = static_cast<std::size_t>(found - exponents.begin());
         const std::size_t wedges = state.wedges.count();
         require_values(species.name, "sticking", species.sticking, wedges, 1.0);
         if (!species.emission.empty())
@@ -113,11 +111,9 @@ class Solver {
     };
     Answer solve(std::vector<const LinkGroup*> groups, const Values& guess, double tolerance) const {
         const double scale = 1.0 / (static_cast<double>(s_.group_rays) * static_cast<double>(groups.size()));
-        Values right(s_.wedges.count(), 0.0);
-        for (const LinkGroup* group : groups)
-            for (std::size_t i = 0; i < right.size(); ++i)
-                right[i] += species_.source * scale * group->direct[exponent_][i];
         const Balance balance(s_.wedges, s_.mass, ratio_, std::move(groups), scale);
+        Values right = balance.direct(species_.source_exponent);
+        for (double& value : right) value *= species_.source;
         if (!species_.emission.empty()) {
             const Values arriving = balance.arrivals(species_.emission);
             for (std::size_t i = 0; i < right.size(); ++i) right[i] += arriving[i];
@@ -134,7 +130,6 @@ class Solver {
     const Exchange::State& s_;
     const DiffuseSpecies& species_;
     const SolveOptions& options_;
-    std::size_t exponent_ = 0;
     Values reemitted_, ratio_;
 };
 
@@ -215,7 +210,7 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
         // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
         const std::vector<const LinkGroup*> lower(all.begin(), all.begin() + kLinkGroups / 2),
             upper(all.begin() + kLinkGroups / 2, all.end());
-        const double tolerance = std::max(1e-4, options.tolerance);
+        const double tolerance = 10.0 * options.tolerance;
         const Values first = solver.solve(lower, whole.flux, tolerance).flux,
                      second = solver.solve(upper, whole.flux, tolerance).flux;
         for (std::size_t i = 0; i < whole.flux.size(); ++i)

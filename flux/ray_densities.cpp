@@ -5,6 +5,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "flux/links.hpp"
+
 namespace sidewall::flux {
 namespace {
 
@@ -260,16 +262,11 @@ std::size_t RayDensities::cell_of(const Vec3& point) const {
     return cell;
 }
 
-double RayDensities::lobe(std::size_t exponent, double cosine) const {
-    const double n = exponents_[exponent];
-    return n == 1.0 ? 1.0 : 0.5 * (n + 1.0) * std::pow(cosine, n - 1.0);
-}
-
 double RayDensities::exit_weight(std::uint32_t a, const Vec3& point, int image, double form,
                                  double cosine) const {
     double density = cosine_density_[a];
     const double source = counts_.source / box_.area();
-    for (std::size_t n = 0; n < exponents_.size(); ++n) density += source * lobe(n, cosine);
+    for (const double exponent : exponents_) density += source * lobe(exponent, cosine);
     if (image != kNoImage)
         density += start_density_[a] * cell_density_[cell_of(point)] *
                    image_share_[static_cast<std::size_t>(image)] * form;

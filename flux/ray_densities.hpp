@@ -113,8 +113,6 @@ class RayDensities {
     double exit_weight(std::uint32_t a, const Vec3& point, int image, double form, double cosine) const;
     /// Weight of a ray that leaves the domain elsewhere.
     double loss_weight(std::uint32_t a) const { return 1.0 / cosine_density_[a]; }
-    /// The source's law relative to a thermal one: (n + 1) / 2 cos^(n - 1).
-    double lobe(std::size_t exponent, double cosine) const;
 
     static constexpr std::size_t kCells = 16;  ///< of the source plane, each way
     std::size_t cell_of(const Vec3& point) const;

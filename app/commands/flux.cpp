@@ -250,8 +250,9 @@ Outcome solve(const Task& t) {
     const flux::DiffuseSpecies species{
         .name = "flux", .source_exponent = t.species.source_exponent, .sticking = sticking};
     constexpr std::uint64_t kRaysOfUnknown = 64;  // unless told
-    const std::uint64_t rays =
-        t.arguments.rays || t.arguments.relative_error ? t.options.rays : kRaysOfUnknown * t.wedges.count();
+    const std::uint64_t rays = t.arguments.rays || t.arguments.relative_error
+                                   ? t.options.rays
+                                   : std::min(kRaysOfUnknown * t.wedges.count(), exchange.rays_left());
     flux::RadiosityFlux result;
     if (t.arguments.relative_error) {
         result = std::move(flux::solve_fluxes_to(*t.arguments.relative_error, exchange, {&species, 1}, rays,

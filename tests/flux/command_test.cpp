@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string>
 
+#include "flux/radiosity.hpp"
 #include "surface/mesh_io.hpp"
 #include "tests/flux/meshes.hpp"
 #include "tests/flux/traces.hpp"
@@ -275,6 +276,50 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
     // Only a summary that cannot be written comes after a result that could.
     CHECK(std::filesystem::exists(shop.folder / "result.csv") ==
           (arguments.find("--json /proc") != std::string::npos));
+}
+
+TEST_CASE("the flux command solves by radiosity what the library solves", "[foreign]") {
+    const Workshop shop;
+    const auto mesh = two_materials();
+    shop.write("trench.vtp", mesh);
+    const std::string options = "trench.vtp --sticking 2=0.01,7=1 --seed 5 --boundary reflective ";
+    const auto solved = shop.run(options + "--method radiosity --rays 5000 --json - -o flux.vtp");
+    CAPTURE(solved.error);
+    REQUIRE(solved.code == 0);
+    const auto json = nlohmann::json::parse(solved.out);
+
+    std::vector<std::int32_t> materials;  // 0: trench, 1: ledge
+    for (const double id : mesh.triangle_attribute("material")->values) materials.push_back(id == 7 ? 1 : 0);
+    const LateralBox box = lateral_box(mesh, kReflective);
+    const surface::RayScene scene(mesh);
+    const Wedges wedges = make_wedges(mesh, materials);
+    Exchange exchange(mesh, scene, box, wedges, {1.0}, {.seed = 5});
+    exchange.gather(5000);
+    const std::vector<double> sticking = sticking_by_wedge(wedges, materials, {.sticking = {0.01, 1.0}});
+    const RadiosityFlux expected = solve_flux(exchange, {.sticking = sticking});
+    CHECK(json["method"] == "radiosity");
+    CHECK(json["rays"] == exchange.rays());
+    CHECK(json["segments"] == exchange.segments());
+    CHECK(json["unknowns"] == wedges.count());
+    CHECK(json["nonzeros"] == exchange.links());
+    CHECK(json["iterations"] == expected.iterations);
+    CHECK(json["relative_error"].get<double>() == expected.relative_error);
+    CHECK(json["escaped_fraction"].get<double>() == expected.escaped);
+    CHECK(json["seconds"]["solve"].get<double>() > 0.0);
+    CHECK(json["seconds"]["trace"].get<double>() > 0.0);
+    CHECK(surface::read_mesh(shop.folder / "flux.vtp").triangle_attribute("flux")->values ==
+          expected.triangle.flux);
+
+    const auto automatic = shop.run(options + "--method auto --relative-error 0.05 --json -");
+    CHECK(automatic.code == 0);
+    CHECK_THAT(automatic.error, Contains("is taken: to a relative error of 0.05"));
+    CHECK(nlohmann::json::parse(automatic.out)["relative_error"].get<double>() <= 0.05);
+    CHECK(nlohmann::json::parse(shop.run(options + "--json - --rays 3200").out)["method"] == "monte-carlo");
+    CHECK(shop.run(options + "--method guess").code == 2);
+    CHECK(shop.run(options + "--method radiosity --relative-error 1e-4 --rays 10000").code == 4);
+    const auto large = shop.run(options + "--method radiosity --rays 1e11");
+    CHECK(large.code == 2);
+    CHECK_THAT(large.error, Contains("GB allowed"));
 }
 
 TEST_CASE("a target error out of reach ends with code 4 and says so, and what was traced is kept",

@@ -71,16 +71,37 @@ TriangleMesh extracted_hole(double depth, int cells, bool raw) {
     return simplify::simplify(mesh, surface::feature_flags(mesh, dx), options).mesh;
 }
 
-double tenth_mean(const TriangleMesh& mesh, const std::vector<double>& triangle_flux, double depth,
-                  int tenth) {
-    double sum = 0.0, area = 0.0;
+CylinderTruth::CylinderTruth(double depth, double sticking)
+    : depth_(depth),
+      flux_(cylinder_flux(depth, sticking, std::clamp(static_cast<int>(20.0 * depth), 100, 800))) {}
+
+double CylinderTruth::wall(double z) const {
+    // Between the middles of rings as a power of e; above the first, along the line through the first two.
+    const auto& rings = flux_.wall;
+    const double place = -z / depth_ * static_cast<double>(rings.size()) - 0.5;
+    const double first = std::clamp(std::floor(place), 0.0, static_cast<double>(rings.size() - 2));
+    const auto i = static_cast<std::size_t>(first);
+    return rings[i] * std::pow(rings[i + 1] / rings[i], place - first);
+}
+
+double tenth_ratio(const TriangleMesh& mesh, const std::vector<double>& triangle_flux,
+                   const CylinderTruth& truth, double depth, int tenth) {
+    double sum = 0.0, exact = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (!lies_in(mesh, t, depth, tenth, 0.5)) continue;
-        const double a = triangle_area(mesh, t), flux = triangle_flux[t];
-        sum += a * (tenth == 10 ? flux : std::log(std::max(flux, 1e-300)));
-        area += a;
+        if (!lies_in(mesh, t, depth, tenth, 1.0)) continue;
+        const double a = triangle_area(mesh, t);
+        double there = truth.floor();
+        if (tenth < 10) {  // the mean over the triangle: middles of its edges
+            there = 0.0;
+            for (std::size_t k = 0; k < 3; ++k)
+                there += truth.wall(0.5 * (mesh.vertices[mesh.triangles[t][k]].z() +
+                                           mesh.vertices[mesh.triangles[t][(k + 1) % 3]].z())) /
+                         3.0;
+        }
+        sum += a * triangle_flux[t];
+        exact += a * there;
     }
-    return tenth == 10 ? sum / area : std::exp(sum / area);
+    return sum / exact;
 }
 
 double tenth_rms(const TriangleMesh& mesh, const std::vector<double>& triangle_flux,

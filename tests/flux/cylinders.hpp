@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "surface/triangle_mesh.hpp"
+#include "tests/flux/truth.hpp"
 
 // Round holes as a level set gives them, and the table of exact fluxes in a cylinder,
 // tests/assets/cylinder_radiosity.csv.
@@ -18,10 +19,21 @@ std::vector<CylinderRow> cylinder_rows();
 /// cubes from a grid of \p cells cells a radius and simplified by `region-bounded` unless \p raw.
 TriangleMesh extracted_hole(double depth, int cells, bool raw = false);
 
-/// Flux over a tenth of the depth, from triangles around its middle: the geometric mean, so that what falls
-/// steeply is as at the middle. \p tenth 10: the floor's mean.
-double tenth_mean(const TriangleMesh& mesh, const std::vector<double>& triangle_flux, double depth,
-                  int tenth);
+/// Exact flux at a height within a hole, from the rings and annuli of cylinder_flux.
+class CylinderTruth {
+  public:
+    CylinderTruth(double depth, double sticking);
+    double wall(double z) const;
+    double floor() const { return flux_.floor_mean; }
+
+  private:
+    double depth_;
+    CylinderFlux flux_;
+};
+
+/// Mean flux of the triangles of a tenth of the depth, 0 to 9, or of the floor, 10, over the exact mean there.
+double tenth_ratio(const TriangleMesh& mesh, const std::vector<double>& triangle_flux,
+                   const CylinderTruth& truth, double depth, int tenth);
 
 /// Area-weighted rms of flux / truth - 1 over the triangles of a tenth or the floor.
 double tenth_rms(const TriangleMesh& mesh, const std::vector<double>& triangle_flux,
