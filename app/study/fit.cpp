@@ -55,6 +55,7 @@ void require_ranges(const std::vector<Vary>& varied) {
 
 RunValues values_of(const Fit& fit, const BoxPoint& point) {
     RunValues values;
+    values.reserve(fit.varied.size());
     for (std::size_t k = 0; k < fit.varied.size(); ++k)
         values.push_back(value_at(fit.varied[k], point[static_cast<Eigen::Index>(k)]));
     return values;
@@ -114,27 +115,44 @@ Json plan_of(const Fit& fit) {
                                           .dump()))}};
 }
 
+// The point's run, of several points that are asked for at once; nothing where values that are each right do
+// not fit together.
+std::optional<std::size_t> add_point(Fit& fit, const BoxPoint& point) {
+    try {
+        Recipe recipe = recipe_of(fit, point);
+        fit.points.push_back({values_of(fit, point), add_run(fit.set, recipe)});
+        fit.recipes.push_back(std::move(recipe));
+        return fit.points.size() - 1;
+    } catch (const RecipeError& error) {
+        fit.missing = error.what();
+        return std::nullopt;
+    }
+}
+
+Residuals residuals_at(Fit& fit, std::size_t point) {
+    const std::size_t number = fit.points[point].number;
+    const SetRun& run = fit.set.runs[number - 1];
+    std::string missing;
+    Residuals residuals;
+    if (run.status == "ok")
+        residuals = residuals_of(fit.targets, fit.recipes[point], run, folder_of(fit.set, number), missing);
+    if (!residuals)
+        fit.missing = run.status != "ok" ? run.status : fmt::format("run {:04} has no {}", number, missing);
+    return residuals;
+}
+
 std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vector<BoxPoint>& points) {
-    const std::size_t first = fit.points.size();
+    std::vector<std::optional<std::size_t>> added;
     std::vector<std::size_t> numbers;
     for (const BoxPoint& point : points) {
-        fit.recipes.push_back(recipe_of(fit, point));
-        numbers.push_back(add_run(fit.set, fit.recipes.back()));
-        fit.points.push_back({values_of(fit, point), numbers.back()});
+        added.push_back(add_point(fit, point));
+        if (added.back()) numbers.push_back(fit.points[*added.back()].number);
     }
     make_runs(fit.set, numbers, progress,
               [&] { write_file(fit.options.output / "fit.csv", run_table(fit.keys, fit.points, fit.set)); });
     std::vector<Residuals> residuals;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const SetRun& run = fit.set.runs[numbers[i] - 1];
-        std::string missing;
-        residuals.push_back(run.status == "ok" ? residuals_of(fit.targets, fit.recipes[first + i], run,
-                                                              folder_of(fit.set, numbers[i]), missing)
-                                               : std::nullopt);
-        if (!residuals.back())
-            fit.missing =
-                run.status != "ok" ? run.status : fmt::format("run {:04} has no {}", numbers[i], missing);
-    }
+    residuals.reserve(added.size());
+    for (const auto& point : added) residuals.push_back(point ? residuals_at(fit, *point) : std::nullopt);
     return residuals;
 }
 
@@ -187,6 +205,7 @@ Json run_fit(const FitOptions& options) {
             options.output / (k == 0 ? std::string("overlay.svg") : fmt::format("overlay_{}.svg", k + 1)),
             overlay_svg(end, k));
     json.update(fit_json(end));
+    json["runs"] = fit.set.runs.size();  // equal points share one
     write_json(path, json);
     return json;
 }

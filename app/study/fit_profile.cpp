@@ -107,9 +107,11 @@ void settle_offset(const Contour& contour, const std::vector<Vector2d>& points, 
         }
         h.diagonal().array() += 1e-9 * h.trace() + 1e-300;
         Vector2d change = -h.ldlt().solve(g);
-        double now = 0.0;
-        for (int half = 0; half < 6; ++half, change *= 0.5)
-            if ((now = sum_of_squares(contour, points, offset + change)) < sum) break;
+        double now = sum_of_squares(contour, points, offset + change);
+        for (int half = 0; half < 6 && now >= sum; ++half) {
+            change *= 0.5;
+            now = sum_of_squares(contour, points, offset + change);
+        }
         if (now >= sum) return;
         offset += change;
         if (now > sum * (1.0 - 1e-9)) return;
@@ -214,6 +216,7 @@ MeasuredProfile read_measured_profile(const std::string& name) {
 
 void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     if (!profile.time) return;
+    const double asked = *profile.time;
     const std::vector<Step> steps = expanded_steps(recipe);
     const double total = total_duration(steps), slack = 1e-6 * total;
     std::vector<double> times{0.0, total};
@@ -224,15 +227,13 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
         times.push_back(end += step.duration);
     }
     const double every = recipe.output.every.value_or(0.0);
-    if (every > 0.0) times = {0.0, every * std::round(*profile.time / every), total};
-    const auto is_it = [&](double time) {
-        return std::abs(time - *profile.time) <= slack && time <= total + slack;
-    };
+    if (every > 0.0) times = {0.0, every * std::round(asked / every), total};
+    const auto is_it = [&](double time) { return std::abs(time - asked) <= slack && time <= total + slack; };
     if (std::none_of(times.begin(), times.end(), is_it))
         throw RecipeError(fmt::format(
             "--target-profile {}: runs save no surface at time {:g}, of {:g} {}: set [output] every so that they do, e.g. "
             "--set output.every={:g}",
-            profile.name, *profile.time, total, recipe.domain.time_unit, *profile.time));
+            profile.name, asked, total, recipe.domain.time_unit, asked));
 }
 
 Contour contour_of(const std::filesystem::path& folder, const Recipe& recipe, std::optional<double> time) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <deque>
 #include <optional>
 #include <set>
@@ -56,8 +57,9 @@ bool read_end(RunSet& set, std::size_t number) {
 
 // What a failed run said at last, without the program's name.
 std::string reason(const ProcessEnd& end) {
-    if (end.exit_code >= kSignalled)
-        return fmt::format("ended by signal {}; memory may have run out", end.exit_code - kSignalled);
+    if (end.exit_code == kSignalled + SIGKILL)
+        return "killed from outside, as the system does when memory runs out";
+    if (end.exit_code >= kSignalled) return fmt::format("ended by signal {}", end.exit_code - kSignalled);
     std::string last;
     for (const std::string& line : split(end.output, '\n'))
         if (!line.empty()) last = line;

@@ -67,8 +67,9 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
     if (!(*low < *high))
         throw RecipeError(fmt::format("{}: the lower bound {:g} must be below the upper one {:g}{}", option,
                                       *low, *high, *low > *high ? ": swap them" : ""));
-    if (vary.log && *low <= 0.0)
-        throw RecipeError(fmt::format("{}: on a logarithmic scale bounds must be greater than 0", option));
+    if (vary.log && *low * *high <= 0.0)  // etch rates are negative
+        throw RecipeError(
+            fmt::format("{}: on a logarithmic scale both bounds must be above 0, or both below", option));
 }
 
 }  // namespace
@@ -166,6 +167,7 @@ std::vector<RunValues> sobol_points(const std::vector<Vary>& varied, std::size_t
     std::vector<RunValues> points;
     for (std::size_t i = 1; i <= count; ++i) {
         RunValues point;
+        point.reserve(varied.size());
         for (std::size_t d = 0; d < varied.size(); ++d)
             point.push_back(value_at(varied[d], sobol(static_cast<std::uint32_t>(i), d)));
         points.push_back(std::move(point));

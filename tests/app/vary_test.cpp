@@ -75,6 +75,7 @@ TEST_CASE("a grid is the product of ranges, linear or logarithmic, and lists, th
     CHECK(points[2] == RunValues{"0", "0.1", "Si"});
     CHECK(points[17] == RunValues{"1", "1", "SiO2"});
     CHECK(grid_points(vary({"domain.extent=[1,2],[3,4]"})) == std::vector<RunValues>{{"[1,2]"}, {"[3,4]"}});
+    CHECK(grid_points(vary({"step[0].rate=-4:-1:3:log"})) == std::vector<RunValues>{{"-4"}, {"-2"}, {"-1"}});
     CHECK(grid_points(vary({"simplify.method=none"})) == std::vector<RunValues>{{"none"}});
 }
 
@@ -96,8 +97,8 @@ TEST_CASE("a longer Sobol design begins with the shorter one and stays within it
 
 TEST_CASE("what cannot be varied is refused by name") {
     for (const std::string text :
-         {"", "=1:2", "a", "a=", "a=1:", "a=1:2:3:4", "a=1:2:log:3", "a=2:1", "a=1:1", "a=0:1:log", "a=1:2:1",
-          "a=1:2:2.5", "a=1:nan", "a=1:inf", "a=1,,2", "a=1:2:99999"})
+         {"", "=1:2", "a", "a=", "a=1:", "a=1:2:3:4", "a=1:2:log:3", "a=2:1", "a=1:1", "a=0:1:log",
+          "a=-1:1:log", "a=1:2:1", "a=1:2:2.5", "a=1:nan", "a=1:inf", "a=1,,2", "a=1:2:99999"})
         CHECK_THROWS_AS(parse_vary(text), RecipeError);
     CHECK_THROWS_WITH(parse_vary("a=2:1"), Catch::Contains("a=2:1") && Catch::Contains("swap"));
     CHECK_THROWS_WITH(vary({"flux.rays=1,2", "flux.rays=3:4:2"}), Catch::Contains("twice"));
