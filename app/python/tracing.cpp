@@ -130,11 +130,9 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
 }
 
 std::shared_ptr<TriangleMesh> mended(const py::object& points, const py::object& triangles) {
-    const auto mesh = mesh_of(points, triangles);
-    return interruptible([&](const std::function<bool()>&) {
-        flux::mend(*mesh);
-        return mesh;
-    });
+    auto mesh = mesh_of(points, triangles);
+    interruptible([&](const std::function<bool()>&) { return flux::mend(*mesh); });
+    return mesh;
 }
 
 // A property that is a view of the result's own numbers.
