@@ -87,6 +87,16 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
     demand(energy.mean >= 0.0 && energy.mean <= 1e9, "energy", energy.mean, "in [0, 1e9] eV");
     demand(energy.sigma >= 0.0 && energy.sigma <= energy.mean, "energy spread", energy.sigma,
            "in [0, energy] eV");
+    double before = 0.0;
+    for (const SourceBin& bin : species.bins) {
+        demand(bin.until > before && bin.until <= 1.0, "share of a source's bin", bin.until - before,
+               "above 0");
+        demand(bin.angle_from >= 0.0 && bin.angle_to >= bin.angle_from && bin.angle_to < kRight - 1e-9,
+               "angle of a source's bin", bin.angle_to, "in [0, pi/2)");
+        demand(bin.energy_from >= 0.0 && bin.energy_to >= bin.energy_from && energy.mean > 0.0,
+               "energy of a source's bin", bin.energy_to, "rising, of a species with energy");
+        before = bin.until;
+    }
     demand(species.stop_energy >= 0.0, "stop_energy", species.stop_energy, "at least 0");
     const Reflection& r = species.reflection;
     demand(r.from >= 0.0 && r.from <= kRight, "reflection from", r.from, "in [0, pi/2]");

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <span>
 #include <utility>
 
+#include "flux/species.hpp"
 #include "surface/basis.hpp"
 #include "surface/vec3.hpp"
 
@@ -38,6 +40,19 @@ inline Vec3 sample_lambertian(const Vec3& normal, double u1, double u2) {
 /// Density of sample_lambertian, per steradian.
 inline double lambertian_density(double cosine) {
     return std::max(0.0, cosine) * std::numbers::inv_pi;
+}
+
+/// What a tabulated source sends: a direction about \p axis and an energy (eV), even over the angles and energies of a
+/// bin that has as much chance as its share. Numbers uniform in (0, 1).
+inline std::pair<Vec3, double> sample_bins(std::span<const SourceBin> bins, const Vec3& axis, double u1,
+                                           double u2, double u3) {
+    const auto bin = std::upper_bound(bins.begin(), bins.end() - 1, u1,
+                                      [](double u, const SourceBin& b) { return u < b.until; });
+    const double before = bin == bins.begin() ? 0.0 : (bin - 1)->until;
+    const double part = std::clamp((u1 - before) / (bin->until - before), 0.0, 1.0);
+    const double angle = bin->angle_from + part * (bin->angle_to - bin->angle_from);
+    return {direction_around(axis, std::cos(angle), std::sin(angle), u2),
+            bin->energy_from + u3 * (bin->energy_to - bin->energy_from)};
 }
 
 /// The even bits of \p word, packed into its lower half.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "flux/lambert8.hpp"
 #include "flux/reflection.hpp"
@@ -76,6 +77,12 @@ double unit_double(std::uint32_t word) {
 // Any beam, in double precision.
 void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& rays) {
     const double horizontal = std::hypot(species.beam.x(), species.beam.y());
+    const auto set = [&](std::size_t row, const Vec3& d, double energy) {
+        rays.dx[row] = static_cast<float>(d.x());
+        rays.dy[row] = static_cast<float>(d.y());
+        rays.dz[row] = static_cast<float>(d.z());
+        rays.energy[row] = static_cast<float>(energy);
+    };
     for (std::size_t row = 0; row < rays.count; ++row) {
         Stream random(key, {.ray = rays.ray[row], .batch = batch.number, .bounce = 0, .generation = 1});
         Vec3 axis = species.beam;
@@ -84,18 +91,25 @@ void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& 
             axis = {horizontal * std::cos(azimuth), horizontal * std::sin(azimuth), axis.z()};
         }
         const Pair pair = direction_numbers(batch, rays.ray[row]);
+        if (!species.bins.empty()) {
+            auto [d, energy] = sample_bins(species.bins, axis, unit_double(pair.first),
+                                           unit_double(pair.second), random.uniform());
+            while (!(d.z() < -1e-6)) {
+                const double u1 = random.uniform(), u2 = random.uniform(), u3 = random.uniform();
+                std::tie(d, energy) = sample_bins(species.bins, axis, u1, u2, u3);
+            }
+            set(row, d, energy);
+            continue;
+        }
         Vec3 d = sample_cosine_power(axis, species.source_exponent, unit_double(pair.first),
                                      unit_double(pair.second));
         while (!(d.z() < -1e-6))
             d = sample_cosine_power(axis, species.source_exponent, random.uniform(), random.uniform());
-        rays.dx[row] = static_cast<float>(d.x());
-        rays.dy[row] = static_cast<float>(d.y());
-        rays.dz[row] = static_cast<float>(d.z());
         double energy = species.energy.mean;
         if (species.energy.sigma > 0.0) do
                 energy = species.energy.mean + species.energy.sigma * sample_normal(random);
             while (!(energy > 0.0));
-        rays.energy[row] = static_cast<float>(energy);
+        set(row, d, energy);
     }
 }
 

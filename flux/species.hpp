@@ -77,6 +77,13 @@ struct Redeposition {
     std::vector<double> sticking{1.0};  ///< by material
 };
 
+/// A share of what a source sends: even over angles from `beam` and over energies.
+struct SourceBin {
+    double angle_from = 0.0, angle_to = 0.0;    ///< radian, below pi/2
+    double energy_from = 0.0, energy_to = 0.0;  ///< eV
+    double until = 1.0;                         ///< its share and those of the bins before it; 1 of the last
+};
+
 /// Particles of one kind.
 struct Species {
     std::string name = "neutral";
@@ -87,7 +94,9 @@ struct Species {
     bool rotating = false;       ///< the wafer turns: every azimuth of the beam is as likely
     Energy energy{};
     Reflection reflection{};
-    double stop_energy = 0.0;     ///< an ion that a reflection leaves with less is absorbed
+    std::vector<SourceBin>
+        bins{};                ///< of an ion: if any, in place of source_exponent and of how energies scatter
+    double stop_energy = 0.0;  ///< an ion that a reflection leaves with less is absorbed
     std::vector<Yield> yields{};  ///< a tally each, beside the arrivals
     std::optional<Redeposition> redeposition{};
 };

@@ -69,13 +69,21 @@ mu::Parser bare_parser() {
     return parser;
 }
 
+double look_up(void* table, double a) {
+    return (*static_cast<const Table*>(table))(a);
+}
+
+double look_up_in_two(void* table, double a, double b) {
+    return (*static_cast<const Table*>(table))(a, b);
+}
+
 std::string list_of(const std::vector<std::string>& names) {
     return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
 // What muParser says, in words that tell a recipe's author what to do.
 std::string reason(const mu::ParserError& error, const std::string& text,
-                   const std::vector<std::string>& names) {
+                   const std::vector<std::string>& names, const std::vector<std::string>& functions) {
     const std::string& token = error.GetToken();
     if (error.GetCode() == mu::ecUNASSIGNABLE_TOKEN && !token.empty() && begins_name(token[0])) {
         // muParser takes all that may follow as a part of the name.
@@ -85,7 +93,7 @@ std::string reason(const mu::ParserError& error, const std::string& text,
         const std::size_t at = position_of(text, name);
         const std::size_t after = text.find_first_not_of(' ', at - 1 + name.size());
         const bool call = after != std::string::npos && text[after] == '(';
-        const std::vector<std::string>& known = call ? expression_functions() : names;
+        const std::vector<std::string>& known = call ? functions : names;
         return fmt::format("character {}: unknown {} {}{} {}: {}", at, call ? "function" : "name", name,
                            did_you_mean("; ", name, known, ";"), call ? "functions" : "it may use",
                            list_of(known));
@@ -113,6 +121,7 @@ struct Expression::Shared {
     std::string text;
     std::vector<std::string> names;
     std::map<std::string, double> constants;
+    Tables tables;
     std::vector<std::size_t> used;
     tbb::enumerable_thread_specific<std::unique_ptr<Bound>> bound;
 
@@ -123,6 +132,14 @@ struct Expression::Shared {
         for (const auto& [name, value] : constants) made->parser.DefineConst(name, value);
         for (std::size_t k = 0; k < names.size(); ++k)
             if (!names[k].empty()) made->parser.DefineVar(names[k], &made->values[k]);
+        for (const auto& [name, table] : tables) {
+            // muParser hands the table back as it was given: never written to.
+            void* data = const_cast<Table*>(table.get());
+            if (table->second.empty())
+                made->parser.DefineFunUserData(name, look_up, data, false);
+            else
+                made->parser.DefineFunUserData(name, look_up_in_two, data, false);
+        }
         made->parser.SetExpr(text);
         return made;
     }
@@ -134,11 +151,14 @@ struct Expression::Shared {
 };
 
 Expression::Expression(const std::string& text, std::vector<std::string> variables,
-                       std::map<std::string, double> constants)
+                       std::map<std::string, double> constants, Tables tables)
     : shared_(std::make_shared<Shared>()) {
     shared_->text = text;
     shared_->names = std::move(variables);
     shared_->constants = std::move(constants);
+    shared_->tables = std::move(tables);
+    std::vector<std::string> functions = expression_functions();
+    for (const auto& [name, table] : shared_->tables) functions.push_back(name);
     refuse_assignment(text);
     std::vector<std::string> known;
     for (const std::string& name : shared_->names)
@@ -155,7 +175,7 @@ Expression::Expression(const std::string& text, std::vector<std::string> variabl
                 shared_->used.push_back(static_cast<std::size_t>(at - shared_->names.begin()));
         }
     } catch (const mu::ParserError& error) {
-        throw ExpressionError(reason(error, text, known));
+        throw ExpressionError(reason(error, text, known, functions));
     }
     std::sort(shared_->used.begin(), shared_->used.end());
 }

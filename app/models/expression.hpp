@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/models/table.hpp"
 #include "surface/error.hpp"
 
 // Arithmetic that recipes write: read by muParser, which only expression.cpp knows.
@@ -17,16 +18,20 @@ struct ExpressionError : RecipeError {
     using RecipeError::RecipeError;
 };
 
+/// Functions that a recipe reads from files.
+using Tables = std::map<std::string, std::shared_ptr<const Table>>;
+
 /// An expression of named numbers, e.g. "-0.1*F*(1 - theta)": + - * / ^, comparisons, && and ||, `a ? b : c`, and
 /// the functions of expression_functions().
 class Expression {
   public:
     /// \param variables  names of the values it will be given, in their order; "" for one that it may not use.
     /// \param constants  names that always have the same value.
+    /// \param tables  functions of one or two numbers, by name.
     /// \throws ExpressionError for text that cannot be read, unknown names (with the nearest known one) and
     ///         functions with the wrong number of arguments.
     Expression(const std::string& text, std::vector<std::string> variables,
-               std::map<std::string, double> constants);
+               std::map<std::string, double> constants, Tables tables = {});
 
     /// Its value for these values of all variables. Not finite where it has none. May be called in parallel.
     double operator()(std::span<const double> values) const;

@@ -90,12 +90,22 @@ void check_name(const std::string& key, const std::string& name, std::set<std::s
 
 void read_parameters(const Values& values, Names& names, std::set<std::string>& taken) {
     names.constants = {{"pi", std::numbers::pi}};
+    const Names numbers = names;
     for (const auto& [name, text] : values.get<Expressions>("parameters").named) {
         const std::string key = "parameters." + name;
         check_name(key, name, taken);
-        const double value = read_expression(key, text, {}, {{"pi", std::numbers::pi}})({});
+        const double value = read_expression(key, text, {}, numbers)({});
         if (!std::isfinite(value)) throw KeyError(key, "must be a finite number");
         names.constants[name] = value;
+    }
+}
+
+void read_tables(const Values& values, Names& names, std::set<std::string>& taken) {
+    const auto& list = values.get<std::vector<Values>>("tables");
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        const auto& name = list[k].get<std::string>("name");
+        check_name(fmt::format("tables[{}].name", k), name, taken);
+        names.tables[name] = std::make_shared<const Table>(read_table(list[k].get<std::string>("file")));
     }
 }
 
@@ -154,7 +164,7 @@ void read_coverages(const Values& values, Formula& formula, std::set<std::string
         throw KeyError(steady.empty() ? "coverage_rates" : "coverages",
                        "follow from fluxes; give the step a species");
     const auto law = [&](const std::string& key, const std::string& text) {
-        return Law{key, read_expression(key, text, names.list(), names.constants)};
+        return Law{key, read_expression(key, text, names.list(), names)};
     };
     for (std::size_t k = 0; k < names.coverages.size(); ++k) {
         const std::string& name = names.coverages[k];
@@ -229,6 +239,7 @@ Model make(const Values& values, const Materials& materials) {
     const auto formula = std::make_shared<Formula>();
     std::set<std::string> taken;
     formula->names.materials = materials;
+    read_tables(values, formula->names, taken);
     read_parameters(values, formula->names, taken);
     read_all_species(values, model, formula->names, taken);
     read_coverages(values, *formula, taken);
@@ -279,6 +290,7 @@ constexpr const char* kExample =
     R"TEXT(Expressions know + - * / ^, comparisons, && and ||, a ? b : c, and the functions abs acos acosh asin asinh atan atan2 atanh
 avg cos cosh exp ln log (natural) log10 log2 max min rint sign sin sinh sqrt sum tan tanh, written with no space before (.
 They may name
+  tables                   as functions of one or two of these: map(x, y), f(acos(cos))
   every species            its flux, 1 on an open flat wafer
   SPECIES_YIELD            a yield's flux: the mean yield of a hit there times the species' flux
   coverages, parameters
@@ -305,33 +317,44 @@ but a sticking no fluxes or cos, which follow from it, and yields only cos or E,
 }  // namespace
 
 ModelEntry formula() {
-    return {"formula",
-            "rate law, coverages, sticking and yields as expressions in the recipe",
-            {{"rate",
-              Expressions{{{"default", "0.0"}}},
-              "length/time",
-              "V: positive grows, negative etches; 0 for materials a table leaves out",
-              {.required = true, .material = true}},
-             {"species", std::vector<Values>(), "", "what is traced", {.keys = species_keys()}},
-             {"parameters", Expressions{}, "", "numbers by name"},
-             {"coverages", Expressions{}, "",
-              "in steady state with the fluxes: by name; those that name each other are solved together"},
-             {"coverage_rates", Expressions{}, "1/time",
-              "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
-             {"coverage_tolerance",
-              1e-3,
-              "",
-              "mean change of a coverage at which the first fluxes are settled",
-              {.min = 1e-8, .max = 1.0}},
-             {"time_steps",
-              std::int64_t{0},
-              "",
-              "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
-              {.min = 0.0, .max = 1e6}},
-             deposit_key()},
-            make,
-            nullptr,
-            kExample};
+    return {
+        "formula",
+        "rate law, coverages, sticking and yields as expressions in the recipe",
+        {{"rate",
+          Expressions{{{"default", "0.0"}}},
+          "length/time",
+          "V: positive grows, negative etches; 0 for materials a table leaves out",
+          {.required = true, .material = true}},
+         {"species", std::vector<Values>(), "", "what is traced", {.keys = species_keys()}},
+         {"parameters", Expressions{}, "", "numbers by name"},
+         {"tables",
+          std::vector<Values>(),
+          "",
+          "functions of one or two numbers from files",
+          {.keys =
+               {{"name", std::string(), "", "by which expressions call it, e.g. map(x, y)", required()},
+                {"file", std::string(), "",
+                 "CSV beside the recipe: a line of names, then arguments and value, a row for every point "
+                 "of a grid; linear between them, constant beyond",
+                 required()}}}},
+         {"coverages", Expressions{}, "",
+          "in steady state with the fluxes: by name; those that name each other are solved together"},
+         {"coverage_rates", Expressions{}, "1/time",
+          "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
+         {"coverage_tolerance",
+          1e-3,
+          "",
+          "mean change of a coverage at which the first fluxes are settled",
+          {.min = 1e-8, .max = 1.0}},
+         {"time_steps",
+          std::int64_t{0},
+          "",
+          "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
+          {.min = 0.0, .max = 1e6}},
+         deposit_key()},
+        make,
+        nullptr,
+        kExample};
 }
 
 }  // namespace sidewall::app

@@ -58,10 +58,9 @@ std::span<double> Names::values(const SurfacePoint& point) const {
 }
 
 Expression read_expression(const std::string& key, const std::string& text,
-                           std::vector<std::string> variables,
-                           const std::map<std::string, double>& constants) {
+                           std::vector<std::string> variables, const Names& names) {
     try {
-        return {text, std::move(variables), constants};
+        return {text, std::move(variables), names.constants, names.tables};
     } catch (const ExpressionError& error) {
         throw KeyError(key, error.what());
     }
@@ -72,7 +71,7 @@ std::vector<Law> laws_by_material(const std::string& key, const Expressions& exp
     std::map<std::string, Law> by_name;
     for (const auto& [name, text] : expressions.named) {
         const std::string path = expressions.named.size() == 1 && name == "default" ? key : key + "." + name;
-        by_name.insert({name, {path, read_expression(path, text, names.list(flux), names.constants)}});
+        by_name.insert({name, {path, read_expression(path, text, names.list(flux), names)}});
     }
     std::vector<Law> laws;
     for (const Material& material : names.materials) {

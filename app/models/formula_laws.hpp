@@ -23,6 +23,7 @@ enum class Extra : std::size_t { cos, x, y, z, depth, time, density, count };
 struct Names {
     std::vector<std::string> fluxes, coverages;
     std::map<std::string, double> constants;  ///< parameters and pi
+    Tables tables;
     Materials materials;
     std::vector<std::size_t> ions,
         ion_cosines;  ///< fluxes: arrivals of every ion species, and those times cos
@@ -41,8 +42,7 @@ const std::vector<std::string>& reserved_names();
 
 /// \throws KeyError naming \p key and the character where \p text cannot be read.
 Expression read_expression(const std::string& key, const std::string& text,
-                           std::vector<std::string> variables,
-                           const std::map<std::string, double>& constants);
+                           std::vector<std::string> variables, const Names& names);
 
 /// The law for every material, by id; materials that \p expressions leaves out have its default.
 /// \param key  of the table, e.g. "rate".

@@ -118,10 +118,11 @@ flux::Yield read_yield(const Values& values, const std::string& path, const flux
     yield.name = values.get<std::string>("name");
     yield.scale = by_material_id(values.get<ByMaterial>("scale"), names.materials);
     const auto read = [&](const char* key, const char* variable) {
-        return read_expression(path + key, values.get<std::string>(key), {variable}, names.constants);
+        return read_expression(path + key, values.get<std::string>(key), {variable}, names);
     };
     set_angular(read("angular", "cos"), path + "angular", yield);
-    const double top = ion.energy.mean + kReach * ion.energy.sigma;
+    double top = ion.energy.mean + kReach * ion.energy.sigma;
+    for (const flux::SourceBin& bin : ion.bins) top = std::max(top, bin.energy_to);
     set_energy(read("energy", "E"), top, path + "energy", yield);
     return yield;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/models/ions.hpp"
+#include "app/models/table.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -13,12 +14,29 @@ constexpr double kIonEnergy = 100.0, kIonSpread = 0.1;                // eV, and
 
 using Number = std::optional<double>;
 
+double mean_energy(std::span<const flux::SourceBin> bins) {
+    double mean = 0.0, before = 0.0;
+    for (const flux::SourceBin& bin : bins) {
+        mean += (bin.until - before) * 0.5 * (bin.energy_from + bin.energy_to);
+        before = bin.until;
+    }
+    return mean;
+}
+
 void make_ion(flux::Species& species, const Values& values, const std::string& path) {
     species.sticking = {0.0};
     species.energy.mean = values.get<Number>("energy").value_or(kIonEnergy);
     species.energy.sigma = values.get<Number>("energy_spread").value_or(kIonSpread * species.energy.mean);
     if (species.energy.sigma > species.energy.mean)
         throw KeyError(path + "energy_spread", "is larger than the energy; make it smaller");
+    if (const auto& file = values.get<std::string>("source_file"); !file.empty()) {
+        for (const char* name : {"energy", "energy_spread", "source_exponent"})
+            if (values.get<Number>(name))
+                throw KeyError(path + name, "comes from source_file; drop one of the two");
+        species.bins = read_source(file);
+        species.energy.mean = mean_energy(species.bins);
+        species.energy.sigma = 0.0;
+    }
     species.reflection = flux::ion("").reflection;
     species.reflection.from = values.get<Number>("reflect_from_deg").value_or(70.0) * kRadiansPerDegree;
     species.reflection.to = values.get<Number>("reflect_to_deg").value_or(90.0) * kRadiansPerDegree;
@@ -43,6 +61,9 @@ std::vector<Key> particle_keys() {
          "",
          "n of the source's cos^n; auto: 1 neutral, 1000 collimated, 500 ion",
          {.min = 0.0, .max = 1e6, .word = "auto"}},
+        {"source_file", std::string(), "",
+         "ions: CSV of energy_from, energy_to (eV), angle_from, angle_to (degree, from the source's axis), weight, a "
+         "bin a row: how many arrive of which energy and angle, beside the recipe"},
         {"tilt_deg", 0.0, "degree", "of the source's axis from the vertical", {.min = 0.0, .max = 85.0}},
         {"azimuth_deg", 0.0, "degree", "it flies to, from x to y", {.min = -360.0, .max = 360.0}},
         {"rotating", false, "", "the wafer turns under the tilted source"},
@@ -80,6 +101,8 @@ flux::Species particle(const Values& values, const std::string& path) {
     for (const char* name : {"energy", "energy_spread", "reflect_from_deg", "reflect_to_deg"})
         if (values.get<Number>(name))
             throw KeyError(path + name, "is for ions; set kind = \"ion\" or drop it");
+    if (!values.get<std::string>("source_file").empty())
+        throw KeyError(path + "source_file", "is for ions; set kind = \"ion\" or drop it");
     return species;
 }
 

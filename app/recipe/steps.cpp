@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "app/recipe/reader.hpp"
@@ -41,6 +42,25 @@ std::vector<Step> read_list(const toml::table& parent, std::string_view key, con
     return steps;
 }
 
+// Keys that name files count from the recipe's folder.
+void find_files(const toml::table& table, const std::string& path, const std::string& inner,
+                const std::filesystem::path& folder, Values& values) {
+    for (auto& [key, value] : values.entries) {
+        if (auto* tables = std::get_if<std::vector<Values>>(&value))
+            for (std::size_t i = 0; i < tables->size(); ++i)
+                find_files(table, path, fmt::format("{}{}[{}].", inner, key, i), folder, (*tables)[i]);
+        auto* name = std::get_if<std::string>(&value);
+        if (name == nullptr || name->empty() || (key != "file" && !key.ends_with("_file"))) continue;
+        *name = std::filesystem::absolute(folder / *name).lexically_normal().string();
+        std::error_code failure;
+        if (!std::filesystem::is_regular_file(*name, failure))
+            located(table, path, [&] {
+                throw KeyError(inner + key,
+                               fmt::format("no such file: {}; the name is relative to the recipe", *name));
+            });
+    }
+}
+
 Step read_step(const toml::table& table, const std::string& path, Recipe& recipe) {
     const Reading reading{recipe.materials, recipe.notes};
     Step step;
@@ -57,6 +77,7 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
         fail_missing(table, path + ".model",
                      "missing: name a model that `sidewall models` lists, or give the step steps");
     read_fields(table, path, "a step of model " + step.model, fields(step), reading);
+    find_files(table, path, "", std::filesystem::path(recipe.file).parent_path(), step.values);
     if (find_model(step.model)->make != nullptr)
         located(table, path, [&] { make_model(step, recipe.materials, recipe.domain); });
     return step;

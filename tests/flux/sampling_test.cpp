@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <random>
 #include <set>
 
 #include "flux/random.hpp"
@@ -163,4 +164,55 @@ TEST_CASE("each stratified point is uniform over the square when all strata are 
     double chi = 0.0;
     for (const double c : counts) chi += (c - 7000.0 / 64) * (c - 7000.0 / 64) / (7000.0 / 64);
     CHECK(chi < 63.0 + 4.0 * std::sqrt(2.0 * 63.0));
+}
+
+TEST_CASE("a tabulated source sends every bin its share, even over its angles, azimuths and energies") {
+    const std::vector<SourceBin> bins = {{0.0, 0.1, 50.0, 100.0, 0.5},
+                                         {0.1, 0.4, 50.0, 100.0, 0.625},
+                                         {0.2, 0.2, 10.0, 10.0, 0.75},
+                                         {0.0, 0.3, 0.0, 20.0, 1.0}};
+    const Vec3 axis = Vec3(0.3, -0.2, -1.0).normalized();
+    const auto [s, t] = basis_around(axis);
+    constexpr int kDraws = 90'000, kParts = 3;
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> uniform(1e-12, 1.0 - 1e-12);
+    std::vector<int> counts(bins.size() * kParts * kParts * kParts, 0);
+    int sharp = 0;
+    for (int n = 0; n < kDraws; ++n) {
+        const double u1 = uniform(random), u2 = uniform(random), u3 = uniform(random);
+        const auto [d, energy] = sample_bins(bins, axis, u1, u2, u3);
+        REQUIRE(d.norm() == Approx(1.0).epsilon(1e-12));
+        std::size_t k = 0;
+        while (u1 > bins[k].until) ++k;
+        const SourceBin& bin = bins[k];
+        const double angle = std::acos(std::clamp(d.dot(axis), -1.0, 1.0));
+        REQUIRE(angle >= bin.angle_from - 1e-7);
+        REQUIRE(angle <= bin.angle_to + 1e-7);
+        REQUIRE(energy >= bin.energy_from);
+        REQUIRE(energy <= bin.energy_to);
+        if (k == 2) {  // one angle and one energy
+            ++sharp;
+            continue;
+        }
+        const auto part = [](double x, double from, double to) {
+            return std::clamp(static_cast<int>(kParts * (x - from) / (to - from)), 0, kParts - 1);
+        };
+        const double azimuth = std::atan2(d.dot(t), d.dot(s)) + std::numbers::pi;
+        const int i = part(angle, bin.angle_from, bin.angle_to),
+                  j = part(energy, bin.energy_from, bin.energy_to),
+                  a = part(azimuth, 0.0, 2.0 * std::numbers::pi);
+        ++counts[((k * kParts + static_cast<std::size_t>(i)) * kParts + static_cast<std::size_t>(j)) *
+                     kParts +
+                 static_cast<std::size_t>(a)];
+    }
+    double chi = std::pow(sharp - kDraws / 8.0, 2) / (kDraws / 8.0), before = 0.0;
+    for (std::size_t k = 0; k < bins.size(); ++k) {
+        const double expected = kDraws * (bins[k].until - before) / 27.0;
+        before = bins[k].until;
+        for (std::size_t c = 0; c < 27 && k != 2; ++c)
+            chi += std::pow(counts[27 * k + c] - expected, 2) / expected;
+    }
+    // 82 cells, 81 degrees of freedom: 99.9 % of such sums lie below 126.1 and above 46.5.
+    CHECK(chi < 126.1);
+    CHECK(chi > 46.5);
 }
