@@ -42,6 +42,8 @@ void collect(const Values& values, std::set<std::string>& names) {
         if (const auto* by_material = std::get_if<ByMaterial>(&value); by_material && by_material->fallback)
             for (const auto& [name, number] : by_material->named) names.insert(name);
         if (const auto* text = std::get_if<std::string>(&value)) names.insert(*text);
+        if (const auto* list = std::get_if<std::vector<std::string>>(&value))
+            names.insert(list->begin(), list->end());
         if (const auto* tables = std::get_if<std::vector<Values>>(&value))
             for (const Values& table : *tables) collect(table, names);
     }
