@@ -8,7 +8,8 @@
 #include <numbers>
 #include <vector>
 
-#include "levelset/polygon_index.hpp"
+#include "levelset/outline.hpp"
+#include "levelset/solids.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
 #include "surface/signed_distance.hpp"
@@ -17,6 +18,10 @@ namespace sidewall::levelset {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
+
+void require(bool good, const Shape& shape, const char* what) {
+    if (!good) throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
+}
 
 // Stands for "through everything": beyond any wafer, small enough for exact arithmetic beside a cell.
 constexpr double kFar = 1e5;
@@ -32,14 +37,6 @@ double profile_distance(const std::vector<Vec2>& profile, double s, double z, bo
         squared = std::min(squared, (p - a - t * ab).squaredNorm());
     }
     return gas ? std::sqrt(squared) : -std::sqrt(squared);
-}
-
-// Nearest repetition of the offset from a shape's centre.
-double wrapped(double offset, const Domain& domain, int axis) {
-    const auto a = static_cast<std::size_t>(axis);
-    if (domain.side[a] != Side::periodic) return offset;
-    const double length = domain.max[a] - domain.min[a];
-    return offset - length * std::round(offset / length);
 }
 
 // A recess of half-width `half` at the top whose walls lean inwards by `slope` (length per length).
@@ -90,49 +87,19 @@ Body box(const Shape& shape, const Domain& domain) {
             shape.top, top};
 }
 
-// The polygons that reach the box, and on periodic axes their repetitions that do.
-std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain& domain) {
-    std::vector<Polygon> result = polygons;
-    for (std::size_t a = 0; a < 2; ++a) {
-        const double length = domain.max[a] - domain.min[a];
-        std::vector<Polygon> kept;
-        for (const Polygon& polygon : result) {
-            double low = std::numeric_limits<double>::infinity(), high = -low;
-            for (const auto& p : polygon) {
-                low = std::min(low, p[a]);
-                high = std::max(high, p[a]);
-            }
-            // Half a box around it keeps distances true within the box.
-            const double from = domain.min[a] - 0.5 * length, to = domain.max[a] + 0.5 * length;
-            const bool periodic = domain.side[a] == Side::periodic;
-            const double first = periodic ? std::ceil((from - high) / length) : 0.0,
-                         last = periodic ? std::floor((to - low) / length) : 0.0;
-            constexpr double kMostCopies = 1000.0;
-            if (last - first > kMostCopies)
-                throw GeometryError(
-                    "a mask's polygon is over 1000 times as wide as the periodic domain: check its unit");
-            for (double n = first; n <= last; n += 1.0) {
-                if (high + n * length < from || low + n * length > to) continue;
-                kept.push_back(polygon);
-                for (auto& p : kept.back()) p[a] += n * length;
-            }
-        }
-        result = std::move(kept);
-    }
-    return result;
-}
-
 Body mask(const Shape& shape, const Domain& domain) {
-    std::vector<Polygon> polygons = shape.polygons;
-    for (Polygon& polygon : polygons)
-        for (auto& p : polygon)
-            for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
-    const auto index = std::make_shared<const PolygonIndex>(repeated(polygons, domain));
-    return {[index, top = shape.top, openings = shape.openings](const Vec3& p) {
-                const double d = index->signed_distance(p.x(), p.y());
-                return std::max(p.z() - top, openings ? -d : d);
+    Outline open = outline(shape, domain);
+    const double base = shape.base;
+    require(base < shape.top, shape, "a mask's base must lie below its top");
+    if (std::isinf(base))
+        return {[open = std::move(open), top = shape.top](const Vec3& p) {
+                    return std::max(p.z() - top, -open(p.x(), p.y()));
+                },
+                shape.top, shape.top};
+    return {[open = std::move(open), top = shape.top, base](const Vec3& p) {
+                return std::max({p.z() - top, base - p.z(), -open(p.x(), p.y())});
             },
-            shape.top, shape.top};
+            base, shape.top, true};
 }
 
 Body mesh_body(const Shape& shape) {
@@ -142,14 +109,11 @@ Body mesh_body(const Shape& shape) {
     return {[=](const Vec3& p) { return surface->at(p).distance; }, bounds.min.z(), bounds.max.z()};
 }
 
-void require(bool good, const Shape& shape, const char* what) {
-    if (!good) throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
-}
-
 }  // namespace
 
 Body make_body(const Shape& shape, const Domain& domain) {
     require(std::abs(shape.taper_deg) < 90.0, shape, "taper_deg must lie between -90 and 90");
+    if (is_solid(shape)) return make_solid(shape, domain);
     switch (shape.kind) {
         case ShapeKind::plane:
             return {[top = shape.top](const Vec3& p) { return p.z() - top; }, shape.top, shape.top};
@@ -173,6 +137,8 @@ Body make_body(const Shape& shape, const Domain& domain) {
             return mesh_body(shape);
         case ShapeKind::mask:
             return mask(shape, domain);
+        default:
+            break;
     }
     throw GeometryError("unknown shape");
 }

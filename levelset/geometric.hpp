@@ -1,4 +1,6 @@
 #pragma once
+#include <span>
+
 #include "levelset/stack.hpp"
 
 // Process steps that are pure geometry: what a model process would leave, without one.
@@ -17,5 +19,16 @@ void strip(MaterialStack& stack, int material);
 /// Adds a film of \p material, \p thickness thick in the direction of every normal: the exact offset of the
 /// surface.
 void conformal(MaterialStack& stack, int material, double thickness);
+
+/// Adds a film of \p material with openings: spun on to a flat top \p thickness above the highest point, or as
+/// conformal() adds it, and taken away again where \p pattern is open (levelset/outline.hpp; its top is not read).
+/// Gas that is shut in stays gas.
+/// \throws GeometryError for a pattern that is no outline.
+void mask(MaterialStack& stack, int material, const Shape& pattern, double thickness, bool conformal);
+
+/// Takes away what lies within \p pattern above z = \p bottom of the layers whose materials are \p materials, whatever
+/// lies on them stays where it is. \p bottom may be minus infinity.
+/// \throws GeometryError as mask(), or if the substrate has to go and there is no bottom.
+void cut(MaterialStack& stack, std::span<const int> materials, const Shape& pattern, double bottom);
 
 }  // namespace sidewall::levelset

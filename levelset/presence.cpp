@@ -35,8 +35,9 @@ double volume_left(const MaterialStack& stack, std::size_t layer, double enough,
     std::vector<const Leaf*> leaves;
     own.tree().getNodes(leaves);
     double volume = 0.0;
+    const std::size_t first = start;
     for (std::size_t n = 0; n < leaves.size(); ++n) {
-        const std::size_t index = (start + n) % leaves.size();
+        const std::size_t index = (first + n) % leaves.size();
         const Leaf& leaf = *leaves[index];
         const Leaf* under = below != nullptr ? below->tree().probeConstLeaf(leaf.origin()) : nullptr;
         double here = 0.0;

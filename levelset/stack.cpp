@@ -19,6 +19,10 @@ namespace {
 // of the distance is smaller than the distance and makes it wider.
 constexpr double kMargin = 2.0 * kHalfWidth;
 
+// Bodies that touch what they are joined to or cut out of reach so much farther, in dx: no film without
+// thickness is left between them.
+constexpr double kTouching = 1e-3;
+
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
 void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     const auto snap = static_cast<float>(kExposed * domain.spacing);
@@ -64,16 +68,35 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
 
 MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies) {
     MaterialStack stack{domain, {}};
-    std::vector<Body> below;
+    std::vector<Body> body;
+    for (const auto& [material, shape] : bodies) body.push_back(make_body(shape, domain));
+    if (bodies.front().second.subtract)
+        throw GeometryError("the first layer cannot be cut out of what lies below: there is nothing");
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    const double margin = kMargin * domain.spacing;
-    for (const auto& [material, shape] : bodies) {
-        below.push_back(make_body(shape, domain));
-        low = std::min(low, below.back().low);
-        high = std::max(high, below.back().high);
+    const auto reaches = [&](const Body& other) {
+        low = std::min(low, other.low);
+        high = std::max(high, other.high);
+    };
+    std::size_t cuts_end = 0;
+    for (std::size_t k = 0; k < body.size(); ++k) {
+        if (!bodies[k].second.subtract) continue;
+        reaches(body[k]);
+        cuts_end = k + 1;
+    }
+    const double margin = kMargin * domain.spacing, touching = kTouching * domain.spacing;
+    for (std::size_t n = 0; n < body.size(); ++n) {
+        const auto& [material, shape] = bodies[n];
+        if (shape.subtract) continue;
+        reaches(body[n]);
+        // Layers above are left out, but what is cut out of them is cut out of this one, too.
+        const std::size_t end = std::max(n + 1, cuts_end);
         const auto united = [&](const Vec3& p) {
-            double d = below.front().distance(p);
-            for (std::size_t k = 1; k < below.size(); ++k) d = std::min(d, below[k].distance(p));
+            double d = body.front().distance(p);
+            for (std::size_t k = 1; k < end; ++k)
+                if (bodies[k].second.subtract)
+                    d = std::max(d, touching - body[k].distance(p));
+                else if (k <= n)
+                    d = std::min(d, body[k].distance(p) - (body[k].closed ? touching : 0.0));
             return d;
         };
         Layer layer{material, sample_grid(domain, united, low - margin, high + margin)};

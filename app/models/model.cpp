@@ -21,12 +21,14 @@ ModelEntry planarize();
 ModelEntry fill();
 ModelEntry strip();
 ModelEntry conformal();
+ModelEntry mask();
+ModelEntry cut();
 
 const std::vector<ModelEntry>& models() {
     static const std::vector<ModelEntry> table = {
         isotropic(), directional(), single_particle(), multi_particle(), formula(), teos(),    ald(),
         sf6_o2(),    hbr_o2(),      fluorocarbon(),    ion_beam(),       wet(),     epitaxy(), planarize(),
-        fill(),      strip(),       conformal()};
+        fill(),      strip(),       conformal(),       mask(),           cut()};
     return table;
 }
 

@@ -14,6 +14,7 @@
 namespace sidewall::levelset {
 struct MaterialStack;
 struct BeamSpeed;
+struct Shape;
 }  // namespace sidewall::levelset
 
 namespace sidewall::app {
@@ -98,7 +99,10 @@ struct ModelEntry {
     /// \throws KeyError where keys that are each right do not fit together.
     Model (*make)(const Values& values, const Materials& materials) = nullptr;
     /// Geometric steps have this instead: they take no time and trace nothing.
-    void (*apply)(const Values& values, const Materials& materials, levelset::MaterialStack& stack) = nullptr;
+    void (*apply)(const Values& values, const Materials& materials, const levelset::Shape& pattern,
+                  levelset::MaterialStack& stack) = nullptr;
+    bool patterned =
+        false;              ///< they have the keys of openings, too, which make `pattern` (recipe/layers.hpp)
     std::string more = {};  ///< what `sidewall models` says after the keys, in lines of its own
 };
 

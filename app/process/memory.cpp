@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -16,7 +17,8 @@ namespace {
 // Walls that a shape adds to the flat wafer.
 double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
     const double depth = std::isfinite(shape.depth) ? shape.depth : 0.0;
-    const double length = domain.max[1] - domain.min[1];
+    const double length = domain.max[1] - domain.min[1], width = domain.max[0] - domain.min[0];
+    const double around = 2.0 * std::numbers::pi * shape.radius;
     switch (shape.kind) {
         case levelset::ShapeKind::trench:
             return 2.0 * depth * length;
@@ -26,6 +28,23 @@ double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
             return 2.0 * shape.height * length;
         case levelset::ShapeKind::box:
             return 2.0 * shape.height * (shape.size[0] + shape.size[1]);
+        case levelset::ShapeKind::sphere:
+            return 2.0 * shape.radius * around;
+        case levelset::ShapeKind::cylinder:
+            return around * (shape.radius + std::min(shape.length, shape.axis == 0 ? width : length));
+        case levelset::ShapeKind::gap: {
+            const double x = std::min(shape.length, width), y = std::min(shape.width, length);
+            return 2.0 * (x * y + shape.height * (x + y));
+        }
+        case levelset::ShapeKind::profile: {
+            double area = 0.0;
+            for (std::size_t k = 0; k + 1 < shape.profile.size(); ++k) {
+                const auto &a = shape.profile[k], &b = shape.profile[k + 1];
+                area += std::hypot(b[0] - a[0], b[1] - a[1]) *
+                        (shape.revolved ? std::numbers::pi * (a[0] + b[0]) : length);
+            }
+            return area;
+        }
         default:
             return 0.0;
     }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "app/models/model.hpp"
+#include "app/recipe/layers.hpp"
 #include "levelset/extract.hpp"
 
 namespace sidewall::app {
@@ -35,7 +36,8 @@ bool reshape(const Recipe& recipe, const Step& step, levelset::MaterialStack& st
     const ModelEntry* entry = find_model(step.model);
     if (entry->apply == nullptr) return false;
     if (step.model == "planarize") refuse_to_lose_all(recipe, step, stack);
-    entry->apply(step.values, recipe.materials, stack);
+    entry->apply(step.values, recipe.materials,
+                 entry->patterned ? pattern_of(step, recipe) : levelset::Shape{}, stack);
     return true;
 }
 

@@ -45,7 +45,7 @@ Reach reach_of(double low, double high, const levelset::Domain& domain, std::siz
     return reach;
 }
 
-// A trench, hole, fin or box as far as its walls go.
+// A shape as far as its walls go.
 struct Walls {
     const char* key = "width";  // that sets the width
     // Half-widths along x and y at the flat surface; y is 0 where it has no end.
@@ -61,15 +61,31 @@ struct Walls {
 };
 
 std::optional<Walls> walls_of(const Layer& layer, double thickness) {
+    const bool cut = layer.subtract;
+    const double r = layer.radius, along = 0.5 * layer.length.value_or(0.0),
+                 across = 0.5 * layer.span.value_or(0.0);
     if (layer.shape == "trench" || layer.shape == "hole") {
         const double length =
             std::min(layer.depth.value_or(std::numeric_limits<double>::infinity()), thickness);
         if (layer.shape == "trench") return Walls{"width", {0.5 * layer.width, 0.0}, length};
-        return Walls{"radius", {layer.radius, layer.radius}, length, true, true};
+        return Walls{"radius", {r, r}, length, true, true};
     }
-    if (layer.shape == "fin") return Walls{"width", {0.5 * layer.width, 0.0}, layer.height, false};
+    if (layer.shape == "fin") return Walls{"width", {0.5 * layer.width, 0.0}, layer.height, cut};
     if (layer.shape == "box")
-        return Walls{"size", {0.5 * layer.size[0], 0.5 * layer.size[1]}, layer.height, false};
+        return Walls{"size", {0.5 * layer.size[0], 0.5 * layer.size[1]}, layer.height, cut};
+    if (layer.shape == "sphere") return Walls{"radius", {r, r}, 2.0 * r, cut, true};
+    if (layer.shape == "cylinder" && layer.axis == "z")
+        return Walls{"radius", {r, r}, 2.0 * along, cut, true};
+    if (layer.shape == "cylinder") {
+        const char* key = along > 0.0 && along < r ? "length" : "radius";
+        return layer.axis == "x" ? Walls{key, {along, r}, 2.0 * r, cut}
+                                 : Walls{key, {r, along}, 2.0 * r, cut};
+    }
+    if (layer.shape == "gap")
+        return Walls{across > 0.0 && (along == 0.0 || across < along) ? "width" : "length",
+                     {along, across},
+                     layer.height,
+                     cut};
     return std::nullopt;
 }
 
@@ -124,7 +140,7 @@ void check_taper(const Layer& layer, const Walls& walls, const levelset::Domain&
     double half = walls.half[0];
     if (walls.half[1] > 0.0) half = std::min(half, walls.half[1]);
     constexpr double kSharp = 1e-3;  // share by which a V that was asked for may miss
-    const char* extent = walls.recess ? "depth" : "height";
+    const char* extent = layer.shape == "trench" || layer.shape == "hole" ? "depth" : "height";
     if (slope * walls.length > (1.0 + kSharp) * half)
         throw KeyError(
             "taper_deg",
@@ -160,6 +176,39 @@ void check_width(const Layer& layer, const Walls& walls, const levelset::Domain&
                                     walls.key, what, kGoodCells, finer));
 }
 
+// Shapes placed by their centre may be lower than they are wide.
+void check_thickness(const Layer& layer, const Walls& walls, const levelset::Domain& domain,
+                     const std::string& path, std::vector<std::string>& notes) {
+    if (!layer.z) return;
+    const char* key = layer.shape == "gap"                             ? "height"
+                      : layer.axis == "z" && layer.shape == "cylinder" ? "length"
+                                                                       : "radius";
+    const double cells = walls.length / domain.spacing * (1.0 + kRounding);
+    const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", walls.length / kGoodCells);
+    if (cells < kFewestCells)
+        throw KeyError(
+            key, fmt::format("the {} is only {:.3g} cells high, and the grid loses what is under {:g}: {}",
+                             layer.shape, cells, kFewestCells, finer));
+    if (cells < kGoodCells)
+        notes.push_back(fmt::format(
+            "{}.{}: the {} is {:.3g} cells high: under {:g} its corners and fluxes are coarse; {}", path, key,
+            layer.shape, cells, kGoodCells, finer));
+}
+
+// As solids.cpp rounds a box: what is left of it within the rounding must be a box.
+void check_edges(const Layer& layer) {
+    if (layer.shape != "box" || layer.radius == 0.0) return;
+    const double angle = layer.taper_deg * std::numbers::pi / 180.0, sine = std::abs(std::sin(angle));
+    const double narrowest =
+        0.5 * std::min(layer.size[0], layer.size[1]) - std::max(0.0, std::tan(angle)) * layer.height;
+    const double most = std::min(narrowest * std::cos(angle) / (1.0 + sine * sine),
+                                 layer.height / (layer.subtract ? 2.0 : 1.0));
+    if (layer.radius >= most)
+        throw KeyError(
+            "radius",
+            fmt::format("the edges are rounder than the box is wide or high; use less than {:.4g}", most));
+}
+
 }  // namespace
 
 void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
@@ -169,6 +218,8 @@ void check_shape(const Layer& layer, double thickness, const levelset::Domain& d
     check_place(layer, *walls, domain);
     check_taper(layer, *walls, domain);
     check_width(layer, *walls, domain, path, notes);
+    check_thickness(layer, *walls, domain, path, notes);
+    check_edges(layer);
 }
 
 void check_mesh(const Layer& layer, const levelset::Domain& domain, double most) {

@@ -10,7 +10,7 @@
 // only.
 namespace sidewall::app {
 
-/// Checks a trench, hole, fin or box: it must leave something of the wafer beside it and lie in the domain, its
+/// Checks a shape with walls or a centre: it must leave something of the wafer beside it and lie in the domain, its
 /// walls must not meet or reach the neighbours before its end, and both it and what is left beside it must be
 /// at least two cells wide.
 ///
@@ -31,6 +31,10 @@ void check_shape(const Layer& layer, double thickness, const levelset::Domain& d
 /// \note O(corners squared) where outlines lie close to one another.
 void check_polygons(const Layer& layer, const std::vector<levelset::Polygon>& polygons,
                     const levelset::Domain& domain, const std::string& path, std::vector<std::string>& notes);
+
+/// Checks that an outline does not cross itself.
+/// \throws KeyError naming \p key.
+void check_outline(const levelset::Polygon& polygon, const std::string& key);
 
 /// Checks that the file of a mesh layer is a mesh that meets the domain.
 ///

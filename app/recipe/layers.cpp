@@ -9,6 +9,7 @@
 
 #include "app/recipe/gds.hpp"
 #include "app/recipe/layer_checks.hpp"
+#include "app/recipe/profile_csv.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/schema/units.hpp"
@@ -17,6 +18,16 @@ namespace sidewall::app {
 namespace {
 
 constexpr std::int64_t kMostLayers = 10'000;
+
+// Drawn as polygons, listed or in a layout file.
+bool drawn(const Layer& layer) {
+    return layer.shape == "mask" || layer.shape == "polygons";
+}
+
+// Placed by its centre, wherever the flat surface is.
+bool is_free(const Layer& layer) {
+    return layer.shape == "sphere" || layer.shape == "cylinder" || layer.shape == "gap";
+}
 
 // The outlines that a mask names, in the recipe's length unit.
 std::vector<levelset::Polygon> mask_polygons(const Layer& layer, const std::string& length_unit) {
@@ -53,6 +64,37 @@ std::vector<levelset::Polygon> mask_polygons(const Layer& layer, const std::stri
     return polygons;
 }
 
+// Makes the layer's file absolute, if it has one.
+void find_file(Layer& layer, const std::filesystem::path& folder) {
+    if (layer.shape != "mesh" && layer.shape != "profile" && !(drawn(layer) && !layer.file.empty())) return;
+    layer.file = std::filesystem::absolute(folder / layer.file).lexically_normal().string();
+    if (!std::filesystem::is_regular_file(layer.file))
+        throw KeyError("file",
+                       fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
+}
+
+// What only a layer on others can be.
+void refuse_first(const Layer& layer) {
+    if (layer.subtract)
+        throw KeyError("subtract",
+                       "nothing lies below the first layer to cut out of: put another layer before it");
+    if (layer.shape == "mask" || is_free(layer))
+        throw KeyError("shape",
+                       fmt::format("a {} stands on a substrate: put another layer before it", layer.shape));
+    if (layer.thickness) throw KeyError("thickness", "the first layer has none below it; give top instead");
+    if ((layer.shape == "trench" || layer.shape == "hole") && !layer.depth)
+        throw KeyError("depth", "missing: a trench or hole in the first layer must end somewhere");
+}
+
+// A mask that is cut out ends at a depth, one that is added at what lies below it or at its base.
+void check_ends(const Layer& layer) {
+    if (layer.subtract && !layer.depth)
+        throw KeyError("depth", "missing: what is cut out must end somewhere below the flat surface");
+    if (layer.subtract && layer.base) throw KeyError("base", "what is cut out ends at depth: drop base");
+    if (!layer.subtract && layer.depth)
+        throw KeyError("depth", "is of what is cut out: set subtract = true, or give base");
+}
+
 // Fills in what a layer takes from those below it. \p top is the flat surface so far.
 void place_layer(Layer& layer, bool first, double& top, const std::filesystem::path& folder) {
     if (layer.shape == "stack") {
@@ -65,26 +107,29 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
         top += static_cast<double>(layer.repeat) * period;
         return;
     }
-    if (layer.shape == "mesh" || (layer.shape == "mask" && !layer.file.empty())) {
-        layer.file = std::filesystem::absolute(folder / layer.file).lexically_normal().string();
-        if (!std::filesystem::is_regular_file(layer.file))
-            throw KeyError("file",
-                           fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
-        if (layer.shape == "mesh") return;
-    }
-    if (layer.shape == "mask" && first)
-        throw KeyError("shape", "a mask stands on a substrate: put another layer before it");
+    find_file(layer, folder);
+    if (layer.subtract && !layer.material.empty())
+        throw KeyError("material", "what is cut out has none: drop it, or subtract");
+    if (layer.shape == "mesh" && !first) return;
     if (layer.top && layer.thickness) throw KeyError("thickness", "give top or thickness, not both");
-    if (first && layer.thickness)
-        throw KeyError("thickness", "the first layer has none below it; give top instead");
-    const bool stands = layer.shape == "fin" || layer.shape == "box";
+    if (first) refuse_first(layer);
+    if (layer.shape == "mesh") return;
+    if (is_free(layer)) {
+        layer.z = layer.z.value_or(top);
+        if (layer.shape == "cylinder" && layer.axis == "z" && !layer.length)
+            throw KeyError("length", "missing: a vertical cylinder must end somewhere");
+        return;
+    }
+    if (layer.shape == "mask") check_ends(layer);
+    const bool stands =
+        layer.shape == "fin" || layer.shape == "box" || layer.shape == "profile" || layer.subtract;
     if (!first && !stands && !layer.top && !layer.thickness)
         throw KeyError("thickness", "missing: give the layer's thickness, or its top");
-    if (first && (layer.shape == "trench" || layer.shape == "hole") && !layer.depth)
-        throw KeyError("depth", "missing: a trench or hole in the first layer must end somewhere");
-    layer.top = layer.thickness ? top + *layer.thickness : layer.top.value_or(top);
+    layer.top = layer.thickness ? layer.base.value_or(top) + *layer.thickness : layer.top.value_or(top);
     layer.thickness.reset();
-    top = *layer.top;
+    if (layer.base && *layer.base >= *layer.top)
+        throw KeyError("base", fmt::format("must be below the mask's top, {:g}", *layer.top));
+    if (!layer.subtract) top = *layer.top;
 }
 
 // Heights beyond these are typing errors, and node indices must not overflow.
@@ -99,6 +144,11 @@ void check_height(const Layer& layer, double top, double spacing) {
     check(layer.shape == "stack" ? "thicknesses" : "top", top);
     check("depth", layer.depth.value_or(0.0));
     check("height", layer.height);
+    check("base", layer.base.value_or(0.0));
+    if (!is_free(layer)) return;
+    check("z", *layer.z);
+    check("radius", layer.radius);
+    if (layer.axis == "z") check("length", layer.length.value_or(0.0));
 }
 
 // Whether the layer's shape makes sense on the grid. Files are opened here, so that `check` finds what is
@@ -109,11 +159,14 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
     try {
         if (layer.shape == "mesh")
             check_mesh(layer, domain, kMostCells * domain.spacing);
-        else if (layer.shape == "mask")
+        else if (layer.shape == "profile")
+            check_profile(layer, read_profile(layer.file), std::isinf(below), domain);
+        else if (drawn(layer))
             check_polygons(layer, mask_polygons(layer, recipe.domain.length_unit), domain, path,
                            recipe.notes);
         else if (layer.shape != "stack")
-            check_shape(layer, *layer.top - below, domain, path, recipe.notes);
+            check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
+                        recipe.notes);
     } catch (const FileError& error) {  // names the layer's file
         throw FileError(fmt::format("{}: {}.file: {}", place_of(*table.get("file")), path, error.what()));
     }
@@ -121,23 +174,34 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
 
 levelset::Shape shape_of(const Layer& layer, const std::string& length_unit) {
     static const std::map<std::string, levelset::ShapeKind, std::less<>> kinds = {
-        {"plane", levelset::ShapeKind::plane}, {"trench", levelset::ShapeKind::trench},
-        {"hole", levelset::ShapeKind::hole},   {"fin", levelset::ShapeKind::fin},
-        {"box", levelset::ShapeKind::box},     {"mesh", levelset::ShapeKind::mesh},
-        {"mask", levelset::ShapeKind::mask}};
+        {"plane", levelset::ShapeKind::plane},   {"trench", levelset::ShapeKind::trench},
+        {"hole", levelset::ShapeKind::hole},     {"fin", levelset::ShapeKind::fin},
+        {"box", levelset::ShapeKind::box},       {"mesh", levelset::ShapeKind::mesh},
+        {"mask", levelset::ShapeKind::mask},     {"polygons", levelset::ShapeKind::mask},
+        {"sphere", levelset::ShapeKind::sphere}, {"cylinder", levelset::ShapeKind::cylinder},
+        {"gap", levelset::ShapeKind::gap},       {"profile", levelset::ShapeKind::profile}};
+    constexpr double kThrough = std::numeric_limits<double>::infinity();
     levelset::Shape shape;
     shape.kind = kinds.at(layer.shape);
     shape.top = layer.top.value_or(0.0);
     shape.position = layer.position;
     shape.width = layer.width;
     shape.radius = layer.radius;
-    shape.depth = layer.depth.value_or(std::numeric_limits<double>::infinity());
+    shape.depth = layer.depth.value_or(kThrough);
     shape.height = layer.height;
     shape.size = layer.size;
     shape.taper_deg = layer.taper_deg;
     shape.file = layer.file;
     shape.openings = layer.openings;
-    if (layer.shape == "mask") shape.polygons = mask_polygons(layer, length_unit);
+    shape.subtract = layer.subtract;
+    shape.base = layer.base.value_or(-kThrough);
+    shape.centre_z = layer.z.value_or(0.0);
+    shape.length = layer.length.value_or(kThrough);
+    if (layer.shape == "gap") shape.width = layer.span.value_or(kThrough);
+    shape.axis = layer.axis[0] - 'x';
+    shape.revolved = layer.sweep == "revolution";
+    if (layer.shape == "profile") shape.profile = read_profile(layer.file);
+    if (drawn(layer)) shape.polygons = mask_polygons(layer, length_unit);
     return shape;
 }
 
@@ -158,7 +222,9 @@ void read_layers(const toml::table& root, Recipe& recipe) {
         const std::string path = fmt::format("layer[{}]", i);
         Layer& layer = recipe.layers.emplace_back();
         const Reading reading{recipe.materials, recipe.notes};
-        read_field(*tables[i], path, fields(layer)[0], reading);  // the shape decides which keys there are
+        read_field(*tables[i], path, fields(layer)[0], reading);  // the shape decides which keys there are,
+        if (layer.shape != "plane" && layer.shape != "stack")
+            read_field(*tables[i], path, fields(layer)[1], reading);  // and whether it is cut out
         read_fields(*tables[i], path, "a " + layer.shape, fields(layer), reading);
         located(*tables[i], path, [&] {
             const double below = i == 0 ? -std::numeric_limits<double>::infinity() : top;
@@ -178,9 +244,9 @@ std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
     double top = 0.0;
     for (const Layer& layer : recipe.layers) {
         if (layer.shape != "stack") {
-            layers.push_back(
-                {*material_id(recipe.materials, layer.material), shape_of(layer, recipe.domain.length_unit)});
-            top = layer.top.value_or(top);
+            layers.push_back({material_id(recipe.materials, layer.material).value_or(-1),
+                              shape_of(layer, recipe.domain.length_unit)});
+            if (!layer.subtract) top = layer.top.value_or(top);
             continue;
         }
         for (std::int64_t period = 0; period < layer.repeat; ++period) {
@@ -193,6 +259,17 @@ std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
         }
     }
     return layers;
+}
+
+void place_pattern(const toml::table& table, const std::string& path, Step& step, Recipe& recipe) {
+    located(table, path, [&] {
+        find_file(step.pattern, std::filesystem::path(recipe.file).parent_path());
+        check_layer(step.pattern, 0.0, table, path, recipe);
+    });
+}
+
+levelset::Shape pattern_of(const Step& step, const Recipe& recipe) {
+    return shape_of(step.pattern, recipe.domain.length_unit);
 }
 
 }  // namespace sidewall::app

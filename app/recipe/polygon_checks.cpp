@@ -241,6 +241,17 @@ std::vector<double> widths_in(const std::vector<Polygon>& polygons, const levels
 
 }  // namespace
 
+void check_outline(const Polygon& polygon, const std::string& key) {
+    const Polygon corners = distinct(polygon);
+    if (corners.size() < 3) throw KeyError(key, "must be of at least three different points");
+    Effort effort;
+    try {
+        refuse_self_crossing(corners, 0, kRounding * bounds_of(corners).size(), effort);
+    } catch (const KeyError& error) {
+        throw KeyError(key, error.rule);
+    }
+}
+
 void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, const levelset::Domain& domain,
                     const std::string& path, std::vector<std::string>& notes) {
     const bool listed = layer.file.empty();

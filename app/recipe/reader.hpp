@@ -81,6 +81,9 @@ auto located(const toml::table& table, const std::string& path, Check&& check) {
 void read_layers(const toml::table& root, Recipe& recipe);
 void read_steps(const toml::table& root, Recipe& recipe);
 
+/// Makes file names of the step's pattern absolute and checks that it makes sense on the grid.
+void place_pattern(const toml::table& table, const std::string& path, Step& step, Recipe& recipe);
+
 /// Applies `key=value` to \p root before it is validated.
 /// \throws RecipeError naming the override.
 void apply_override(toml::table& root, const std::string& setting);

@@ -53,6 +53,13 @@ struct Layer {
     std::vector<std::string> materials;  ///< stack: one period, bottom up
     std::vector<double> thicknesses;     ///< stack: as many
     std::int64_t repeat = 1;             ///< stack: periods
+    bool subtract = false;         ///< cut out of the layers below instead of added; it has no material then
+    std::optional<double> z;       ///< sphere, cylinder, gap: of the centre; always set in a parsed recipe
+    std::string axis = "y";        ///< cylinder
+    std::optional<double> length;  ///< cylinder, gap; absent: through the domain
+    std::optional<double> span;    ///< gap: along y; absent: through the domain
+    std::string sweep = "extrusion";  ///< profile
+    std::optional<double> base;       ///< mask: z of its underside; absent: down to what is below
     bool operator==(const Layer&) const = default;
 };
 
@@ -64,8 +71,9 @@ struct Step {
     std::optional<double> stop_depth, stop_thickness;
     std::string stop_material;
     std::int64_t repeat = 1;
-    Values values;            ///< the model's keys
-    std::vector<Step> steps;  ///< what a loop repeats
+    Values values;                       ///< the model's keys
+    Layer pattern{.shape = "polygons"};  ///< of a step that has one: openings, seen from above
+    std::vector<Step> steps;             ///< what a loop repeats
     bool operator==(const Step&) const = default;
 };
 

@@ -6,7 +6,7 @@
 namespace sidewall::app {
 namespace {
 
-const std::string kLength = "length", kTime = "time", kDegree = "degree";
+const std::string kLength = "length", kTime = "time";
 
 // Fewer rays leave the flux an error of over a third even on the smallest grid.
 constexpr double kFewestRays = 100.0;
@@ -68,78 +68,10 @@ std::vector<Field> fields(Material& material) {
     };
 }
 
-const std::vector<std::string>& shape_names() {
-    static const std::vector<std::string> names = {"plane", "trench", "hole", "fin",
-                                                   "box",   "stack",  "mesh", "mask"};
-    return names;
-}
-
 const std::vector<std::string>& measure_names() {
     static const std::vector<std::string> names = {"depth",    "cd",           "sidewall_angle", "bow",
                                                    "undercut", "aspect_ratio", "scallops",       "film"};
     return names;
-}
-
-std::vector<Field> fields(Layer& layer) {
-    std::vector<Field> list = {{"shape", &layer.shape, "", "", {.choices = shape_names()}}};
-    const auto add = [&](Field field) { list.push_back(std::move(field)); };
-    if (layer.shape == "stack") {
-        add({"materials",
-             &layer.materials,
-             "",
-             "one period, bottom up",
-             {.required = true, .material = true}});
-        add({"thicknesses", &layer.thicknesses, kLength, "of each of the materials", required(kPositive)});
-        add({"repeat", &layer.repeat, "", "periods", {.min = 1, .max = 10'000}});
-        return list;
-    }
-    add({"material", &layer.material, "", "what the layer is made of", {.required = true, .material = true}});
-    if (layer.shape == "mesh") {
-        add({"file", &layer.file, "",
-             "closed or open surface, VTP, PLY, STL or OBJ, in the recipe's length unit", required()});
-        return list;
-    }
-    add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
-    add({"thickness", &layer.thickness, kLength, "instead of top: above the layer below", kNotNegative});
-    if (layer.shape == "plane") return list;
-    if (layer.shape == "mask") {
-        static const std::vector<Key> polygon = {
-            {"points", std::vector<double>(), "length", "x and y of the corners in turn", required()}};
-        add({"polygons",
-             &layer.polygons,
-             "",
-             "outlines, which must not cross or lie in one another; or give a file",
-             {.keys = polygon}});
-        add({"file", &layer.file, "",
-             "GDSII, beside the recipe, instead of polygons; outlines that overlap are united"});
-        add({"cell", &layer.cell, "", "of the file; default its only top cell"});
-        add({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
-        add({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
-        add({"openings", &layer.openings, "", "the polygons are open; else they are what stays"});
-        add({"position", std::span<double>(layer.position), kLength, "of the polygons' origin, x and y", {}});
-        return list;
-    }
-    if (layer.shape == "trench" || layer.shape == "fin")
-        add({"width", &layer.width, kLength, "along x, at the flat surface", required(kPositive)});
-    if (layer.shape == "hole")
-        add({"radius", &layer.radius, kLength, "at the flat surface", required(kPositive)});
-    if (layer.shape == "box")
-        add({"size", std::span<double>(layer.size), kLength, "x and y lengths at the foot",
-             required(kPositive)});
-    if (layer.shape == "trench" || layer.shape == "hole") {
-        Rule rule = kPositive;
-        rule.word = "through";
-        add({"depth", &layer.depth, kLength, "below the flat surface; required in the first layer", rule});
-    } else {
-        add({"height", &layer.height, kLength, "above the flat surface", required(kPositive)});
-    }
-    add({"position", std::span<double>(layer.position), kLength, "centre, x and y", {}});
-    add({"taper_deg",
-         &layer.taper_deg,
-         kDegree,
-         "walls from the vertical; positive narrows a trench or hole downwards, a fin or box upwards",
-         {.min = -80.0, .max = 80.0}});
-    return list;
 }
 
 std::vector<Field> fields(Step& step) {
@@ -163,6 +95,8 @@ std::vector<Field> fields(Step& step) {
                         "ends the step when the uppermost layer is that thick somewhere", kPositive});
     }
     for (Field& field : bind(model->keys, step.values)) list.push_back(std::move(field));
+    if (model->patterned)
+        for (Field& field : pattern_fields(step.pattern)) list.push_back(std::move(field));
     return list;
 }
 
@@ -293,6 +227,7 @@ std::vector<SectionDoc> recipe_documentation() {
     for (const ModelEntry& model : models()) {
         Step step;
         step.model = model.name;
+        step.pattern.shape.clear();  // all shapes' keys
         docs.push_back(chosen(section(model.name, "[[step]] model = \"" + model.name + "\"", model.doc, step),
                               "model", model.name));
         docs.back().more = model.more;

@@ -8,7 +8,9 @@ std::vector<Field> fields(DomainSection& domain);
 std::vector<Field> fields(StartSection& start);
 std::vector<Field> fields(Material& material);
 std::vector<Field> fields(Layer& layer);  ///< those of its shape
-std::vector<Field> fields(Step& step);    ///< those of a loop, or common to all models and then its model's
+std::vector<Field> pattern_fields(
+    Layer& pattern);                    ///< of a step's pattern: those of its shape, or all without one
+std::vector<Field> fields(Step& step);  ///< those of a loop, or common to all models and then its model's
 std::vector<Field> fields(FluxSection& flux);
 std::vector<Field> fields(SimplifySection& simplify);
 std::vector<Field> fields(levelset::AdvectionOptions& advection);

@@ -76,8 +76,11 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
     if (step.model.empty())
         fail_missing(table, path + ".model",
                      "missing: name a model that `sidewall models` lists, or give the step steps");
+    const bool patterned = find_model(step.model)->patterned;
+    if (patterned) read_field(table, path, pattern_fields(step.pattern)[0], reading);  // so does its shape
     read_fields(table, path, "a step of model " + step.model, fields(step), reading);
     find_files(table, path, "", std::filesystem::path(recipe.file).parent_path(), step.values);
+    if (patterned) place_pattern(table, path, step, recipe);
     if (find_model(step.model)->make != nullptr)
         located(table, path, [&] { make_model(step, recipe.materials, recipe.domain); });
     return step;
@@ -112,10 +115,31 @@ double lowest_start(const Recipe& recipe) {
     double lowest = std::numeric_limits<double>::infinity();
     if (!recipe.start.from.empty()) return -lowest;
     for (const Layer& layer : recipe.layers) {
-        if (layer.shape == "mesh") return -lowest;
+        if (layer.shape == "mesh" || layer.shape == "profile" || layer.subtract) return -lowest;
         if (layer.top) lowest = std::min(lowest, *layer.top - layer.depth.value_or(0.0));
     }
     return lowest;
+}
+
+// A cut must end above the bottom of what has none.
+void check_cut(const Step& step, const toml::table& table, const std::string& path, const Recipe& recipe,
+               double& lowest) {
+    const auto& depth = step.values.get<std::optional<double>>("depth");
+    const auto& materials = step.values.get<std::vector<std::string>>("materials");
+    const bool substrate =
+        materials.empty() ||
+        (!recipe.layers.empty() &&
+         std::find(materials.begin(), materials.end(), recipe.layers.front().material) != materials.end());
+    located(table, path, [&] {
+        if (!depth && substrate)
+            throw KeyError(
+                "depth", "missing: a cut through the substrate must end somewhere, or name other materials");
+        if (depth && std::abs(*depth) > kMostCells * recipe.domain.grid_spacing)
+            throw KeyError(
+                "depth",
+                fmt::format("is over {:g} cells; check the unit or use a larger grid_spacing", kMostCells));
+    });
+    if (depth && substrate) lowest = std::min(lowest, -*depth);
 }
 
 // Heights and thicknesses of geometric steps. \p lowest is the wafer's lowest point for as long as it is
@@ -144,6 +168,7 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
                        fmt::format("is over {:g} cells; check the unit or use a larger grid_spacing",
                                    kMostCells));
         }
+        if (step.model == "cut") check_cut(step, *find_node(root, here)->as_table(), here, recipe, lowest);
         if (step.model == "planarize" && step.values.get<double>("height") < lowest)
             refuse(
                 here + ".height",

@@ -44,6 +44,8 @@ void collect(const Values& values, std::set<std::string>& names) {
         if (const auto* expressions = std::get_if<Expressions>(&value))
             for (const auto& [name, text] : expressions->named) names.insert(name);
         if (const auto* text = std::get_if<std::string>(&value)) names.insert(*text);
+        if (const auto* list = std::get_if<std::vector<std::string>>(&value))
+            names.insert(list->begin(), list->end());
         if (const auto* tables = std::get_if<std::vector<Values>>(&value))
             for (const Values& table : *tables) collect(table, names);
     }

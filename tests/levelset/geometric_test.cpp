@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "levelset/extract.hpp"
 #include "levelset/layer_depths.hpp"
@@ -83,4 +84,151 @@ TEST_CASE("a conformal film has its thickness on floor, walls and top") {
     REQUIRE(stack.layers.back().material == 3);
     for (const Vec3& p : {Vec3(2.5, 0, 0.95), Vec3(-0.55, 0, -0.5), Vec3(0.55, 0, -1.0), Vec3(0, 0, -1.55)})
         CHECK(std::abs(distance_at(stack.top(), stack.domain, p)) < 0.1 * kDx);
+}
+
+namespace {
+
+Shape square(double half, bool openings = true) {
+    Shape shape;
+    shape.kind = ShapeKind::mask;
+    shape.polygons = {{{-half, -half}, {half, -half}, {half, half}, {-half, half}}};
+    shape.openings = openings;
+    return shape;
+}
+
+// Silicon (0) under 0.55 of oxide (1), 0.35 of nitride (2) and 0.4 of oxide again, 4 x 4.
+MaterialStack films() {
+    const Domain domain = make_domain({4.0, 4.0}, kDx, {Side::reflective, Side::periodic});
+    const auto plane = [](double top) { return Shape{.kind = ShapeKind::plane, .top = top}; };
+    return make_stack(domain, {{0, plane(-1.03)}, {1, plane(-0.48)}, {2, plane(-0.13)}, {1, plane(0.27)}});
+}
+
+// Of a layer itself.
+double own_volume(const MaterialStack& stack, std::size_t layer) {
+    return volume(stack, layer) - (layer > 0 ? volume(stack, layer - 1) : 0.0);
+}
+
+// What marching cubes may take from the sharp edges of a square opening 0.5 deep, and from its walls.
+constexpr double kEdges = 0.5 * kDx * kDx * (2 * 8.0 + 4 * 0.5);
+
+}  // namespace
+
+TEST_CASE("a mask is spun on to a flat top and open where its polygons are, or where they are not") {
+    for (const bool openings : {true, false}) {
+        MaterialStack stack = trench();
+        const double before = volume(stack, 1);
+        mask(stack, 3, square(0.63, openings), 0.43, false);
+        REQUIRE(stack.layers.size() == 3);
+        // Flat at 0.93, over a trench that it fills.
+        const double area = 1.26 * 1.26, inside = area * (0.93 + 2.0), all = 12.0 * 0.93 - before;
+        CAPTURE(openings);
+        CHECK(volume(stack, 2) - before == Approx(openings ? all - inside : inside).margin(0.06));
+        CHECK(volume(stack, 1) == Approx(before).margin(1e-3));
+        const bool covered = exposed_material(stack, {2.5, 0.0, openings ? 0.93 : 0.5}) == 3;
+        CHECK(covered == openings);
+        if (openings)
+            CHECK(exposed_material(stack, {0.0, 0.0, -2.0}) == 0);
+        else
+            CHECK(std::abs(distance_at(stack.top(), stack.domain, {0.0, 0.0, 0.93})) < 0.02 * kDx);
+    }
+}
+
+TEST_CASE("a conformal mask has its thickness on walls and floor, and vertical walls of its own") {
+    MaterialStack stack = trench();
+    Shape hole;
+    hole.kind = ShapeKind::hole;
+    hole.radius = 0.4;
+    hole.position = {0.0, -0.5};
+    mask(stack, 3, hole, 0.25, true);
+    for (const Vec3& p : {Vec3(2.5, 0.5, 0.75), Vec3(-0.75, 0.5, -0.5), Vec3(0.0, 0.5, -1.75)}) {
+        CHECK(std::abs(distance_at(stack.top(), stack.domain, p)) < 0.1 * kDx);
+        CHECK(exposed_material(stack, p) == 3);
+    }
+    CHECK(exposed_material(stack, {0.0, -0.5, -2.0}) == 0);
+    CHECK(std::abs(distance_at(stack.top(), stack.domain, {0.4, -0.5, -1.87})) < 0.1 * kDx);
+}
+
+TEST_CASE("a mask leaves gas that is shut in as it is") {
+    const Domain domain = make_domain({4.0, 4.0}, kDx, {Side::reflective, Side::periodic});
+    Shape cavity{.kind = ShapeKind::sphere, .radius = 0.7, .subtract = true, .centre_z = -1.2};
+    Shape pit{
+        .kind = ShapeKind::box, .position = {1.3, 0.0}, .height = 2.0, .size = {0.8, 0.8}, .subtract = true};
+    pit.top = -1.6;
+    MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, cavity}, {2, pit}});
+    const double before = volume(stack, 0);
+    mask(stack, 3, square(0.3), 0.5, false);
+    // The pit is filled, the cavity is not.
+    const double film = (16.0 - 0.6 * 0.6) * 0.5 + 0.8 * 0.8 * 1.6;
+    CHECK(volume(stack, 1) - before == Approx(film).margin(kEdges + 0.02));
+    CHECK(distance_at(stack.top(), domain, {0.0, 0.0, -1.0}) > 0.0);
+    CHECK(std::abs(distance_at(stack.top(), domain, {0.7, 0.0, -1.2})) < 0.05 * kDx);
+}
+
+TEST_CASE("a cut takes the named materials away, wherever they lie, down to its bottom") {
+    const double area = 2.46 * 2.46;
+    {
+        MaterialStack stack = films();
+        cut(stack, std::vector{1}, square(1.23), -0.33);
+        REQUIRE(stack.layers.size() == 4);
+        // The upper oxide alone: the lower one begins at -0.48.
+        CHECK(own_volume(stack, 3) == Approx((16.0 - area) * 0.4).margin(kEdges));
+        for (const std::size_t k : {1, 2})
+            CHECK(own_volume(stack, k) == Approx(own_volume(films(), k)).margin(0.01));
+        CHECK(exposed_material(stack, {0.0, 0.0, -0.13}) == 2);
+        CHECK(exposed_material(stack, {1.8, 0.0, 0.27}) == 1);
+    }
+    {  // Both oxides: the nitride between them hangs where it was.
+        MaterialStack stack = films();
+        cut(stack, std::vector{1}, square(1.23), -INFINITY);
+        CHECK(own_volume(stack, 1) == Approx((16.0 - area) * 0.55).margin(kEdges));
+        CHECK(own_volume(stack, 2) == Approx(16.0 * 0.35).margin(kEdges));
+        CHECK(own_volume(stack, 3) == Approx((16.0 - area) * 0.4).margin(kEdges));
+        CHECK(exposed_material(stack, {0.0, 0.0, -0.13}) == 2);
+        CHECK(exposed_material(stack, {0.0, 0.0, -0.48}) == 2);
+        CHECK(exposed_material(stack, {0.0, 0.0, -1.03}) == 0);
+    }
+    {  // All of them, into the silicon.
+        MaterialStack stack = films();
+        cut(stack, std::vector{0, 1, 2}, square(1.23), -1.52);
+        CHECK(volume(stack, 3) == Approx(16.0 * 0.27 - area * 1.79).margin(2 * kEdges));
+        CHECK(own_volume(stack, 2) == Approx((16.0 - area) * 0.35).margin(kEdges));
+        CHECK(exposed_material(stack, {0.0, 0.0, -1.52}) == 0);
+        CHECK(exposed_material(stack, {1.23, 0.0, -0.3}) == 2);
+    }
+    MaterialStack stack = films();
+    CHECK_THROWS_AS(cut(stack, std::vector{0}, square(1.0), -INFINITY), GeometryError);
+    CHECK_THROWS_AS(cut(stack, std::vector{1}, Shape{}, -1.0), GeometryError);
+}
+
+TEST_CASE("a film thinner than a cell is cut away whole") {
+    MaterialStack stack = films();
+    conformal(stack, 5, 0.3 * kDx);
+    cut(stack, std::vector{5}, square(1.23), -INFINITY);
+    CHECK(own_volume(stack, 4) == Approx((16.0 - 2.46 * 2.46) * 0.3 * kDx).margin(0.02));
+    CHECK(exposed_material(stack, {0.0, 0.0, 0.27}) == 1);
+}
+
+TEST_CASE("films thinner than a cell stay where nothing below them is stripped") {
+    MaterialStack stack = trench();
+    conformal(stack, 4, 0.3 * kDx);
+    mask(stack, 3, square(0.63, false), 0.43, false);
+    conformal(stack, 5, 0.4 * kDx);
+    strip(stack, 3);
+    REQUIRE(stack.layers.size() == 4);
+    // Floor, tops and walls.
+    CHECK(own_volume(stack, 2) == Approx(0.3 * kDx * (12.0 + 10.0)).margin(0.03));
+    CHECK(exposed_material(stack, {2.5, 0.5, 0.5 + 0.7 * kDx}) == 5);
+    CHECK(std::abs(distance_at(stack.top(), stack.domain, {2.5, 0.5, 0.5 + 0.7 * kDx})) < 0.05 * kDx);
+}
+
+TEST_CASE("a stripped film thinner than a cell leaves nothing behind, but the film above it closes the gap") {
+    MaterialStack stack = films();
+    conformal(stack, 5, 0.3 * kDx);
+    mask(stack, 3, square(1.23, false), 0.5, false);
+    strip(stack, 5);
+    REQUIRE(stack.layers.size() == 5);
+    CHECK(exposed_material(stack, {1.8, 0.0, 0.27}) == 1);
+    CHECK(std::abs(distance_at(stack.top(), stack.domain, {1.8, 0.0, 0.27})) < 0.05 * kDx);
+    CHECK(own_volume(stack, 4) == Approx(2.46 * 2.46 * (0.5 + 0.3 * kDx)).margin(kEdges));
+    CHECK(own_volume(stack, 3) == Approx(16.0 * 0.4).margin(0.03));
 }

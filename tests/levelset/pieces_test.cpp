@@ -99,4 +99,15 @@ TEST_CASE("what is left of a layer is counted until it is enough, from where it 
     const double some = volume_left(stack_with(0.3), 1, 0.01 * area, start);
     CHECK(some >= 0.01 * area);
     CHECK(some < 0.3 * area);
+    // A bar in the domain's far half is found wherever the search begins.
+    Shape base, bar;
+    bar.kind = ShapeKind::box;
+    bar.size = {5.0, 7.0};
+    bar.position = {8.0, 1.0};
+    bar.height = 1.3;
+    const MaterialStack stack = make_stack(domain, {{0, base}, {1, bar}});
+    for (const std::size_t from : {0, 1, 2}) {
+        std::size_t begin = from;
+        CHECK(volume_left(stack, 1, all, begin) == Approx(5.0 * 7.0 * 1.3).epsilon(0.1));
+    }
 }

@@ -1,0 +1,177 @@
+#include <algorithm>
+
+#include "app/recipe/sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+const std::string kLength = "length", kDegree = "degree";
+
+Rule through() {
+    Rule rule = kPositive;
+    rule.word = "through";
+    return rule;
+}
+
+Field position_field(Layer& layer, const char* doc) {
+    return {"position", std::span<double>(layer.position), kLength, doc, {}};
+}
+
+// What is drawn as outlines, listed or in a layout file.
+void add_polygons(Layer& layer, std::vector<Field>& list) {
+    static const std::vector<Key> polygon = {
+        {"points", std::vector<double>(), "length", "x and y of the corners in turn", required()}};
+    list.push_back({"polygons",
+                    &layer.polygons,
+                    "",
+                    "outlines, which must not cross or lie in one another; or give a file",
+                    {.keys = polygon}});
+    list.push_back({"file", &layer.file, "",
+                    "GDSII, beside the recipe, instead of polygons; outlines that overlap are united"});
+    list.push_back({"cell", &layer.cell, "", "of the file; default its only top cell"});
+    list.push_back({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
+    list.push_back({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
+}
+
+void add_mask(Layer& layer, std::vector<Field>& list) {
+    add_polygons(layer, list);
+    list.push_back({"openings", &layer.openings, "", "the polygons are open; else they are what stays"});
+    list.push_back({"base", &layer.base, kLength, "z of its underside; default: it stands on what is below"});
+    list.push_back({"depth", &layer.depth, kLength, "with subtract, and needed then: below the flat surface",
+                    kPositive});
+    list.push_back(position_field(layer, "of the polygons' origin, x and y"));
+}
+
+// Shapes with a centre of their own.
+void add_free(Layer& layer, std::vector<Field>& list) {
+    list.push_back({"z", &layer.z, kLength, "of the centre; default that of the flat surface so far", {}});
+    if (layer.shape == "gap") {
+        list.push_back({"height", &layer.height, kLength, "along z", required(kPositive)});
+        list.push_back({"length", &layer.length, kLength, "along x", through()});
+        list.push_back({"width", &layer.span, kLength, "along y", through()});
+    } else {
+        list.push_back({"radius", &layer.radius, kLength, "from the centre or axis", required(kPositive)});
+    }
+    if (layer.shape == "cylinder") {
+        list.push_back({"axis", &layer.axis, "", "along which it lies", {.choices = {"x", "y", "z"}}});
+        list.push_back({"length", &layer.length, kLength, "along the axis; needed along z", through()});
+    }
+    list.push_back(position_field(layer, "centre, x and y"));
+}
+
+void add_profile(Layer& layer, std::vector<Field>& list) {
+    list.push_back(
+        {"file", &layer.file, "",
+         "CSV of x and z, a point a line: a curve with material below it, or a closed outline whose last "
+         "point is the first",
+         required()});
+    list.push_back(
+        {"sweep",
+         &layer.sweep,
+         "",
+         "extrusion: drawn out along y; revolution: turned about the vertical axis, x its distance",
+         {.choices = {"extrusion", "revolution"}}});
+    list.push_back(position_field(layer, "of x = 0, x and y"));
+}
+
+void add_walls(Layer& layer, std::vector<Field>& list) {
+    const std::string& shape = layer.shape;
+    if (shape == "trench" || shape == "fin")
+        list.push_back({"width", &layer.width, kLength, "along x, at the flat surface", required(kPositive)});
+    if (shape == "hole")
+        list.push_back({"radius", &layer.radius, kLength, "at the flat surface", required(kPositive)});
+    if (shape == "box")
+        list.push_back({"size", std::span<double>(layer.size), kLength, "x and y lengths at the foot",
+                        required(kPositive)});
+    if (shape == "trench" || shape == "hole") {
+        Rule rule = through();
+        if (layer.subtract) rule = required(kPositive);
+        list.push_back(
+            {"depth", &layer.depth, kLength, "below the flat surface; required in the first layer", rule});
+    } else {
+        list.push_back({"height", &layer.height, kLength, "above the flat surface", required(kPositive)});
+    }
+    list.push_back(position_field(layer, "centre, x and y"));
+    list.push_back(
+        {"taper_deg",
+         &layer.taper_deg,
+         kDegree,
+         "walls from the vertical; positive narrows a trench or hole downwards, a fin or box upwards",
+         {.min = -80.0, .max = 80.0}});
+    if (shape == "box")
+        list.push_back({"radius", &layer.radius, kLength, "of its edges but those of its foot; 0 = sharp",
+                        kNotNegative});
+}
+
+}  // namespace
+
+const std::vector<std::string>& shape_names() {
+    static const std::vector<std::string> names = {"plane", "trench", "hole",   "fin",      "box", "stack",
+                                                   "mesh",  "mask",   "sphere", "cylinder", "gap", "profile"};
+    return names;
+}
+
+std::vector<Field> fields(Layer& layer) {
+    const std::string& shape = layer.shape;
+    std::vector<Field> list = {{"shape", &layer.shape, "", "", {.choices = shape_names()}}};
+    const auto add = [&](Field field) { list.push_back(std::move(field)); };
+    if (shape == "stack") {
+        add({"materials",
+             &layer.materials,
+             "",
+             "one period, bottom up",
+             {.required = true, .material = true}});
+        add({"thicknesses", &layer.thicknesses, kLength, "of each of the materials", required(kPositive)});
+        add({"repeat", &layer.repeat, "", "periods", {.min = 1, .max = 10'000}});
+        return list;
+    }
+    if (shape != "plane")
+        add({"subtract", &layer.subtract, "",
+             "cut out of all layers below, instead of added; takes no material"});
+    add({"material",
+         &layer.material,
+         "",
+         "what the layer is made of",
+         {.required = !layer.subtract, .material = true}});
+    if (shape == "mesh") {
+        add({"file", &layer.file, "",
+             "closed or open surface, VTP, PLY, STL or OBJ, in the recipe's length unit", required()});
+        return list;
+    }
+    if (shape == "sphere" || shape == "cylinder" || shape == "gap") {
+        add_free(layer, list);
+        return list;
+    }
+    add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
+    if (!layer.subtract && shape != "profile")
+        add({"thickness", &layer.thickness, kLength, "instead of top: above the layer below", kNotNegative});
+    if (shape == "mask")
+        add_mask(layer, list);
+    else if (shape == "profile")
+        add_profile(layer, list);
+    else if (shape != "plane")
+        add_walls(layer, list);
+    return list;
+}
+
+std::vector<Field> pattern_fields(Layer& pattern) {
+    const std::string shape = pattern.shape;
+    const auto is = [&](const char* word) { return shape.empty() || shape == word; };
+    std::vector<Field> list = {{"shape",
+                                &pattern.shape,
+                                "",
+                                "what the openings are; default polygons",
+                                {.choices = {"polygons", "trench", "hole", "box"}}}};
+    if (is("polygons")) add_polygons(pattern, list);
+    if (is("trench"))
+        list.push_back({"width", &pattern.width, kLength, "trench: along x", required(kPositive)});
+    if (is("hole")) list.push_back({"radius", &pattern.radius, kLength, "hole", required(kPositive)});
+    if (is("box"))
+        list.push_back(
+            {"size", std::span<double>(pattern.size), kLength, "box: x and y lengths", required(kPositive)});
+    list.push_back({"openings", &pattern.openings, "", "false: all but the shape or the polygons is open"});
+    list.push_back(position_field(pattern, "centre of the shape, or of the polygons' origin, x and y"));
+    return list;
+}
+
+}  // namespace sidewall::app
