@@ -172,7 +172,9 @@ openvdb::Coord decode(std::int32_t entry) {
 
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
-Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under) {
+// \param everywhere  samples that have no lower layer near look for their point on the surface, too.
+Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
+                bool everywhere = true) {
     Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy()), {}};
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNear * dx);
@@ -215,9 +217,9 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
                     index[it.pos()] = number;
                     SurfaceSample& sample = extension.samples[static_cast<std::size_t>(number)];
                     sample = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot.cast<float>()};
-                    if (below && below->none_near(c, foot)) {
-                        extension.alone[static_cast<std::size_t>(number)] = 1;
-                    } else if (surface) {
+                    const bool alone = below && below->none_near(c, foot);
+                    if (alone) extension.alone[static_cast<std::size_t>(number)] = 1;
+                    if (surface && (everywhere || !alone)) {
                         if (!filled) cells.fill(leaf.origin(), mesh, triangles.of(n));
                         filled = true;
                         const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
@@ -264,10 +266,10 @@ Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene
 }
 
 Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert) {
-    const MaterialStack* under = top_is_inert && stack.layers.size() > 1 ? &stack : nullptr;
+    const MaterialStack* under = stack.layers.size() > 1 ? &stack : nullptr;
     if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under);
     const Surface surface(*mesh);
-    return build(stack.top(), stack.domain, &surface, under);
+    return build(stack.top(), stack.domain, &surface, under, !top_is_inert);
 }
 
 Extension extend_without_mesh(const Grid& grid, const Domain& domain) {

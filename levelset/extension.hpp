@@ -27,7 +27,7 @@ using IndexTree = surface::VoxelTree<std::int32_t>;
 struct Extension {
     std::vector<SurfaceSample> samples;    ///< one a node within a cell of the front, in grid order
     std::shared_ptr<IndexTree> sample_of;  ///< topology of the grid: index into samples, or -1 far from any
-    /// By sample: no lower layer is near, so that the top one is bare; its triangle was not looked for. Empty: not asked.
+    /// By sample: no lower layer is near, so that the top one is bare. Empty: not asked.
     std::vector<std::uint8_t> alone;
 
     bool top_alone(std::size_t sample) const { return !alone.empty() && alone[sample] != 0; }
@@ -44,7 +44,7 @@ Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene
 /// The same of a stack's surface for speeds that depend on no flux.
 ///
 /// \param mesh          the surface as extracted, if samples need their triangles; else nullptr.
-/// \param top_is_inert  the top layer stays where it is: samples on it with no other near are told apart (alone).
+/// \param top_is_inert  the top layer stays where it is: samples on it that have no other near are given no triangle.
 Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert);
 
 /// The same topology without a mesh: samples carry their node only. For speeds that depend on no flux.

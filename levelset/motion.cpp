@@ -25,8 +25,8 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
 
 namespace {
 
-// Tells by the eight nodes around a point whether all layers are bare there, which is so of most points of a
-// lowest layer, and what LayerDepths would find by a closer look. One a thread.
+// Tells whether all layers are bare at all eight nodes around a point, inside and outside, as they are about
+// most points of a lowest layer: what LayerDepths would find by a closer look. One a thread.
 class BareCells {
   public:
     explicit BareCells(const MaterialStack& stack)
@@ -46,15 +46,15 @@ class BareCells {
         for (int n = 0; n < 8; ++n) {
             const openvdb::Coord corner = low.offsetBy(n & 1, n >> 1 & 1, n >> 2);
             const Leaf* leaf = top_.probeConstLeaf(corner);
-            if (leaf == nullptr) continue;
             const openvdb::Index at = Leaf::coordToOffset(corner);
+            if (leaf == nullptr || !leaf->isValueOn(at)) return false;
             const float surface = leaf->getValue(at);
-            if (!leaf->isValueOn(at) || surface > 0.0f) continue;
             for (const auto& layer : layers_) {
                 const Leaf* own = layer.probeConstLeaf(corner);
                 if (own == nullptr || !own->isValueOn(at) || own->getValue(at) - surface > touching_)
                     return false;
             }
+            if (surface > 0.0f) continue;
             double weight = 1.0;
             for (int axis = 0; axis < 3; ++axis) weight *= 1.0 - std::abs(point[axis] - corner[axis]);
             solid += weight;
@@ -63,7 +63,7 @@ class BareCells {
     }
 
   private:
-    // Of a cell's corners by trilinear weight; with less, others are to be asked.
+    // Of the corners inside, by trilinear weight; with less, LayerDepths asks others.
     static constexpr double kEnough = 0.01;
     const Domain& domain_;
     float touching_;

@@ -3,9 +3,9 @@
 #include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <memory>
 
@@ -29,9 +29,7 @@ void each_awake(const Band& band, Use&& use) {
 
 bool has_distance(const Leaf& leaf, float background) {
     const float* v = leaf.buffer().data();
-    bool any = false;
-    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) any |= !(std::abs(v[n]) >= background);
-    return any;
+    return std::any_of(v, v + Leaf::SIZE, [&](float value) { return !(std::abs(value) >= background); });
 }
 
 // Leaves that growing the band made hold the value of the tile they replace, whose sign means nothing: gives
@@ -67,24 +65,24 @@ void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
 
 // The band's nodes among the eight of a row: those next to the front, and the others.
 struct Lanes {
-    std::array<std::uint8_t, kLanes> front, other;
+    std::array<std::int32_t, kLanes> front, other;
 };
 
 // Moves the nodes that have a neighbour on the other side of the front from others to front.
 // \returns whether there are any.
 bool mark_front(const float* v, Lanes& lanes) {
-    bool any = false;
+    std::int32_t any = 0;
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
-        const bool inside = v[n] < 0.0f;
-        bool front = false;
+        const std::int32_t inside = v[n] < 0.0f;
+        std::int32_t front = 0;
         for (const int stride : B::kStride)
-            front |= ((v[n - stride] < 0.0f) != inside) | ((v[n + stride] < 0.0f) != inside);
-        lanes.front[z] = front ? lanes.other[z] : 0;
-        lanes.other[z] = front ? 0 : lanes.other[z];
-        any |= lanes.front[z] != 0;
+            front |= ((v[n - stride] < 0.0f) ^ inside) | ((v[n + stride] < 0.0f) ^ inside);
+        lanes.front[z] = lanes.other[z] & front;
+        lanes.other[z] = lanes.other[z] & ~front;
+        any |= lanes.front[z];
     }
-    return any;
+    return any != 0;
 }
 
 // Slopes of nodes next to the front are left as they are within this of |grad phi| = 1: to mend less at every
@@ -177,7 +175,7 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
     }
 }
 
-void blend(const Row& values, const std::array<std::uint8_t, kLanes>& where, float* to) {
+void blend(const Row& values, const std::array<std::int32_t, kLanes>& where, float* to) {
     for (std::size_t z = 0; z < kLanes; ++z) to[z] = where[z] ? values[z] : to[z];
 }
 
@@ -195,16 +193,19 @@ void sweep(const Leaf& leaf, const B& block, float dx, float background, bool re
             rescale_row(v, inv_dx, values);
             blend(values, lanes.front, out + 8 * row);
         }
-        if (std::bit_cast<std::uint64_t>(lanes.other) == 0) continue;
+        if (std::all_of(lanes.other.begin(), lanes.other.end(), [](std::int32_t lane) { return lane == 0; }))
+            continue;
         solve_row(v, inv_dx, dx, background, values);
         blend(values, lanes.other, out + 8 * row);
     }
 }
 
+// Off the band values are the background.
 bool all_finite(const Leaf& leaf, float background) {
-    bool finite = true;
-    for (auto it = leaf.cbeginValueOn(); it; ++it) finite &= std::abs(*it) <= background;
-    return finite;
+    const float* v = leaf.buffer().data();
+    int within = 1;
+    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) within &= std::abs(v[n]) <= background;
+    return within != 0;
 }
 
 }  // namespace

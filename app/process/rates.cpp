@@ -53,6 +53,10 @@ Vec3 position_of(const levelset::SurfaceSample& s, const levelset::Domain& domai
             dx * (s.node.z() + static_cast<double>(s.foot.z()))};
 }
 
+bool is_inert(const Model& model, int material) {
+    return !model.inert.empty() && model.inert[static_cast<std::size_t>(material)] != 0;
+}
+
 // The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
 // none.
 std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const TracedSurface& surface,
@@ -87,6 +91,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     samples.time = surface.time;
     samples.positions.resize(model.depends_on_position ? count : 0);
     samples.visible.resize(model.visibility ? count : 0);
+    const bool inert_top = is_inert(model, stack.layers.back().material);
     const TriangleMesh& mesh = surface.traced();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 256), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
@@ -97,7 +102,7 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
                             std::span(samples.values).subspan(n * samples.stride, samples.stride));
             if (model.depends_on_position) samples.positions[n] = position_of(s, stack.domain);
             if (!model.visibility) continue;
-            if (extension.top_alone(n)) {  // nothing asks for an inert layer's
+            if (inert_top && extension.top_alone(n)) {  // it has no triangle, nor does anything ask
                 samples.visible[n] = 1;
                 continue;
             }
@@ -121,10 +126,6 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
         for (std::size_t layer = 0; layer < samples.materials.size(); ++layer)
             points.push_back(samples.at(n, layer, normals[extension.samples[n].triangle]));
     return model.speeds(points);
-}
-
-bool is_inert(const Model& model, int material) {
-    return !model.inert.empty() && model.inert[static_cast<std::size_t>(material)] != 0;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <limits>
 
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
@@ -77,4 +78,29 @@ TEST_CASE("a surface that has vanished or is not finite is reported") {
     const GridPtr broken = test::sphere_grid(domain, 6);
     broken->tree().beginValueOn().setValue(std::nanf(""));
     CHECK_THROWS_AS(redistance(*broken, domain), NumericsError);
+}
+
+TEST_CASE("re-distancing gives the same bits whether or not it remembers which leaves are at rest") {
+    const Domain domain = make_domain({64.0, 2.0}, 1.0, {Side::reflective, Side::periodic});
+    Shape silicon, mask;
+    mask.kind = ShapeKind::trench;
+    mask.top = 20.3;
+    mask.width = 14.6;
+    mask.depth = std::numeric_limits<double>::infinity();
+    MaterialStack remembers = make_stack(domain, {{0, silicon}, {1, mask}});
+    MaterialStack forgets = copy(remembers);
+    const auto etch = [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; };
+    std::size_t at_rest = 0;
+    for (int n = 0; n < 24; ++n) {
+        at_rest = 0;
+        for (auto leaf = remembers.top().tree().cbeginLeaf(); leaf; ++leaf)
+            at_rest += leaf->transientData() != 0;
+        for (auto leaf = forgets.top().tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
+        test::move(remembers, 0.4, {}, etch);
+        test::move(forgets, 0.4, {}, etch);
+    }
+    CHECK(at_rest > remembers.top().tree().leafCount() / 4);
+    REQUIRE(forgets.top().activeVoxelCount() == remembers.top().activeVoxelCount());
+    for (auto it = remembers.top().cbeginValueOn(); it; ++it)
+        REQUIRE(forgets.top().tree().getValue(it.getCoord()) == *it);
 }
