@@ -187,7 +187,9 @@ void LayerDepths::Reader::at(const Vec3& point, std::span<float> depth) const {
     const float touching = static_cast<float>(kExposed) * dx_;
     for (std::size_t k = 0; k < layers_.size(); ++k) {
         depth[k] = depth_of(mean_reading(k, cell, point));
-        if (depth[k] <= touching) depth[k] = std::max(depth[k], cover_outside(k, cell));
+        // What covers it there is the film on all; lower layers meet at corners that marching cubes fills.
+        if (k + 1 == layers_.size() && depth[k] <= touching)
+            depth[k] = std::max(depth[k], cover_outside(k, cell));
     }
     // No layer lies above the one over it. Where several materials meet under a film, each by itself is
     // harder to tell than all of them together.

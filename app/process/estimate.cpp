@@ -180,7 +180,8 @@ double time_steps(const Recipe& recipe, double duration, double speed) {
 double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
                        const TracedSurface& surface) {
     const double start = now();
-    surface::encode_vtp(result_mesh(model, stack, surface));
+    surface::encode_vtp(
+        result_mesh(model, stack, surface, levelset::extract_materials(stack, surface.raw).surface));
     return static_cast<double>(stack.layers.size() + (surface.simplified ? 1 : 0)) * (now() - start);
 }
 

@@ -243,9 +243,11 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
         state.files.push_back({state.time, part++, name});
     };
     const std::string number = fmt::format("{:04}", state.saved);
-    write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface));
-    for (std::size_t k = 0; k + 1 < state.stack.layers.size(); ++k) {
-        const TriangleMesh mesh = interface_mesh(state.stack, k);
+    levelset::StackMeshes meshes = levelset::extract_materials(state.stack, surface.raw);
+    write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface, meshes.surface));
+    for (std::size_t k = 0; k < meshes.interfaces.size(); ++k) {
+        const TriangleMesh mesh =
+            interface_mesh(std::move(meshes.interfaces[k]), state.stack.layers[k].material);
         if (!mesh.triangles.empty()) write(fmt::format("interface_{}_{}.vtp", number, k), mesh);
     }
     if (surface.simplified) write("traced_" + number + ".vtp", traced_mesh(model, surface));

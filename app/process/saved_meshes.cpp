@@ -3,8 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include "app/process/rates.hpp"
-#include "levelset/extract.hpp"
-#include "levelset/layer_depths.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -53,8 +51,8 @@ TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {
 }
 
 TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
-                         const TracedSurface& surface) {
-    TriangleMesh mesh = surface.raw;
+                         const TracedSurface& surface, const levelset::CutMesh& cut) {
+    TriangleMesh mesh = cut.mesh;
     std::vector<std::string> names;  // of fluxes, then coverages
     for (const std::string& name : flux_names(model.species)) names.push_back("flux_" + name);
     const std::size_t n = mesh.triangles.size(), tallies = names.size();
@@ -66,7 +64,7 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
         surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
         const Vec3 centroid = triangle_centroid(mesh, t);
-        SurfacePoint point{levelset::exposed_material(stack, centroid),
+        SurfacePoint point{stack.layers[cut.layer[t]].material,
                            {},
                            area_vector(mesh, t).normalized(),
                            true,
@@ -102,18 +100,19 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
     // The traced mesh has its errors; here they stand if it is this one.
     for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
-        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally)
+        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
+            std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;
+            for (const auto& [from, to, share] : cut.added)
+                error.push_back(error[from] + share * (error[to] - error[from]));
             mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,
-                                              Scalar::float64,
-                                              surface.arriving->trace->species[k].tally(tally).vertex.error});
+                                              Scalar::float64, std::move(error)});
+        }
     return mesh;
 }
 
-TriangleMesh interface_mesh(const levelset::MaterialStack& stack, std::size_t k) {
-    const levelset::Layer& layer = stack.layers[k];
-    TriangleMesh mesh = levelset::extract_surface(*layer.phi, stack.domain);
+TriangleMesh interface_mesh(TriangleMesh mesh, int material) {
     mesh.triangle_attributes.push_back(
-        material_attribute(std::vector<double>(mesh.triangles.size(), layer.material)));
+        material_attribute(std::vector<double>(mesh.triangles.size(), material)));
     return mesh;
 }
 

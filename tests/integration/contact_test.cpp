@@ -33,15 +33,44 @@ std::map<std::string, double> teeth(const std::string& name, const Outside& outs
         for (const std::uint32_t v : result.surface.triangles[t])
             note("surface: ", recipe.materials[static_cast<std::size_t>(std::lround(ids[t]))].name,
                  result.surface.vertices[v]);
+    const RenderScene scene(result, {});
+    SectionReader reader(scene);
+    std::map<std::string, Colour> colours;
+    for (const Material& m : recipe.materials) colours[m.name] = colour_from_hex(m.colour);
+    const Box3 box = bounding_box(result.surface);
+    const double h = 0.1 * dx;
+    for (double z = box.min.z() - dx; z < box.max.z(); z += h)
+        for (double x = box.min.x() + 0.5 * h; x < box.max.x(); x += h) {
+            const SectionSample sample = reader.at({x, 0.0, z}, 1, 1e-6 * dx);
+            if (sample.solid < 0.5) continue;
+            for (const auto& [material, colour] : colours)
+                if (colour == sample.colour) note("section: ", material, {x, 0.0, z});
+        }
     return worst;
 }
 
 }  // namespace
 
-TEST_CASE("a film on a mask's edge is film: it is etched, and what is Mask does not grow") {
+TEST_CASE(
+    "no material is drawn beyond the line where it meets another, and a film on a mask's edge is film") {
     // The mask neither etches nor grows: 0 < z < 0.5 beside a slit of 1.6.
     const auto worst = teeth("deposit_and_etch", [](const std::string& material, const Vec3& p) {
+        if (material == "Si") return p.z();
         return material == "Mask" ? std::max({-p.z(), p.z() - 0.5, 0.8 - std::abs(p.x())}) : 0.0;
     });
-    CHECK(worst.at("surface: Mask") < 0.3);
+    for (const auto& [what, most] : worst) {
+        INFO(what);
+        CHECK(most < 0.3);
+    }
+}
+
+TEST_CASE("no tooth of the mask hangs into the scallops of a Bosch etch", "[slow]") {
+    // Silicon below z = 0, and none of the mask there.
+    const auto worst = teeth("bosch_hole", [](const std::string& material, const Vec3& p) {
+        return material == "Mask" ? -p.z() : material == "Si" ? p.z() : 0.0;
+    });
+    for (const auto& [what, most] : worst) {
+        INFO(what);
+        CHECK(most < 0.3);
+    }
 }

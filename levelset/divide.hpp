@@ -1,0 +1,33 @@
+#pragma once
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "surface/triangle_mesh.hpp"
+
+// Triangles divided at points on their edges, the same for both triangles of an edge.
+namespace sidewall::levelset {
+
+/// Vertices to divide edges at, by divided_edge.
+using EdgePoints = std::unordered_map<std::uint64_t, std::uint32_t>;
+
+/// Key of the edge between two vertices, in either order.
+inline std::uint64_t divided_edge(std::uint32_t a, std::uint32_t b) {
+    return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
+}
+
+/// The parts of triangle \p t, each oriented as it is: up to four, fewer where one point divides two edges.
+std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points);
+
+/// Makes one of the points on a triangle's edges that lie nearer than \p distance to each other, so that no part between
+/// them is without area.
+void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points);
+
+/// Leaves out points that would turn a part of a triangle over: so that the normals make an angle whose cosine is below
+/// \p least_cosine, or the part has no area.
+void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& points);
+
+/// The whole mesh with its triangles divided, without vertices that no triangle has; no attributes.
+TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points);
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,109 @@
+#include "levelset/contact_lines.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "surface/signed_distance.hpp"
+#include "surface/topology.hpp"
+#include "tests/levelset/grids.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+namespace {
+
+constexpr double kThrough = std::numeric_limits<double>::infinity();
+
+// A plate up to \p top with a slit \p width wide along y.
+Shape plate(double top, double width) {
+    Shape shape{.kind = ShapeKind::trench, .top = top};
+    shape.width = width;
+    shape.depth = kThrough;
+    return shape;
+}
+
+// How far, in cells, a layer that lies between two heights reaches beyond them in the meshes: the part of the
+// surface that is its own, and what a disc of a tenth of a cell meets between the interfaces.
+double reach(const MaterialStack& stack, const StackMeshes& meshes, std::size_t layer, double low,
+             double high) {
+    double most = 0.0;
+    const auto add = [&](double z) { most = std::max({most, low - z, z - high}); };
+    const CutMesh& cut = meshes.surface;
+    for (std::size_t t = 0; t < cut.mesh.triangles.size(); ++t)
+        if (cut.layer[t] == layer)
+            for (const std::uint32_t v : cut.mesh.triangles[t]) add(cut.mesh.vertices[v].z());
+    const surface::SignedDistance upper(layer + 1 < stack.layers.size() ? meshes.interfaces[layer]
+                                                                        : cut.mesh);
+    std::optional<surface::SignedDistance> lower;
+    if (layer > 0) lower.emplace(meshes.interfaces[layer - 1]);
+    constexpr double kHalfDisc = 0.05;
+    const auto [x_max, y_max] = stack.domain.max;
+    for (double y = -0.9 * y_max; y < y_max; y += 0.37 * y_max)
+        for (double x = -x_max + 0.05; x < x_max; x += 0.2)
+            for (double beyond = 0.1; beyond < 1.5; beyond += 0.05)
+                for (const double z : {low - beyond, high + beyond}) {
+                    if (!std::isfinite(z)) continue;
+                    const Vec3 p(x, y, z);
+                    if (upper.at(p).distance < -kHalfDisc && (!lower || lower->at(p).distance > kHalfDisc))
+                        add(z);
+                }
+    return most;
+}
+
+void check_meshes(const StackMeshes& meshes) {
+    std::vector<const TriangleMesh*> all{&meshes.surface.mesh};
+    for (const TriangleMesh& mesh : meshes.interfaces) all.push_back(&mesh);
+    for (const TriangleMesh* mesh : all) {
+        const auto topology = surface::analyse_topology(*mesh);
+        CHECK(topology.manifold());
+        CHECK(topology.oriented());
+        CHECK(topology.isolated_vertices == 0);
+        CHECK(surface::boundary_on_rectangle(*mesh, topology));
+    }
+}
+
+}  // namespace
+
+TEST_CASE("no tooth of a mask hangs down where an undercut ends, wherever its underside lies between nodes") {
+    for (const bool oblique : {false, true})
+        for (const double bottom : {0.0, 0.3, 0.5, 0.8})
+            for (const double etched : {2.0, 4.6}) {
+                const Domain domain =
+                    make_domain({28.0, oblique ? 12.0 : 2.0}, 1.0, {Side::reflective, Side::reflective});
+                Shape silicon, mask = plate(bottom + 5.0, 10.2);
+                silicon.top = bottom;
+                if (oblique) {
+                    mask = {.kind = ShapeKind::mask, .top = bottom + 5.0};
+                    mask.polygons = {{{-9.2, -30.0}, {2.1, -30.0}, {9.0, 30.0}, {-2.3, 30.0}}};
+                }
+                MaterialStack stack = make_stack(domain, {{0, silicon}, {1, mask}});
+                test::move(stack, etched, {},
+                           [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
+                const StackMeshes meshes = extract_materials(stack, extract_surface(stack.top(), domain));
+                CAPTURE(oblique, bottom, etched);
+                check_meshes(meshes);
+                CHECK(reach(stack, meshes, 1, bottom, bottom + 5.0) < 0.31);
+                CHECK(reach(stack, meshes, 0, -kThrough, bottom) < 0.31);
+            }
+}
+
+TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
+    const Domain domain = make_domain({28.0, 2.0}, 1.0, {Side::reflective, Side::reflective});
+    std::vector<std::pair<int, Shape>> bodies{{0, Shape{}}};
+    std::vector<double> tops{0.0};
+    for (int n = 0; n < 16; ++n) {
+        tops.push_back(tops.back() + (n % 2 == 0 ? 4.3 : 3.6));
+        bodies.emplace_back(n % 2, plate(tops.back(), 12.4));
+    }
+    MaterialStack stack = make_stack(domain, bodies);
+    // The odd layers are nitride.
+    test::move(stack, 4.0, {}, [](std::size_t layer, const Vec3&) { return layer % 2 == 1 ? -1.0 : 0.0; });
+    const StackMeshes meshes = extract_materials(stack, extract_surface(stack.top(), domain));
+    check_meshes(meshes);
+    for (std::size_t k = 1; k < tops.size(); ++k) {
+        CAPTURE(k);
+        CHECK(reach(stack, meshes, k, tops[k - 1], tops[k]) < 0.31);
+    }
+}
