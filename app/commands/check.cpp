@@ -46,6 +46,7 @@ void print_estimate(const Recipe& recipe) {
                estimate.flux_error > 0.0 && std::isfinite(estimate.flux_error)
                    ? fmt::format(", relative flux error {:.1g}", estimate.flux_error)
                    : "");
+    for (const std::string& methods : estimate.methods) fmt::print("#   fluxes     {}\n", methods);
     fmt::print("#   memory     {}\n", memory_text(estimate.memory));
     fmt::print("#   wall time  {}{}\n", most, duration_text(estimate.seconds));
 }

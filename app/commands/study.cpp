@@ -12,7 +12,8 @@ namespace sidewall::app {
 namespace {
 
 struct StudyArguments {
-    std::string output = "results/study", recipes = "configs/study", surface = "all", json;
+    std::string output = "results/study", recipes = "configs/study", surface = "all", method = "monte-carlo",
+                json;
     double rays = 1e7, sticking = 0.1;
     bool quick = false, overwrite = false;
 };
@@ -24,6 +25,7 @@ void run(const StudyArguments& arguments) {
     if (arguments.surface != "all") options.surfaces = {arguments.surface == "1" ? 1 : 2};
     options.rays = arguments.rays;
     options.sticking = arguments.sticking;
+    options.radiosity = arguments.method == "radiosity";
     options.quiet = arguments.json == "-";
     options.overwrite = arguments.overwrite;
     if (arguments.quick) options.removals = {0.5, 0.9};
@@ -46,10 +48,14 @@ void add_study_command(CLI::App& program) {
                {.one_of = {"1", "2", "all"}});
     add_option(command, "--recipes", a->recipes, "DIR",
                "Folder with surface1.toml and surface2.toml (default: configs/study)");
-    add_option(command, "--rays", a->rays, "N", "Source rays of every timed trace (default: 1e7)",
-               {.range = {{1e3, 1e10}}});
+    add_option(command, "--rays", a->rays, "N",
+               "Source rays of every timed trace, or rays gathered (default: 1e7)", {.range = {{1e3, 1e10}}});
     add_option(command, "--sticking", a->sticking, "S",
                "Sticking probability of the traced neutral (default: 0.1)", {.range = {{1e-3, 1.0}}});
+    add_option(
+        command, "--method", a->method, "NAME",
+        "monte-carlo or radiosity finds the timed fluxes; the true ones are traced (default: monte-carlo)",
+        {.one_of = {"monte-carlo", "radiosity"}});
     add_flag(command, "--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
     add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder");
     add_option(command, "--json", a->json, "FILE", "Also write the study there; - for standard output");

@@ -354,6 +354,7 @@ ModelEntry formula() {
          deposit_key()},
         make,
         nullptr,
+        false,
         kExample};
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/process/flux_methods.hpp"
 #include "app/process/species_flux.hpp"
 
 namespace sidewall::app {
@@ -108,9 +109,13 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
     else if (any)
         arriving.coverage = carry(carried, coverages.names, surface.traced(), arriving.wedges);
     const double time = pulsed ? coverages.pulse / coverages.parts : 0.0;
+    SharedTraces shared{request.methods, {}, {}};
     const int most = !any ? 1 : pulsed ? coverages.parts : request.settle ? coverages.most_iterations : 1;
     for (int traces = 1;; ++traces) {
-        trace_species(recipe, model, surface, sticking_of(model, arriving, points), request, arriving);
+        const std::vector<double> sticking = sticking_of(model, arriving, points);
+        if (!are_of(model, shared.methods))
+            shared.methods = choose_methods(recipe, model, surface, arriving, sticking, request);
+        trace_species(recipe, model, surface, sticking, request, shared, arriving);
         arriving.trace->traces = traces;
         if (!any) return arriving;
         std::vector<std::vector<double>> next = reacted(model, time, arriving, points);

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "app/common/timing.hpp"
+#include "app/process/flux_methods.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
 #include "app/process/reshape.hpp"
@@ -18,6 +20,7 @@
 #include "app/process/traced_surface.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
+#include "flux/radiosity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -34,6 +37,7 @@ struct Estimation {
     double lowest = 0.0;                         // below this the steps so far cannot etch
     double looked_at = 0.0;                      // process time of the steps that were,
     double left_out = 0.0;                       // and of those that the limit left out
+    double link_bytes = 0.0;                     // of the step whose radiosity takes the most
     double last_rays = 0.0, last_seconds = 0.0;  // of a trace and the files with which the run ends
     Estimate total;
 };
@@ -41,11 +45,13 @@ struct Estimation {
 // The fluxes of a step's first time step.
 struct Tracing {
     TracedSurface surface;
-    double reducing = 0.0;        // seconds from the grid to the mesh that is traced
-    double seconds = 0.0;         // of a trace with all rays
-    double rays = 0.0;            // all, of all species
-    int at_start = 0, later = 0;  // traces of the step's first time step and of the others
-    double error = 0.0;           // relative, of the worst species
+    double reducing = 0.0;               // seconds from the grid to the mesh that is traced
+    double seconds = 0.0;                // of a trace with all rays
+    double rays = 0.0;                   // all, of all species
+    int at_start = 0, later = 0;         // traces of the step's first time step and of the others
+    double error = 0.0;                  // relative, of the worst species
+    double link_bytes = 0.0;             // that the rays of radiosity take
+    std::vector<SpeciesMethod> methods;  // by species
 };
 
 // The recipe on a grid that needs at most about this much memory, but four times coarser at most: more would
@@ -80,12 +86,16 @@ double seconds_of_reducing(const Timing& timing) {
     return timing.extract + timing.features + timing.simplify + timing.bvh;
 }
 
-// Source rays of all species.
-double rays_of(const TracedSurface& surface) {
-    double rays = 0.0;
-    for (const flux::FluxResult& flux : surface.arriving->trace->species)
-        rays += static_cast<double>(flux.emitted);
-    return rays;
+// Rays of all species, and how many times the recipe's they are; those of radiosity serve several.
+std::pair<double, double> rays_of(const TracedSurface& surface) {
+    const TraceReport& trace = *surface.arriving->trace;
+    double rays = 0.0, times = 0.0;
+    for (std::size_t k = 0; k < trace.species.size(); ++k)
+        if (!trace.methods[k].radiosity || trace.species[k].pass_place == 0) {
+            rays += static_cast<double>(trace.species[k].emitted);
+            times += 1.0;
+        }
+    return {rays, times};
 }
 
 // Traces a pilot, which also lets the coverages settle, and then as many rays as the effort allows.
@@ -99,9 +109,11 @@ Tracing trace(const Estimation& e, const Model& model) {
     const double pilot = std::min(most, 1e4);
     probe.flux.relative_error.reset();
     probe.flux.rays = static_cast<std::int64_t>(pilot);
+    if (probe.flux.method == "auto") probe.flux.method = "monte-carlo";
     surface = trace_surface(probe, model, e.state.stack, {}, {0, true}, first);
     tracing.reducing = seconds_of_reducing(first);
     if (model.species.empty()) return tracing;
+    tracing.methods = choose_methods(e.measured, model, surface, *surface.arriving, {}, {});
     tracing.at_start = surface.arriving->trace->traces;
     tracing.later = model.coverages.pulse > 0.0 ? tracing.at_start : 1;
 
@@ -116,7 +128,8 @@ Tracing trace(const Estimation& e, const Model& model) {
                                    std::min(most, kUncertain * needed_for(pilot)));
     probe.flux.rays = static_cast<std::int64_t>(rays);
     const SurfaceField carried = field_to_carry(e.measured, model, surface, 0.0);
-    surface = trace_surface(probe, model, e.state.stack, carried, {1, false}, second);
+    surface =
+        trace_surface(probe, model, e.state.stack, carried, {1, false, {}, 0.0, tracing.methods}, second);
     tracing.reducing = seconds_of_reducing(second);
 
     const double two = second.trace / tracing.later;
@@ -124,15 +137,20 @@ Tracing trace(const Estimation& e, const Model& model) {
     const double per_ray = tells ? (two - one) / (rays - pilot) : two / rays;
     const double fixed = std::max(0.0, two - per_ray * rays);
     double needed = needed_for(rays);
-    tracing.rays = rays_of(surface) * needed / rays;
+    tracing.rays = rays_of(surface).first * needed / rays;
     tracing.error = relative_error(surface) * std::sqrt(e.cells * rays / needed);
     if (target && relative_error(surface) <= *target && e.cells == 1.0) {  // the run will stop as early
         probe.flux.relative_error = target;
-        surface = trace_surface(probe, model, e.state.stack, carried, {1, false}, first);
-        tracing.rays = rays_of(surface);
-        needed = tracing.rays / static_cast<double>(model.species.size());
+        surface =
+            trace_surface(probe, model, e.state.stack, carried, {1, false, {}, 0.0, tracing.methods}, first);
+        const auto [all, times] = rays_of(surface);
+        tracing.rays = all;
+        needed = all / times;
         tracing.error = relative_error(surface);
     }
+    const bool any_solved = std::ranges::any_of(tracing.methods, &SpeciesMethod::radiosity);
+    if (any_solved)
+        tracing.link_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
     tracing.seconds = e.cells * fixed + per_ray * needed;
     return tracing;
 }
@@ -191,6 +209,12 @@ void count_step(Estimation& e, const Step& step, double times) {
     if (model.deposit) levelset::begin_film(e.state.stack, *model.deposit);
     const Tracing tracing = trace(e, model);
     e.total.flux_error = std::max(e.total.flux_error, tracing.error);
+    e.link_bytes = std::max(e.link_bytes, std::min(tracing.link_bytes, 1e9 * e.recipe.flux.memory));
+    if (e.recipe.flux.method != "monte-carlo" && !tracing.methods.empty()) {
+        const std::string methods = describe(tracing.methods);
+        std::vector<std::string>& known = e.total.methods;
+        if (std::ranges::find(known, methods) == known.end()) known.push_back(methods);
+    }
     e.last_rays = tracing.rays;
     e.last_seconds = e.cells * tracing.reducing + tracing.seconds;
 
@@ -287,7 +311,7 @@ Estimate estimate_run(const Recipe& recipe, double effort) {
     e.total.rays += e.last_rays;
     e.total.seconds += e.last_seconds;
     constexpr double kProgram = 5e7;  // code, libraries and threads, whatever the recipe
-    e.total.memory = kProgram + memory;
+    e.total.memory = kProgram + memory + e.link_bytes;
     return e.total;
 }
 

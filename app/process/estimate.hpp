@@ -1,16 +1,21 @@
 #pragma once
+#include <string>
+#include <vector>
+
 #include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {
 
 /// What a run of a recipe will take, from the first time step of each of its steps.
 struct Estimate {
-    double memory = 0.0;      ///< bytes: estimated_memory and the program itself
+    double memory = 0.0;      ///< bytes: estimated_memory, rays of radiosity and the program itself
     double time_steps = 0.0;  ///< of all steps, loops unrolled
     double rays = 0.0;        ///< source rays of all species and time steps
     double flux_error =
         0.0;  ///< relative, of the worst species; 0 if nothing is traced, infinite if nothing is hit
     double seconds = 0.0;  ///< wall time with the threads at hand
+    std::vector<std::string>
+        methods;  ///< how steps trace their species, each once; empty with Monte Carlo alone
 };
 
 /// Builds the recipe's wafer and makes the first time step of each of its steps, without writing anything;

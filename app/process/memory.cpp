@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/common/free_memory.hpp"
+#include "app/process/radiosity.hpp"
 #include "app/recipe/layers.hpp"
 #include "surface/error.hpp"
 
@@ -75,7 +76,14 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
 void require_memory(const Recipe& recipe, const levelset::Domain& domain) {
     const double needed = estimated_memory(recipe, domain);
     const FreeMemory available = free_memory();
-    if (needed <= available.bytes) return;
+    const double rays = radiosity_memory(recipe.flux);
+    if (needed + rays <= available.bytes) return;
+    if (needed <= available.bytes)
+        throw RecipeError(
+            fmt::format("{}: flux.memory = {:g}: besides {:.3g} GB for the surface the rays of "
+                        "radiosity may take {:.3g} GB, and {:.3g} GB are {}; lower it{}",
+                        recipe.file, recipe.flux.memory, needed / 1e9, rays / 1e9, available.bytes / 1e9,
+                        available.limit, recipe.flux.relative_error ? "" : ", or flux.rays"));
     throw RecipeError(
         fmt::format("{}: domain.grid_spacing = {:.4g}: the run would need about {:.3g} GB and {:.3g} GB are "
                     "{}; use a spacing of {:.3g} or more",

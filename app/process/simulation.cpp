@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <optional>
+#include <set>
 
 #include "app/common/progress.hpp"
 #include "app/process/events.hpp"
+#include "app/process/flux_methods.hpp"
 #include "app/process/flux_reuse.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
@@ -44,6 +46,7 @@ struct Run {
     ProgressBar& progress;
     tbb::tick_count start;      // of this part of the run,
     double seconds_before = 0;  // and what the parts before it took
+    std::set<std::string>& told_methods;
 
     void update(const RunState& state, std::string_view note) const {
         progress.update(time_done(steps, state), note);
@@ -129,12 +132,22 @@ TracedSurface trace(const Run& run, const Model& model, const levelset::Material
         run.update(state, fmt::format("tracing {:.0f} %", 100 * part));
     };
     const double time = state.time - began(run, state);
-    return trace_surface(run.recipe, model, stack, carried, {key, settle, progress, time, run.options.stop},
-                         state.timing);
+    return trace_surface(run.recipe, model, stack, carried,
+                         {key, settle, progress, time, run.options.stop, state.methods}, state.timing);
+}
+
+// Says how the species of a step are traced where that was chosen, once for the steps that are alike.
+void tell_methods(const Run& run, const Model& model, const Step& step, const RunState& state) {
+    if (run.recipe.flux.method != "auto" || model.species.empty()) return;
+    std::string choice = step.model;
+    for (const SpeciesMethod& method : state.methods)
+        choice += fmt::format(" {} {}", method.species, method_name(method));
+    if (run.told_methods.insert(choice).second)
+        run.progress.line(fmt::format("step {}: {}", step.name, describe(state.methods)));
 }
 
 // The surface at this time and what arrives on it, traced or, where the recipe allows it, carried over.
-TracedSurface current_surface(const Run& run, const Model& model, RunState& state) {
+TracedSurface current_surface(const Run& run, const Model& model, const Step& step, RunState& state) {
     const bool carries_over = state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) &&
                               !model.species.empty() &&
                               !model.coverages.transient;  // which every time step changes
@@ -142,7 +155,14 @@ TracedSurface current_surface(const Run& run, const Model& model, RunState& stat
         return carried_surface(model, state.stack, state.carried, state.time - state.step_start,
                                state.timing);
     state.reuse.left = 0;  // a run resumed here traces, too
-    return trace(run, model, state.stack, state.carried, state.time_step, state.begins_step(), state);
+    const bool begins = state.begins_step();
+    if (begins) state.methods.clear();
+    TracedSurface surface = trace(run, model, state.stack, state.carried, state.time_step, begins, state);
+    if (begins && surface.arriving) {
+        state.methods = surface.arriving->trace->methods;
+        tell_methods(run, model, step, state);
+    }
+    return surface;
 }
 
 // The motion of every Runge-Kutta stage. Those after the first are traced only if the recipe asks for it,
@@ -191,7 +211,8 @@ void make_steps(const Run& run, RunState& state) {
         const Model model = begin_step(run, step, state);
         const char* stopped_by = "duration";
         while (!state.reached(state.step_start + step.duration)) {
-            const auto shared = std::make_shared<const TracedSurface>(current_surface(run, model, state));
+            const auto shared =
+                std::make_shared<const TracedSurface>(current_surface(run, model, step, state));
             const TracedSurface& surface = *shared;
             tell_events(run, surface, state);
             const auto [to_stop, key] = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
@@ -276,7 +297,8 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     folder.begin(state);
     ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
                          {.from = time_done(steps, state), .tenths = true});
-    const Run run{recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total};
+    std::set<std::string> told;
+    const Run run{recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total, told};
     try {
         make_steps(run, state);
         return finish(run, state);

@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
+#include "app/process/flux_methods.hpp"
+#include "app/process/radiosity.hpp"
 #include "flux/averaging.hpp"
 #include "flux/leaks.hpp"
 #include "flux/smoothing.hpp"
@@ -15,7 +20,7 @@ constexpr double kSingleLeaks = 10.0;
 
 // Refuses a surface with holes, and tells of noise above what was asked for.
 void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
-                 std::uint32_t time_step) {
+                 bool solved, std::uint32_t time_step) {
     if (result.others.size() + 1 != flux::tally_count(species))
         throw NumericsError(fmt::format("species {}: the tracer did not count its yields", species.name));
     if (flux::leaks_too_much(result.leaked, result.emitted, kSingleLeaks))
@@ -26,26 +31,54 @@ void check_trace(const Recipe& recipe, const flux::Species& species, const flux:
     if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
         fmt::print(stderr,
                    "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
-                   "for: allow more flux.max_rays or ask for less\n",
+                   "for: allow more flux.max_rays{} or ask for less\n",
                    time_step, species.name, result.relative_error, result.emitted,
-                   *recipe.flux.relative_error);
+                   *recipe.flux.relative_error, solved ? " and flux.memory" : "");
 }
 
-// As counted.
-std::vector<flux::FluxResult> trace(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                                    const SurfaceFlux& arriving, std::span<const double> sticking,
-                                    const TraceRequest& request) {
-    flux::TraceOptions options;
-    options.rays =
-        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
-    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
-    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-    options.time_step = request.key;
-    options.sticking_by_wedge = sticking;
-    options.progress = request.progress;
-    options.stop = request.stop;
+// Passes of the species that Monte Carlo traces, by their places in the model.
+std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
+                                                    const std::vector<SpeciesMethod>& methods) {
+    std::vector<std::size_t> places;
+    std::vector<flux::Species> species;
+    for (std::size_t k = 0; k < methods.size(); ++k)
+        if (!methods[k].radiosity) {
+            places.push_back(k);
+            species.push_back(model.species[k]);
+        }
+    std::vector<std::vector<std::size_t>> passes = flux::passes_of(species);
+    for (auto& pass : passes)
+        for (std::size_t& k : pass) k = places[k];
+    return passes;
+}
+
+// Whether every species of the pass sticks as in the turn before; then its particles would do the same again.
+bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> before,
+               std::span<const double> now, std::size_t wedges) {
+    return before.size() == now.size() && std::ranges::all_of(pass, [&](std::size_t k) {
+               return now.empty() ||
+                      std::ranges::equal(before.subspan(k * wedges, wedges), now.subspan(k * wedges, wedges));
+           });
+}
+
+// As counted. Its random numbers are those of its first species' place.
+void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                const std::vector<std::size_t>& pass, std::span<const double> sticking,
+                const TraceRequest& request, SurfaceFlux& arriving) {
+    const std::size_t wedges = arriving.wedges.count();
+    std::vector<flux::Species> species;
+    std::vector<double> by_wedge;
+    for (const std::size_t k : pass) {
+        species.push_back(model.species[k]);
+        if (sticking.empty()) continue;
+        const auto own = sticking.subspan(k * wedges, wedges);
+        by_wedge.insert(by_wedge.end(), own.begin(), own.end());
+    }
+    flux::TraceOptions options = trace_options(recipe, request);
+    options.species_index = static_cast<std::uint32_t>(pass.front());
+    options.sticking_by_wedge = by_wedge;
     const auto traced = [&](auto&& tracer) {
-        return tracer(surface.traced(), *surface.scene, surface.box, model.species, arriving.materials,
+        return tracer(surface.traced(), *surface.scene, surface.box, species, arriving.materials,
                       arriving.wedges, options);
     };
     std::vector<flux::FluxResult> results =
@@ -53,9 +86,38 @@ std::vector<flux::FluxResult> trace(const Recipe& recipe, const Model& model, co
             return flux::trace_fluxes_to(*recipe.flux.relative_error, parts...);
         })
                                    : traced([](auto&&... parts) { return flux::trace_fluxes(parts...); });
-    for (std::size_t k = 0; k < results.size(); ++k)
-        check_trace(recipe, model.species[k], results[k], request.key);
-    return results;
+    for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
+}
+
+// The request of one of so many parts of a trace.
+TraceRequest part_of(const TraceRequest& request, std::size_t part, std::size_t parts) {
+    TraceRequest own = request;
+    if (request.progress)
+        own.progress = [tell = request.progress, part, parts](double done) {
+            tell((static_cast<double>(part) + done) / static_cast<double>(parts));
+        };
+    return own;
+}
+
+// Every species, by its method.
+void trace(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+           std::span<const double> sticking, const TraceRequest& request, std::optional<TraceReport> before,
+           SharedTraces& shared, SurfaceFlux& arriving) {
+    const std::vector<std::vector<std::size_t>> passes = traced_passes(model, shared.methods);
+    const bool any_solved = std::ranges::any_of(shared.methods, &SpeciesMethod::radiosity);
+    const std::size_t parts = passes.size() + (any_solved ? 1 : 0);
+    for (std::size_t p = 0; p < passes.size(); ++p) {
+        if (!before || !unchanged(passes[p], shared.sticking, sticking, arriving.wedges.count()))
+            trace_pass(recipe, model, surface, passes[p], sticking, part_of(request, p, parts), arriving);
+        else
+            for (const std::size_t k : passes[p]) arriving.trace->species[k] = std::move(before->species[k]);
+    }
+    if (any_solved)
+        solve_species(recipe, model, surface, sticking, part_of(request, passes.size(), parts),
+                      shared.exchange, before, arriving);
+    for (std::size_t k = 0; k < model.species.size(); ++k)
+        check_trace(recipe, model.species[k], arriving.trace->species[k], shared.methods[k].radiosity,
+                    request.key);
 }
 
 // Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
@@ -68,19 +130,27 @@ std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& we
     return static_cast<std::uint64_t>(sum * static_cast<double>(result.emitted) / box.area() + 0.5);
 }
 
-// The fluxes that models see, from those counted.
+// The fluxes that models see, from those found. Smoothing is for what is counted: a solved flux has no single
+// hits, and its errors go along with its neighbours'.
 void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arriving) {
     TraceReport& trace = *arriving.trace;
     arriving.flux.clear();
     std::vector<const flux::TallyFlux*> tallies;
-    for (const flux::FluxResult& result : trace.species)
+    std::vector<std::uint8_t> solved;
+    for (std::size_t s = 0; s < trace.species.size(); ++s) {
+        const flux::FluxResult& result = trace.species[s];
         for (std::size_t k = 0; k <= result.others.size(); ++k) {
+            const flux::FluxField& wedge = result.tally(k).wedge;
             tallies.push_back(&result.tally(k));
+            solved.push_back(trace.methods[s].radiosity ? 1 : 0);
             arriving.flux.push_back(
-                flux::smoothed_flux(surface.traced(), arriving.wedges, result.tally(k).wedge,
-                                    whole_arrivals(surface.box, arriving.wedges, result)));
-            trace.error.push_back(result.tally(k).wedge.error);
+                solved.back() != 0
+                    ? wedge.flux
+                    : flux::smoothed_flux(surface.traced(), arriving.wedges, wedge,
+                                          whole_arrivals(surface.box, arriving.wedges, result)));
+            trace.error.push_back(wedge.error);
         }
+    }
     if (recipe.flux.averaging == 0.0) return;
     std::vector<flux::Unaveraged> fluxes;
     for (std::size_t k = 0; k < tallies.size(); ++k)
@@ -89,16 +159,20 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
                                                            arriving.materials, fluxes, recipe.flux.averaging);
     for (std::size_t k = 0; k < tallies.size(); ++k) {
         arriving.flux[k] = std::move(averages[k].flux);
-        trace.error[k] = std::move(averages[k].error);
+        if (solved[k] == 0) trace.error[k] = std::move(averages[k].error);
     }
 }
 
 }  // namespace
 
 void trace_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                   std::span<const double> sticking, const TraceRequest& request, SurfaceFlux& arriving) {
-    arriving.trace.emplace();
-    arriving.trace->species = trace(recipe, model, surface, arriving, sticking, request);
+                   std::span<const double> sticking, const TraceRequest& request, SharedTraces& shared,
+                   SurfaceFlux& arriving) {
+    std::optional<TraceReport> before = std::exchange(arriving.trace, TraceReport{});
+    arriving.trace->methods = shared.methods;
+    arriving.trace->species.resize(model.species.size());
+    trace(recipe, model, surface, sticking, request, std::move(before), shared, arriving);
+    shared.sticking.assign(sticking.begin(), sticking.end());
     smooth(recipe, surface, arriving);
 }
 

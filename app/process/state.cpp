@@ -118,6 +118,11 @@ RunState state_from_json(const Json& json) {
     state.carried = surface_field_from_json(json.at("coverage"));
     json.at("reuse").at("left").get_to(state.reuse.left);
     json.at("reuse").at("since").get_to(state.reuse.since);
+    if (json.contains("methods"))  // of earlier versions none
+        for (const Json& method : json.at("methods"))
+            state.methods.push_back({method.at("species").get<std::string>(),
+                                     method.at("radiosity").get<bool>(),
+                                     method.at("reason").get<std::string>()});
     for (const Json& file : json.at("files"))
         state.files.push_back(
             {file.at("time").get<double>(), file.at("part").get<int>(), file.at("file").get<std::string>()});
@@ -164,11 +169,14 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
 }
 
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state) {
-    Json files = Json::array(), stacks = Json::array();
+    Json files = Json::array(), stacks = Json::array(), methods = Json::array();
     for (const SavedFile& file : state.files)
         files.push_back(Json{{"time", file.time}, {"part", file.part}, {"file", file.name}});
     for (const SavedStack& stack : state.stacks)
         stacks.push_back(Json{{"time", stack.time}, {"step", stack.step}, {"materials", stack.materials}});
+    for (const SpeciesMethod& method : state.methods)
+        methods.push_back(
+            Json{{"species", method.species}, {"radiosity", method.radiosity}, {"reason", method.reason}});
     const Json json{{"recipe", effective_recipe(recipe)},
                     {"materials", material_names(recipe.materials)},
                     {"length_unit", recipe.domain.length_unit},
@@ -182,6 +190,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"time_steps", state.time_steps},
                     {"coverage", to_json(state.carried)},
                     {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},
+                    {"methods", methods},
                     {"files", files},
                     {"stacks", stacks},
                     {"history", to_json(state.history)},

@@ -40,6 +40,7 @@ struct RunState {
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
     SurfaceField carried;                 ///< what the last trace left on the surface
     FluxReuse reuse;                      ///< of its fluxes
+    std::vector<SpeciesMethod> methods;   ///< of the step at hand's species; empty before its first trace
     std::vector<SavedFile> files;         ///< what surface.pvd lists
     std::vector<SavedStack> stacks;       ///< of the surfaces written
     History history;                      ///< what summary.json will tell of it all

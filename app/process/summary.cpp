@@ -6,6 +6,7 @@
 #include "app/common/json.hpp"
 #include "app/common/threads.hpp"
 #include "app/common/version.hpp"
+#include "app/process/flux_methods.hpp"
 #include "app/results/metrology.hpp"
 
 namespace sidewall::app {
@@ -45,13 +46,20 @@ Json steps_json(const std::vector<Step>& steps, const RunState& state) {
 Json flux_json(const TracedSurface& surface) {
     Json list = Json::array();
     if (!surface.arriving || !surface.arriving->trace) return list;
-    for (const flux::FluxResult& flux : surface.arriving->trace->species)
-        list.push_back(Json{{"rays", flux.emitted},
+    const TraceReport& trace = *surface.arriving->trace;
+    for (std::size_t k = 0; k < trace.species.size(); ++k) {
+        const flux::FluxResult& flux = trace.species[k];
+        const SpeciesMethod& method = trace.methods[k];
+        list.push_back(Json{{"species", method.species},
+                            {"method", method_name(method)},
+                            {"rays", flux.emitted},
                             {"segments", flux.segments},
                             {"pass_species", flux.pass_species},
                             {"pass_place", flux.pass_place},
                             {"leaked", flux.leaked},
                             {"relative_error", number_or_null(flux.relative_error, kErrorDigits)}});
+        if (!method.reason.empty()) list.back()["reason"] = method.reason;
+    }
     return list;
 }
 

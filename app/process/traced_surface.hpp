@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/common/interrupt.hpp"
@@ -21,9 +22,19 @@
 
 namespace sidewall::app {
 
+/// How the flux of a species is found.
+struct SpeciesMethod {
+    std::string species;     ///< its name
+    bool radiosity = false;  ///< else Monte Carlo
+    std::string reason;      ///< of the choice, for a message; may be empty
+};
+
 /// What tracing a surface told beyond the fluxes that models see.
 struct TraceReport {
-    std::vector<flux::FluxResult> species;   ///< as counted, by Model::species
+    /// As counted, by Model::species. Of those that radiosity takes: emitted, segments and leaked are of the
+    /// rays gathered for all of them, which are one pass; nothing is known of where particles ended.
+    std::vector<flux::FluxResult> species;
+    std::vector<SpeciesMethod> methods;      ///< by Model::species
     std::vector<std::vector<double>> error;  ///< standard errors of SurfaceFlux::flux, by tally and wedge
     int traces = 0;                          ///< it took until the coverages had settled
     double coverage_change = 0.0;            ///< mean change of a coverage in the last of them
@@ -62,6 +73,8 @@ struct TraceRequest {
     std::function<void(double)> progress = {};  ///< told the finished fraction; may be empty
     double time = 0.0;                          ///< since the step began
     std::function<bool()> stop = interrupted;   ///< asked often, by any thread; true ends the trace
+    /// By species, as chosen earlier in the step; empty: choose now.
+    std::vector<SpeciesMethod> methods = {};
 };
 
 /// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;

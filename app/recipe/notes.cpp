@@ -1,13 +1,42 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
+#include "flux/radiosity.hpp"
 
 namespace sidewall::app {
 namespace {
+
+// Species that stay with Monte Carlo although radiosity is asked for, and fewer rays than asked for.
+void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
+    if (recipe.flux.method == "monte-carlo") return;
+    std::vector<std::string> others;
+    for (const StepMaterials& here : materials_by_step(recipe)) {
+        const Model model = make_model(*here.step, recipe.materials, recipe.domain);
+        for (std::size_t k = 0; k < model.species.size(); ++k) {
+            const std::string why = why_monte_carlo(model, k);
+            const std::string text = fmt::format("{} ({})", model.species[k].name, why);
+            if (!why.empty() && std::find(others.begin(), others.end(), text) == others.end())
+                others.push_back(text);
+        }
+    }
+    if (recipe.flux.method == "radiosity" && !others.empty())
+        notes.push_back(fmt::format("flux.method = \"radiosity\": monte-carlo traces {} all the same",
+                                    fmt::join(others, ", ")));
+    const double bytes =
+        static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(recipe.flux.rays)));
+    if (!recipe.flux.relative_error && bytes > 1e9 * recipe.flux.memory)
+        notes.push_back(fmt::format(
+            "flux.memory = {:g} GB holds {:.2g} of the {:.2g} rays asked for: radiosity "
+            "gathers no more",
+            recipe.flux.memory, static_cast<double>(recipe.flux.rays) * 1e9 * recipe.flux.memory / bytes,
+            static_cast<double>(recipe.flux.rays)));
+}
 
 // What the steps' models have to say of the materials they meet, and parallel beams that are not traced and
 // lean towards reflective sides: the wafer may be flat there.
@@ -40,6 +69,7 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
             fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides both extents",
                         wanted, spacing, recipe.domain.length_unit));
     note_steps(recipe, notes);
+    note_radiosity(recipe, notes);
     return notes;
 }
 

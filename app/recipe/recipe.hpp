@@ -78,12 +78,14 @@ struct Step {
 };
 
 struct FluxSection {
+    std::string method = "monte-carlo";     ///< monte-carlo, radiosity, or auto
     std::int64_t rays = 1'000'000;          ///< source rays a species and time step
     std::optional<double> relative_error;   ///< asked for instead of rays
     std::int64_t max_rays = 1'000'000'000;  ///< that relative_error may spend
     std::int64_t batches = 32;              ///< independent parts; errors come from their scatter
     std::int64_t seed = 1;
-    double reuse = 0.0;  ///< fluxes serve further time steps until they have changed by so much; 0: one
+    double memory = 2.0;  ///< GB, that radiosity's rays may take
+    double reuse = 0.0;   ///< fluxes serve further time steps until they have changed by so much; 0: one
     double averaging =
         0.0;  ///< models see fluxes averaged over the surface within this distance; 0: as traced
     std::string stages = "step";  ///< when they are traced: at the start of a time step, or "all" its stages

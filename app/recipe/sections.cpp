@@ -102,7 +102,18 @@ std::vector<Field> fields(Step& step) {
 
 std::vector<Field> fields(FluxSection& flux) {
     return {
-        {"rays", &flux.rays, "", "source rays a species and time step", {.min = kFewestRays, .max = 1e12}},
+        {"method",
+         &flux.method,
+         "",
+         "monte-carlo follows particles from the source; radiosity gathers rays between points of the surface "
+         "once and solves for all neutrals that are re-emitted diffusely, others stay with monte-carlo; auto "
+         "takes what is estimated to cost less, by species, at the start of every step",
+         {.choices = {"monte-carlo", "radiosity", "auto"}}},
+        {"rays",
+         &flux.rays,
+         "",
+         "source rays a species and time step; radiosity gathers as many for all its species together",
+         {.min = kFewestRays, .max = 1e12}},
         {"relative_error",
          &flux.relative_error,
          "",
@@ -119,6 +130,11 @@ std::vector<Field> fields(FluxSection& flux) {
          "independent parts of the rays, whose scatter gives the standard errors",
          {.min = 16.0, .max = 65536.0}},
         {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
+        {"memory",
+         &flux.memory,
+         "GB",
+         "that the rays of radiosity may take; it gathers no more",
+         {.min = 1e-3, .max = 1e6}},
         {"reuse",
          &flux.reuse,
          "",
@@ -232,7 +248,7 @@ std::vector<SectionDoc> recipe_documentation() {
                               "model", model.name));
         docs.back().more = model.more;
     }
-    docs.push_back(section<FluxSection>("flux", "[flux]", "Monte Carlo particle tracing"));
+    docs.push_back(section<FluxSection>("flux", "[flux]", "what arrives on the surface"));
     docs.push_back(section<SimplifySection>("simplify", "[simplify]", "coarsening of the traced surface"));
     docs.push_back(section<levelset::AdvectionOptions>("advection", "[advection]", "how the front is moved"));
     docs.push_back(section<OutputSection>("output", "[output]", "what is saved"));

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/schema/units.hpp"
+#include "flux/radiosity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -47,6 +50,14 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
         model.in_nm_per_s = false;
     }
     return model;
+}
+
+std::string why_monte_carlo(const Model& model, std::size_t k) {
+    const flux::Species& species = model.species[k];
+    const bool sticks =
+        !model.sticking && std::ranges::all_of(species.sticking, [](double s) { return s == 1.0; });
+    // Nothing is re-emitted: a path is one flight, which starts where the source is bright.
+    return sticks ? "it sticks wherever it lands" : flux::why_not_radiosity(species);
 }
 
 }  // namespace sidewall::app

@@ -11,4 +11,8 @@ namespace sidewall::app {
 ///         reflective sides, which would mirror it.
 Model make_model(const Step& step, const Materials& materials, const DomainSection& domain);
 
+/// Why species \p k of \p model stays with Monte Carlo whatever [flux] method says, for a message; empty if
+/// radiosity can take it.
+std::string why_monte_carlo(const Model& model, std::size_t k);
+
 }  // namespace sidewall::app

@@ -172,9 +172,9 @@ Json measure(const Surface& surface, const FluxTruth& truth, const Method& metho
         row["schedule"] = {{"l0", removal <= kSparedFeatures ? 0.0 : 1.0}, {"step", 1.0}};  // dx
     if (!method.traced) return row;
     constexpr std::uint64_t kSeed = 1;
-    row["trace"] = trace_json(
-        trace_pair(simplified.mesh, surface.mesh, surface.box, options.rays, options.sticking, kSeed), truth,
-        options.flux_error);
+    row["trace"] = trace_json(trace_pair(simplified.mesh, surface.mesh, surface.box, options.rays,
+                                         options.sticking, kSeed, options.radiosity),
+                              truth, options.flux_error);
     constexpr double kShown = 0.9;
     if (std::abs(removal - kShown) < 1e-9) {
         std::string name = method.name;
@@ -191,8 +191,8 @@ Json measure(const Surface& surface, const FluxTruth& truth, const Method& metho
 
 Json measure_raw(const Surface& surface, const FluxTruth& truth, const StudyOptions& options) {
     constexpr std::uint64_t kSeed = 1;
-    const FluxPair pair =
-        trace_pair(surface.mesh, surface.mesh, surface.box, options.rays, options.sticking, kSeed);
+    const FluxPair pair = trace_pair(surface.mesh, surface.mesh, surface.box, options.rays, options.sticking,
+                                     kSeed, options.radiosity);
     Json raw = trace_json(pair, truth, options.flux_error);
     raw["smoothed"] = Json::array();
     for (const int rounds : {1, 4, 16, 64}) {
@@ -246,6 +246,7 @@ Json run_study(const StudyOptions& options) {
     Json study{{"version", version()},
                {"threads", thread_count()},
                {"rays", options.rays},
+               {"method", options.radiosity ? "radiosity" : "monte-carlo"},
                {"sticking", options.sticking},
                {"flux_error_target", options.flux_error},
                {"repeats", options.repeats},

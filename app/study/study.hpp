@@ -13,6 +13,7 @@ struct StudyOptions {
     std::vector<int> surfaces{1, 2};
     double rays = 1e7;         ///< source rays of every timed trace
     double sticking = 0.1;     ///< of the traced neutral
+    bool radiosity = false;    ///< finds the timed fluxes; the true ones are traced
     double flux_error = 0.02;  ///< relative L2 error that times are extrapolated to
     int repeats = 3;           ///< simplification times are medians of so many
     std::vector<double> removals{0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9};  ///< share of vertices removed

@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "flux/radiosity.hpp"
 #include "flux/tracer.hpp"
 #include "flux/wedges.hpp"
 #include "surface/ray_scene.hpp"
@@ -30,6 +32,39 @@ std::vector<Foot> feet_of(const TriangleMesh& surface, const surface::RayScene& 
         feet[n] = {hit.triangle, hit.u, hit.v};
     });
     return feet;
+}
+
+// The flux by wedge, counted; what it took is added to \p pair.
+std::vector<double> traced(const TriangleMesh& mesh, const surface::RayScene& scene,
+                           const flux::LateralBox& box, const flux::Wedges& wedges, std::uint64_t rays,
+                           double sticking, std::uint64_t seed, FluxPair& pair) {
+    flux::Species species;
+    species.sticking = {sticking};
+    flux::TraceOptions options;
+    options.rays = rays;
+    options.seed = seed;
+    options.stop = interrupted;
+    flux::FluxResult result = flux::trace_flux(mesh, scene, box, species, {}, wedges, options);
+    pair.trace_seconds += result.seconds;
+    pair.rays += static_cast<double>(result.emitted);
+    pair.segments += static_cast<double>(result.segments);
+    return std::move(result.wedge.flux);
+}
+
+// The same by radiosity.
+std::vector<double> solved(const TriangleMesh& mesh, const surface::RayScene& scene,
+                           const flux::LateralBox& box, const flux::Wedges& wedges, std::uint64_t rays,
+                           double sticking, std::uint64_t seed, FluxPair& pair) {
+    const std::vector<double> everywhere(wedges.count(), sticking);
+    flux::Exchange exchange(
+        mesh, scene, box, wedges, {1.0},
+        {.seed = seed, .most_bytes = flux::exchange_bytes(rays + 1), .stop = interrupted});
+    exchange.gather(rays);
+    flux::RadiosityFlux result = flux::solve_flux(exchange, {.sticking = everywhere}, {.stop = interrupted});
+    pair.trace_seconds += exchange.seconds() + result.seconds;
+    pair.rays += static_cast<double>(exchange.rays());
+    pair.segments += static_cast<double>(exchange.segments());
+    return std::move(result.wedge.flux);
 }
 
 // Sums over some vertices, weighted by area.
@@ -53,28 +88,21 @@ struct Sums {
 }  // namespace
 
 FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
-                    double rays, double sticking, std::uint64_t seed) {
+                    double rays, double sticking, std::uint64_t seed, bool radiosity) {
     FluxPair pair;
     const tbb::tick_count start = tbb::tick_count::now();
     const surface::RayScene scene(mesh);
     pair.bvh_seconds = (tbb::tick_count::now() - start).seconds();
     const flux::Wedges wedges = flux::make_wedges(mesh);
     const std::vector<Foot> feet = feet_of(surface, scene);
-    flux::Species species;
-    species.sticking = {sticking};
+    const auto half = static_cast<std::uint64_t>(std::max(1.0, 0.5 * rays));
     for (auto* values : {&pair.first, &pair.second}) {
-        flux::TraceOptions options;
-        options.rays = static_cast<std::uint64_t>(std::max(1.0, 0.5 * rays));
-        options.seed = seed++;
-        options.stop = interrupted;
-        const flux::FluxResult result = flux::trace_flux(mesh, scene, box, species, {}, wedges, options);
-        pair.trace_seconds += result.seconds;
-        pair.rays += static_cast<double>(result.emitted);
-        pair.segments += static_cast<double>(result.segments);
+        const std::vector<double> flux = radiosity
+                                             ? solved(mesh, scene, box, wedges, half, sticking, seed++, pair)
+                                             : traced(mesh, scene, box, wedges, half, sticking, seed++, pair);
         values->resize(feet.size());
         for (std::size_t n = 0; n < feet.size(); ++n)
-            (*values)[n] =
-                flux::interpolate(wedges, result.wedge.flux, feet[n].triangle, feet[n].u, feet[n].v);
+            (*values)[n] = flux::interpolate(wedges, flux, feet[n].triangle, feet[n].u, feet[n].v);
     }
     return pair;
 }

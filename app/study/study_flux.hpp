@@ -27,8 +27,9 @@ struct FluxTruth {
 
 /// Traces a neutral of \p sticking on \p mesh twice with half of \p rays each and reads both fluxes off at
 /// the vertices of \p surface, linear over the nearest triangle.
+/// \param radiosity  gathers the rays between points of the mesh and solves; the seconds are of both.
 FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
-                    double rays, double sticking, std::uint64_t seed);
+                    double rays, double sticking, std::uint64_t seed, bool radiosity = false);
 
 /// Traces \p surface itself, for the truth. Keeps a reference to \p surface.
 FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, double rays, double sticking);

@@ -1,0 +1,112 @@
+#include "app/process/radiosity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/process/species_flux.hpp"
+#include "flux/leaks.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kBytesPerGigabyte = 1e9;
+
+// Exponents of the sources of the species that radiosity takes, each once.
+std::vector<double> exponents_of(const Model& model, const std::vector<SpeciesMethod>& methods) {
+    std::vector<double> exponents;
+    for (std::size_t k = 0; k < methods.size(); ++k)
+        if (methods[k].radiosity) exponents.push_back(model.species[k].source_exponent);
+    std::sort(exponents.begin(), exponents.end());
+    exponents.erase(std::unique(exponents.begin(), exponents.end()), exponents.end());
+    return exponents;
+}
+
+flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                             const TraceRequest& request, const SurfaceFlux& arriving) {
+    flux::ExchangeOptions options;
+    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
+    options.time_step = request.key;
+    options.most_bytes = static_cast<std::uint64_t>(recipe.flux.memory * kBytesPerGigabyte);
+    options.progress = request.progress;
+    options.stop = request.stop;
+    return {surface.traced(),
+            *surface.scene,
+            surface.box,
+            arriving.wedges,
+            exponents_of(model, arriving.trace->methods),
+            std::move(options)};
+}
+
+// All species at once, so that one gather serves them.
+std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flux::DiffuseSpecies> species,
+                                       flux::Exchange& exchange, const TraceRequest& request) {
+    flux::SolveOptions options;
+    options.stop = request.stop;
+    if (recipe.flux.relative_error)
+        return flux::solve_fluxes_to(*recipe.flux.relative_error, exchange, species,
+                                     static_cast<std::uint64_t>(recipe.flux.max_rays), options);
+    if (exchange.rays() == 0)
+        exchange.gather(std::min(static_cast<std::uint64_t>(recipe.flux.rays), exchange.rays_left()));
+    std::vector<flux::RadiosityFlux> fluxes;
+    for (const flux::DiffuseSpecies& one : species)
+        fluxes.push_back(flux::solve_flux(exchange, one, options));
+    return fluxes;
+}
+
+flux::FluxResult as_result(flux::RadiosityFlux&& flux, const flux::Exchange& exchange, std::size_t species,
+                           std::size_t place) {
+    flux::FluxResult result;
+    static_cast<flux::TallyFlux&>(result) = std::move(static_cast<flux::TallyFlux&>(flux));
+    result.emitted = exchange.rays();
+    result.segments = exchange.segments();
+    result.leaked = place == 0 ? exchange.leaked() : 0;
+    result.relative_error = flux.relative_error;
+    result.seconds = exchange.seconds();
+    result.pass_species = static_cast<std::uint32_t>(species);
+    result.pass_place = static_cast<std::uint32_t>(place);
+    return result;
+}
+
+}  // namespace
+
+void solve_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                   std::span<const double> sticking, const TraceRequest& request,
+                   std::optional<flux::Exchange>& exchange, const std::optional<TraceReport>& before,
+                   SurfaceFlux& arriving) {
+    TraceReport& trace = *arriving.trace;
+    const std::size_t wedges = arriving.wedges.count();
+    std::vector<std::size_t> places;
+    for (std::size_t k = 0; k < trace.methods.size(); ++k)
+        if (trace.methods[k].radiosity) places.push_back(k);
+
+    std::vector<std::vector<double>> own(places.size());  // sticking, where no coverage decides it
+    std::vector<flux::DiffuseSpecies> species(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const flux::Species& one = model.species[places[i]];
+        species[i].name = one.name;
+        species[i].source_exponent = one.source_exponent;
+        if (sticking.empty()) own[i] = flux::sticking_by_wedge(arriving.wedges, arriving.materials, one);
+        species[i].sticking =
+            sticking.empty() ? std::span<const double>(own[i]) : sticking.subspan(places[i] * wedges, wedges);
+        if (before) species[i].guess = before->species[places[i]].wedge.flux;
+    }
+    if (!exchange) exchange.emplace(make_exchange(recipe, model, surface, request, arriving));
+    std::vector<flux::RadiosityFlux> fluxes;
+    try {
+        fluxes = solve(recipe, species, *exchange, request);
+    } catch (const NumericsError& error) {
+        if (flux::leaks_too_much(exchange->leaked(), exchange->rays())) throw LeakError(error.what());
+        throw;
+    }
+    for (std::size_t i = 0; i < places.size(); ++i)
+        trace.species[places[i]] = as_result(std::move(fluxes[i]), *exchange, places.size(), i);
+}
+
+double radiosity_memory(const FluxSection& flux) {
+    if (flux.method == "monte-carlo") return 0.0;
+    const auto rays = static_cast<std::uint64_t>(flux.relative_error ? flux.max_rays : flux.rays);
+    return std::min(flux.memory * kBytesPerGigabyte, static_cast<double>(flux::exchange_bytes(rays)));
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,27 @@
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "app/process/traced_surface.hpp"
+#include "flux/radiosity.hpp"
+
+namespace sidewall::app {
+
+/// Solves for the species of arriving.trace->methods that radiosity takes and puts their fluxes into
+/// arriving.trace->species.
+///
+/// \param sticking  as flux::TraceOptions::sticking_by_wedge; empty: the species' own.
+/// \param exchange  of this surface; if empty, it is made, and its rays are gathered. Else they are used
+///                  again: none is traced unless [flux] relative_error is not met any more.
+/// \param before    report of the coverages' turn before, whose fluxes the solver starts from; may be empty.
+/// \throws LeakError, Interrupted as trace_species; NumericsError if the balance has no solution.
+void solve_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                   std::span<const double> sticking, const TraceRequest& request,
+                   std::optional<flux::Exchange>& exchange, const std::optional<TraceReport>& before,
+                   SurfaceFlux& arriving);
+
+/// Bytes that the rays of a recipe's radiosity may take at most; 0 if it has none.
+double radiosity_memory(const FluxSection& flux);
+
+}  // namespace sidewall::app
