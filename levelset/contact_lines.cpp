@@ -31,8 +31,9 @@ constexpr double kNear = 2.0;
 // Where on such an edge, from its end on the upper front: the line lies on that front.
 constexpr double kFromFoot = 0.25;
 
-// In cells, how far marching cubes must have cut off a corner for it to be put back.
-constexpr double kLeastCorner = 0.05;
+// In cells, how far marching cubes must have cut off a corner for it to be put back. Fronts that make less
+// than 45 degrees have none: there a film tapers off.
+constexpr double kLeastCorner = 0.05, kAlike = 0.85;
 
 // The two sides of a corner face away from what cut it off by nearly a right angle where one of them is
 // short.
@@ -314,6 +315,18 @@ std::size_t place(const Fronts& fronts, const MaterialStack& stack, std::size_t 
     return met;
 }
 
+// Unit normals at a mesh's vertices by the triangles that lie on one front alone; zero where there is none.
+std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std::size_t>& front) {
+    std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        if (front[a] != front[b] || front[a] != front[c]) continue;
+        for (const std::uint32_t v : {a, b, c}) normals[v] += area_vector(mesh, t);
+    }
+    for (Vec3& normal : normals) normal.normalize();
+    return normals;
+}
+
 // A lower layer's boundary: its own front, and where that ends those above it.
 // \param rims  where each layer comes out from under the next, from this one up.
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
@@ -326,6 +339,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
         for (std::size_t v = range.begin(); v != range.end(); ++v)
             front[v] = place(mine, stack, layer, mesh.vertices[v]);
     });
+    const std::vector<Vec3> normals = front_normals(mesh, front);
     EdgePoints points;
     for (const Triangle& t : mesh.triangles)
         for (std::size_t k = 0; k < 3; ++k) {
@@ -337,7 +351,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
             std::optional<Vec3> point =  // moved onto a side if it has to be
                 rims[front[a]].at(to + kFromFoot * (from - to));
             if (!point) continue;
-            // Films that taper off make no corner.
+            if (normals[a].dot(normals[b]) > kAlike) continue;
             const Vec3 along = (to - from).normalized();
             if ((*point - from).cross(along).norm() < kLeastCorner * domain.spacing) continue;
             for (std::size_t axis = 0; axis < 2; ++axis)

