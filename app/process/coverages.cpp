@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/process/flux_methods.hpp"
 #include "app/process/species_flux.hpp"
@@ -110,7 +111,10 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
         arriving.coverage = carry(carried, coverages.names, surface.traced(), arriving.wedges);
     const double time = pulsed ? coverages.pulse / coverages.parts : 0.0;
     SharedTraces shared{request.methods, {}, {}};
-    const int most = !any ? 1 : pulsed ? coverages.parts : request.settle ? coverages.most_iterations : 1;
+    // Anew when the coverages have settled.
+    bool choose = recipe.flux.method == "auto" && model.sticking && request.settle && !pulsed &&
+                  !are_of(model, request.methods);
+    int most = !any ? 1 : pulsed ? coverages.parts : request.settle ? coverages.most_iterations : 1;
     for (int traces = 1;; ++traces) {
         const std::vector<double> sticking = sticking_of(model, arriving, points);
         if (!are_of(model, shared.methods))
@@ -122,8 +126,26 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
         arriving.trace->coverage_change = mean_change(arriving.wedges, arriving.coverage, next);
         arriving.coverage = std::move(next);
         const bool settled = !pulsed && !(arriving.trace->coverage_change > coverages.tolerance);
-        if (settled || traces >= most) return arriving;
+        if (!settled && traces < most) continue;
+        // Sites are taken now, and so will they be in the time steps that follow.
+        if (!choose) return arriving;
+        choose = false;
+        const std::vector<SpeciesMethod> before =
+            std::exchange(shared.methods, choose_methods(recipe, model, surface, arriving,
+                                                         sticking_left(model, surface, arriving), request));
+        arriving.trace->methods = shared.methods;
+        if (std::ranges::equal(before, shared.methods, {}, &SpeciesMethod::radiosity,
+                               &SpeciesMethod::radiosity))
+            return arriving;
+        shared = {shared.methods, {}, {}};
+        arriving.trace.reset();
+        most = traces + coverages.most_iterations;
     }
+}
+
+std::vector<double> sticking_left(const Model& model, const TracedSurface& surface,
+                                  const SurfaceFlux& arriving) {
+    return sticking_of(model, arriving, wedge_points(model, surface, arriving));
 }
 
 std::vector<std::vector<double>> later_coverages(const Model& model, const TracedSurface& surface,

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/common/timing.hpp"
+#include "app/process/coverages.hpp"
 #include "app/process/flux_methods.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
@@ -113,7 +114,8 @@ Tracing trace(const Estimation& e, const Model& model) {
     surface = trace_surface(probe, model, e.state.stack, {}, {0, true}, first);
     tracing.reducing = seconds_of_reducing(first);
     if (model.species.empty()) return tracing;
-    tracing.methods = choose_methods(e.measured, model, surface, *surface.arriving, {}, {});
+    const std::vector<double> sticking = sticking_left(model, surface, *surface.arriving);
+    tracing.methods = choose_methods(e.measured, model, surface, *surface.arriving, sticking, {});
     tracing.at_start = surface.arriving->trace->traces;
     tracing.later = model.coverages.pulse > 0.0 ? tracing.at_start : 1;
 
