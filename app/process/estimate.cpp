@@ -131,7 +131,7 @@ Tracing trace(const Estimation& e, const Model& model) {
     probe.flux.rays = static_cast<std::int64_t>(rays);
     const SurfaceField carried = field_to_carry(e.measured, model, surface, 0.0);
     surface =
-        trace_surface(probe, model, e.state.stack, carried, {1, false, {}, 0.0, tracing.methods}, second);
+        trace_surface(probe, model, e.state.stack, carried, {.key = 1, .methods = tracing.methods}, second);
     tracing.reducing = seconds_of_reducing(second);
 
     const double two = second.trace / tracing.later;
@@ -143,8 +143,8 @@ Tracing trace(const Estimation& e, const Model& model) {
     tracing.error = relative_error(surface) * std::sqrt(e.cells * rays / needed);
     if (target && relative_error(surface) <= *target && e.cells == 1.0) {  // the run will stop as early
         probe.flux.relative_error = target;
-        surface =
-            trace_surface(probe, model, e.state.stack, carried, {1, false, {}, 0.0, tracing.methods}, first);
+        surface = trace_surface(probe, model, e.state.stack, carried, {.key = 1, .methods = tracing.methods},
+                                first);
         const auto [all, times] = rays_of(surface);
         tracing.rays = all;
         needed = all / times;
