@@ -243,14 +243,10 @@ void save(const Json& study, const std::filesystem::path& folder) {
 }  // namespace
 
 Json run_study(const StudyOptions& options) {
-    Json study{{"version", version()},
-               {"threads", thread_count()},
-               {"rays", options.rays},
-               {"method", options.radiosity ? "radiosity" : "monte-carlo"},
-               {"sticking", options.sticking},
-               {"flux_error_target", options.flux_error},
-               {"repeats", options.repeats},
-               {"surfaces", Json::array()}};
+    Json study{{"version", version()},         {"threads", thread_count()},
+               {"rays", options.rays},         {"method", options.radiosity ? "radiosity" : "monte-carlo"},
+               {"sticking", options.sticking}, {"flux_error_target", options.flux_error},
+               {"repeats", options.repeats},   {"surfaces", Json::array()}};
     for (const int number : options.surfaces) {
         study["surfaces"].emplace_back();
         Json& json = study["surfaces"].back();
