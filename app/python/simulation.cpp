@@ -10,6 +10,7 @@
 #include "app/python/law.hpp"
 #include "app/python/module.hpp"
 #include "app/results/metrology.hpp"
+#include "levelset/contact_lines.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
 
@@ -33,7 +34,9 @@ const app::Moment& TimeStep::moment(const char* asked) const {
 std::shared_ptr<TriangleMesh> TimeStep::surface() {
     if (!surface_) {
         const app::Moment& m = moment("surface()");
-        surface_ = std::make_shared<TriangleMesh>(app::result_mesh(m.model, m.state.stack, *m.surface));
+        surface_ = std::make_shared<TriangleMesh>(
+            app::result_mesh(m.model, m.state.stack, *m.surface,
+                             levelset::extract_materials(m.state.stack, m.surface->raw).surface));
     }
     return surface_;
 }
@@ -68,11 +71,14 @@ py::dict TimeStep::fluxes() {
 
 py::list TimeStep::layers() {
     const app::Moment& m = moment("layers()");
+    levelset::StackMeshes meshes = levelset::extract_materials(m.state.stack, m.surface->raw);
+    meshes.interfaces.push_back(std::move(meshes.surface.mesh));  // where the last layer ends
     py::list layers;
     for (std::size_t k = 0; k < m.state.stack.layers.size(); ++k) {
-        const auto id = static_cast<std::size_t>(m.state.stack.layers[k].material);
-        layers.append(py::make_tuple(simulation_->recipe().materials[id].name,
-                                     std::make_shared<TriangleMesh>(app::interface_mesh(m.state.stack, k))));
+        const int id = m.state.stack.layers[k].material;
+        layers.append(py::make_tuple(
+            simulation_->recipe().materials[static_cast<std::size_t>(id)].name,
+            std::make_shared<TriangleMesh>(app::interface_mesh(std::move(meshes.interfaces[k]), id))));
     }
     return layers;
 }
