@@ -87,6 +87,12 @@ inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3&
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t n = 0; n < kLanes; ++n)
             h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;
+    // As in lax_friedrichs: what dissipation alone makes grow where all etches would count as the uppermost
+    // layer's.
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        if (facing[n] <= 0.0f && always[n] <= 0.0f) h[n] = std::min(h[n], 0.0f);
+        if (facing[n] >= 0.0f && always[n] >= 0.0f) h[n] = std::max(h[n], 0.0f);
+    }
 }
 
 /// H of the nodes of a leaf's row (x, y) that have a \p sample; 0 of the others.

@@ -217,6 +217,11 @@ toml::table parse_toml(std::string_view text, const std::string& source) {
                                       source, line, kMostKeyParts));
     try {
         return toml::parse(text, std::string_view(source));
+    } catch (const toml::parse_error&) {
+        // May be for want of memory: the stream that reads a number swallows std::bad_alloc.
+    }
+    try {
+        return toml::parse(text, std::string_view(source));
     } catch (const toml::parse_error& error) {
         throw RecipeError(
             fmt::format("{}:{}: not valid TOML: {}", source, error.source().begin.line, error.description()));

@@ -131,7 +131,7 @@ TEST_CASE("after --set the keys of the recipe named before it are offered, and t
     CHECK(any.contains("step[0].duration="));
     CHECK(any.contains("layer[0].taper_deg="));
     CHECK(any.contains("flux.rays="));
-    CHECK(candidates("sweep x.toml --set flux.").empty());  // no such command
+    CHECK(candidates("anneal x.toml --set flux.").empty());  // no such command
     CHECK(candidates("check " + kRecipe + " --set simplify.method=reg") ==
           std::set<std::string>{"simplify.method=region", "simplify.method=region-bounded"});
     CHECK(candidates("check " + kRecipe + " --set step[0].steps[0].deposit=Si3") ==

@@ -142,7 +142,10 @@ TEST_CASE("rate and duration, which act as a product, are named as not identifia
     INFO(fit.dump(1));
     CHECK(fit["status"] == "not-identifiable");
     CHECK(fit["not_identifiable"] == json::parse(R"([["step[0].duration", "step[0].rate"]])"));
-    CHECK(fit["parameters"]["step[0].rate"]["interval95"][0].is_null());
+    // No bound, or one beyond the range that was searched.
+    const json& interval = fit["parameters"]["step[0].rate"]["interval95"];
+    CHECK((interval[0].is_null() || interval[0].get<double>() < 0.3));
+    CHECK((interval[1].is_null() || interval[1].get<double>() > 1.5));
     CHECK(value(fit, "step[0].duration") * value(fit, "step[0].rate") == Approx(0.5).epsilon(0.03));
     CHECK_THAT(outcome.output, Catch::Contains("the targets do not tell step[0].duration from step[0].rate"));
 }

