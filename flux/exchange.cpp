@@ -141,7 +141,8 @@ void Exchange::gather(std::uint64_t rays) {
             static_cast<double>(s.options.most_bytes) * 1e-9));
     const auto start = std::chrono::steady_clock::now();
     const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
-    if (s.gathers++ == 0) look_around(s, key);
+    if (s.gathers == 0) look_around(s, key);  // by random numbers of its own
+    ++s.gathers;
     const std::size_t exponents = s.densities.exponents().size();
     const double group_rays = static_cast<double>(rays) / kLinkGroups;
     const auto share = [&](double part) {

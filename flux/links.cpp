@@ -29,9 +29,10 @@ struct Ends {
     }
 };
 
-// The wedges' absorption as a symmetric matrix: the mean of s / (1 - s) that two neighbours share is their
-// harmonic one, so that where all sticks nothing but the neighbour's own absorption counts; the diagonal
-// keeps what each absorbs of a constant flux.
+// The wedges' absorption as a symmetric matrix: what two neighbours share is the smaller 1 / (1 - s) less 1,
+// which solves an open plane to within the square of the difference, and less the more they differ: where all
+// sticks nothing but the neighbour's own absorption counts. Never above their harmonic mean, so that the
+// matrix is not negative; the diagonal keeps what each absorbs of a constant emission.
 std::vector<double> absorption(const MassMatrix& mass, std::span<const double> area,
                                std::span<const double> ratio) {
     std::vector<double> value(mass.value.size(), 0.0);
@@ -44,8 +45,9 @@ std::vector<double> absorption(const MassMatrix& mass, std::span<const double> a
                 diagonal = n;
                 continue;
             }
-            const double sum = ratio[i] + ratio[j];
-            value[n] = sum > 0.0 ? mass.value[n] * 2.0 * ratio[i] * ratio[j] / sum : 0.0;
+            const double own = 1.0 + ratio[i], other = 1.0 + ratio[j];
+            const double shared = std::min(own, other) * std::max(0.0, 1.0 - std::abs(std::log(own / other)));
+            value[n] = mass.value[n] * (shared - 1.0);
             rest -= value[n];
         }
         if (mass.first[i] < mass.first[i + 1]) value[diagonal] = rest;

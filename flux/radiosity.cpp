@@ -50,6 +50,8 @@ Solved conjugate_gradients(const Balance& balance, const Values& right, Values x
     Values r(n), z(n), p(n), q(n);
     precondition(right, z);
     const double scale = std::sqrt(dot(right, z));
+    if (!std::isfinite(scale))
+        throw NumericsError(name + ": what the source or the surface emits is not finite");
     if (!(scale > 0.0)) return {Values(n, 0.0), 0};
     balance.apply(x, r);
     for (std::size_t i = 0; i < n; ++i) r[i] = right[i] - r[i];
@@ -57,7 +59,7 @@ Solved conjugate_gradients(const Balance& balance, const Values& right, Values x
     p = z;
     double rz = dot(r, z);
     std::uint32_t iteration = 0;
-    for (; std::sqrt(std::max(0.0, rz)) > tolerance * scale; ++iteration) {
+    for (; !(std::sqrt(std::max(0.0, rz)) <= tolerance * scale) || !std::isfinite(rz); ++iteration) {
         if (options.stop && options.stop()) throw Interrupted("interrupted while solving for " + name);
         if (iteration == options.most_iterations)
             throw NumericsError(fmt::format(
@@ -200,7 +202,7 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
     if (options.errors) {
         std::vector<Values> wedge, triangle, vertex;
         for (const LinkGroup* group : all) {
-            wedge.push_back(solver.solve({group}, whole.flux, std::max(1e-3, options.tolerance)).flux);
+            wedge.push_back(solver.solve({group}, whole.flux, std::max(1e-4, options.tolerance)).flux);
             triangle.push_back(over_triangles(s, wedge.back()));
             vertex.push_back(over_vertices(s, wedge.back()));
         }

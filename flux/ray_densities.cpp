@@ -235,8 +235,9 @@ RayDensities::Target RayDensities::target(double which, double along, double ima
     } else {
         const std::size_t cell = pick.item - order_.size();
         const double step[2] = {(box_.max[0] - box_.min[0]) / kCells, (box_.max[1] - box_.min[1]) / kCells};
-        point = {box_.min[0] + (static_cast<double>(cell % kCells) + pick.rest) * step[0],
-                 box_.min[1] + (static_cast<double>(cell / kCells) + along) * step[1], top_};
+        const std::size_t column = cell % kCells, row = cell / kCells;
+        point = {box_.min[0] + (static_cast<double>(column) + pick.rest) * step[0],
+                 box_.min[1] + (static_cast<double>(row) + along) * step[1], top_};
         target.normal = -Vec3::UnitZ();
     }
     target.point = unfolded(point, target.image);

@@ -170,6 +170,12 @@ Band::Band(Grid& grid, const Domain& domain) {
         if (near[n]) awake.push_back(n);
 }
 
+std::vector<std::size_t> leaves_around(const Band& band, const Domain& domain, const openvdb::Coord& origin) {
+    std::vector<std::size_t> list;
+    each_around(band.table, domain, origin, [&](std::size_t n) { list.push_back(n); });
+    return list;
+}
+
 std::uint32_t fingerprint(const Leaf& leaf) {
     // Sums side by side, by the odd multiplier of Knuth's multiplicative hash.
     constexpr std::size_t kSums = 32;

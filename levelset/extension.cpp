@@ -2,6 +2,7 @@
 
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <mutex>
@@ -78,7 +79,10 @@ class Surface {
             best.distance = kFar * dx;
             near.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
             if (best) return best;
-            std::call_once(once_, [&] { own_scene_.emplace(*mesh_); });
+            // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with
+            // another node.
+            std::call_once(once_,
+                           [&] { tbb::this_task_arena::isolate([&] { own_scene_.emplace(*mesh_); }); });
         }
         const surface::RayScene& scene = mesh_ != nullptr ? *own_scene_ : *scene_;
         const surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);

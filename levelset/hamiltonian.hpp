@@ -144,6 +144,11 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sa
                 h[n] = lax_friedrichs(minus, plus,
                                       bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
                                       speed_of);
+                // As in beam_row; layers below do not grow either, see speed_over.
+                if (in.motion.beam_speed) {
+                    const BeamSpeed of = in.motion.beam_speed(index, exposed(in.stack, in.motion, index));
+                    if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);
+                }
                 continue;
             }
             const Vec3 gradient = minus + plus;

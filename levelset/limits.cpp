@@ -82,7 +82,8 @@ class Bodies {
 };
 
 // The leaves marked and those around them.
-std::vector<std::uint8_t> with_those_around(const Band& band, const std::vector<std::uint8_t>& marked) {
+std::vector<std::uint8_t> with_those_around(const Band& band, const Domain& domain,
+                                            const std::vector<std::uint8_t>& marked) {
     std::vector<std::uint8_t> result(band.leaves.size(), 0);
     for (std::size_t leaf = 0; leaf < marked.size(); ++leaf) {
         if (!marked[leaf]) continue;
@@ -92,6 +93,8 @@ std::vector<std::uint8_t> with_those_around(const Band& band, const std::vector<
                                                       (o.z() >> 3) + n % 3 - 1);
             if (next >= 0) result[static_cast<std::size_t>(next)] = 1;
         }
+        // Re-distancing reads across periodic sides.
+        for (const std::size_t k : leaves_around(band, domain, o)) result[k] = 1;
     }
     return result;
 }
@@ -172,8 +175,8 @@ Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<s
     };
     std::vector<std::unique_ptr<Values>> own(band.leaves.size());
     const Bodies bodies(stack, motion, duration);
-    const std::vector<std::uint8_t> limiting = with_those_around(band, moved);
-    const std::vector<std::uint8_t> asked = with_those_around(band, limiting);
+    const std::vector<std::uint8_t> limiting = with_those_around(band, stack.domain, moved);
+    const std::vector<std::uint8_t> asked = with_those_around(band, stack.domain, limiting);
     each(own.size(), [&](std::size_t n) {
         if (asked[n]) own[n] = bodies.limits(*band.leaves[n], before + n * Leaf::SIZE);
     });

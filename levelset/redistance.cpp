@@ -211,6 +211,9 @@ bool all_finite(const Leaf& leaf, float background) {
 }  // namespace
 
 void redistance(Grid& grid, const Domain& domain, int sweeps) {
+    // More sweeps read farther than a leaf's rest is told for, and copies bring theirs from elsewhere.
+    if (sweeps != kSweepsAfterTimeStep)
+        for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
     Band band(grid, domain);
     redistance(band, grid, domain, sweeps);
 }
@@ -254,6 +257,12 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
             throw NumericsError(
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
     }
+    // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
+    // have been empty before.
+    for (const std::uint32_t n : band.awake)
+        if (band.leaves[n]->isEmpty() && !band.made[n])
+            for (const std::size_t k : leaves_around(band, domain, band.leaves[n]->origin()))
+                band.leaves[k]->setTransientData(0);
     for (const std::uint32_t n : band.awake)
         if (band.leaves[n]->isEmpty()) grid.tree().addTile(1, band.leaves[n]->origin(), background, false);
 }

@@ -74,8 +74,8 @@ bool solve_coverages(const CoverageFunction& f, std::span<double> theta) {
             next = at + change;
             there = value(f, next);
         }
-        at = std::move(next);
-        image = std::move(there);
+        at = next;
+        image = there;
     }
     result = at;
     return false;

@@ -70,7 +70,8 @@ std::vector<Law> laws_by_material(const std::string& key, const Expressions& exp
                                   bool flux) {
     std::map<std::string, Law> by_name;
     for (const auto& [name, text] : expressions.named) {
-        const std::string path = expressions.named.size() == 1 && name == "default" ? key : key + "." + name;
+        const std::string path =
+            expressions.named.size() == 1 && name == "default" ? key : fmt::format("{}.{}", key, name);
         by_name.insert({name, {path, read_expression(path, text, names.list(flux), names)}});
     }
     std::vector<Law> laws;
@@ -99,7 +100,7 @@ std::string named_values(const Law& law, const Names& names, std::span<const dou
 }
 
 std::string place_of(const Names& names, const SurfacePoint& point, std::span<const double> values) {
-    const std::string material = names.materials[static_cast<std::size_t>(point.material)].name;
+    std::string material = names.materials[static_cast<std::size_t>(point.material)].name;
     const auto at = [&](Extra extra) { return values[names.index(extra)]; };
     if (point.position.isZero()) return material;
     return fmt::format("{} at ({:.4g}, {:.4g}, {:.4g})", material, at(Extra::x), at(Extra::y), at(Extra::z));

@@ -50,6 +50,7 @@ void add_errors(py::module_& module) {
         add(module, "NumericsError", "No solution: not a number, no surface left, particles that leak.",
             both(PyExc_ArithmeticError));
     errors.io = add(module, "IoError", "An output that could not be written.", both(PyExc_OSError));
+    // NOLINTNEXTLINE(performance-unnecessary-value-param): the signature that pybind11 asks for
     py::register_exception_translator([](std::exception_ptr thrown) {
         try {
             if (thrown) std::rethrow_exception(thrown);

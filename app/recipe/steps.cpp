@@ -45,7 +45,9 @@ std::vector<Step> read_list(const toml::table& parent, std::string_view key, con
 // Keys that name files count from the recipe's folder.
 void find_files(const toml::table& table, const std::string& path, const std::string& inner,
                 const std::filesystem::path& folder, Values& values) {
-    for (auto& [key, value] : values.entries) {
+    for (auto& entry : values.entries) {
+        const std::string& key = entry.first;
+        auto& value = entry.second;
         if (auto* tables = std::get_if<std::vector<Values>>(&value))
             for (std::size_t i = 0; i < tables->size(); ++i)
                 find_files(table, path, fmt::format("{}{}[{}].", inner, key, i), folder, (*tables)[i]);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
@@ -182,8 +183,10 @@ Json run_fit(const FitOptions& options) {
     Json json = plan_of(fit);
     open_batch_folder(options.output, kFile, "fit", json, options.resume);
     const std::string path = (options.output / kFile).string();
+    adopt_runs(fit.set);
     json["status"] = "unfinished";
-    write_json(path, json);
+    // A result stands until there is a better one.
+    if (!std::filesystem::exists(path)) write_json(path, json);
 
     const LeastSquaresResult found = find(fit);
     const RunValues best_values = values_of(fit, found.best);
@@ -198,15 +201,17 @@ Json run_fit(const FitOptions& options) {
                      .best_run = run,
                      .best_number = best->number,
                      .best_folder = folder_of(fit.set, best->number),
-                     .first_folder = folder_of(fit.set, 1)};
+                     .first_folder = folder_of(fit.set, fit.points.front().number)};
     write_file(options.output / "best.toml", run.recipe);
+    json.update(fit_json(end));
+    std::set<std::size_t> numbers;  // equal points share a run
+    for (const RunPoint& point : fit.points) numbers.insert(point.number);
+    json["runs"] = numbers.size();
+    write_json(path, json);
     for (std::size_t k = 0; k < fit.targets.profiles.size(); ++k)
         write_file(
             options.output / (k == 0 ? std::string("overlay.svg") : fmt::format("overlay_{}.svg", k + 1)),
             overlay_svg(end, k));
-    json.update(fit_json(end));
-    json["runs"] = fit.set.runs.size();  // equal points share one
-    write_json(path, json);
     return json;
 }
 

@@ -54,6 +54,13 @@ std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
     return columns;
 }
 
+// What the brackets in a column's name hold; or "".
+std::string unit_in(const std::string& name) {
+    const auto open = name.find_first_of("[(");
+    if (open == std::string::npos) return "";
+    return name.substr(open + 1, name.find_first_of("])", open) - open - 1);
+}
+
 // Signed distance from the nearest piece and the direction in which it grows.
 struct Nearest {
     double distance = std::numeric_limits<double>::infinity();
@@ -195,6 +202,8 @@ MeasuredProfile read_measured_profile(const std::string& name) {
         first = false;
         if (header) {
             columns = columns_of(fields);
+            for (const std::size_t column : columns)
+                if (column < fields.size() && profile.unit.empty()) profile.unit = unit_in(fields[column]);
             continue;
         }
         Vector2d point;
@@ -239,7 +248,11 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
 Contour contour_of(const std::filesystem::path& folder, const Recipe& recipe, std::optional<double> time) {
     const std::vector<SavedSurface> saved = saved_surfaces(folder);
     const SavedSurface* chosen = &saved.back();
-    if (time) chosen = &saved_at(saved, *time);
+    if (time) {
+        constexpr double kSlack = 1e-6;                             // relative
+        if (*time > saved.back().time * (1.0 + kSlack)) return {};  // it ended before
+        chosen = &saved_at(saved, *time);
+    }
     const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
     const auto axes = surface::plane_axes(plane);
     Contour contour;

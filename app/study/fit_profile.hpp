@@ -15,6 +15,7 @@ struct MeasuredProfile {
     std::string name;  ///< FILE.csv or FILE.csv@TIME, as the user wrote it
     std::vector<Eigen::Vector2d> points;
     std::optional<double> time;  ///< process time; absent: the run's end
+    std::string unit;            ///< as the header says, in brackets; or ""
 };
 
 /// Reads FILE.csv[@TIME]: a row a point, two numbers with a comma, semicolon, tab or blanks between; of more columns

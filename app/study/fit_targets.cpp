@@ -80,6 +80,12 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
     for (const std::string& name : options.profiles) {
         targets.profiles.push_back(read_measured_profile(name));
         require_saved_time(targets.profiles.back(), recipe);
+        if (const std::string& unit = targets.profiles.back().unit;
+            !unit.empty() && unit != recipe.domain.length_unit)
+            throw FileError(
+                fmt::format("{}: its header says {}, the recipe's lengths are in {}: convert it, or set "
+                            "domain.length_unit",
+                            name, unit, recipe.domain.length_unit));
         known += options.profile_sigma ? 1 : 0;
     }
     const std::size_t all = targets.measures.size() + targets.profiles.size();

@@ -299,6 +299,8 @@ class Fitter {
             result.covariance += error * error * part * part.transpose();
         }
         result.half_interval = quantile * result.covariance.diagonal().cwiseSqrt();
+        // As many keys as targets, and no noise seen: nothing tells the error.
+        if (result.error_from_noise && noise_ == 0.0) result.half_interval.setConstant(kUnbounded);
     }
 
     const LeastSquares& problem_;

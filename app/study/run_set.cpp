@@ -189,6 +189,17 @@ std::size_t add_run(RunSet& set, const Recipe& recipe) {
     return place->second;
 }
 
+void adopt_runs(RunSet& set) {
+    for (std::size_t number = 1; is_there(folder_of(set, number) / "recipe.toml"); ++number) {
+        const std::string file = (folder_of(set, number) / "recipe.toml").string();
+        const std::string text = surface::read_whole_file(file);
+        const Recipe recipe = parse_recipe(text, file);
+        set.numbers.try_emplace(text, number);
+        set.runs.push_back(
+            {.recipe = text, .memory = kProgram + estimated_memory(recipe, domain_of(recipe))});
+    }
+}
+
 fs::path folder_of(const RunSet& set, std::size_t number) {
     return set.folder / "runs" / fmt::format("{:04}", number);
 }

@@ -32,6 +32,11 @@ struct RunSet {
 /// The number, from 1, of the run of a recipe: that of an equal one, if there is one. Nothing is written.
 std::size_t add_run(RunSet& set, const Recipe& recipe);
 
+/// Adds the runs that DIR/runs already holds, by their numbers there: a search that asks for them in another order
+/// finds them again. Before any other run is added.
+/// \throws RecipeError, FileError for a recipe there that cannot be read.
+void adopt_runs(RunSet& set);
+
 /// DIR/runs/NNNN.
 std::filesystem::path folder_of(const RunSet& set, std::size_t number);
 

@@ -152,6 +152,29 @@ TEST_CASE("radiosity without sticking is 1 everywhere, however few the rays") {
     CHECK(flux.escaped == 1.0);
 }
 
+TEST_CASE("radiosity of an open plane is 1 where its sticking varies") {
+    const Cavity cavity(height_field(12, 12, 3.0, 3.0, [](auto, auto) { return 0.0; }), kReflective);
+    const Exchange exchange = cavity.gathered(64);
+    const auto furthest = [&](auto&& sticking_at) {
+        std::vector<double> sticking(cavity.wedges.count());
+        for (std::size_t v = 0; v < cavity.mesh.vertices.size(); ++v)
+            for (std::uint32_t w = cavity.wedges.first[v]; w < cavity.wedges.first[v + 1]; ++w)
+                sticking[w] = sticking_at(cavity.mesh.vertices[v]);
+        double most = 0.0;
+        for (const double flux : solve_flux(exchange, {.sticking = sticking}).wedge.flux)
+            most = std::max(most, std::abs(flux - 1.0));
+        return most;
+    };
+    const double noise = furthest([](const Vec3&) { return 0.5; });
+    const double left = cavity.box.min[0], width = cavity.box.max[0] - left;
+    // Linear elements are off by the square of what 1 - s varies by over an edge, relative to it.
+    const double slope = furthest([&](const Vec3& p) { return 0.2 + 0.6 * (p.x() - left) / width; });
+    const double steps = furthest([&](const Vec3& p) { return p.x() < left + 0.5 * width ? 0.5 : 0.6; });
+    CAPTURE(noise, slope, steps);
+    CHECK(slope < noise + 0.05);  // (0.05 / 0.2)^2, at most
+    CHECK(steps < noise + 0.05);  // (0.1 / 0.4)^2
+}
+
 TEST_CASE("radiosity in a trench agrees with the exact one, whatever the sides and how thin the domain",
           "[slow]") {
     const auto [sticking, boundary, length] = GENERATE(table<double, std::array<Boundary, 2>, double>(
@@ -233,7 +256,7 @@ TEST_CASE("radiosity in a hole as a level set gives it, simplified, has the exac
     const double depth = 2.0 * aspect;
     const Cavity cavity(extracted_hole(depth, 10), kReflective);
     // Few unknowns have few rays together.
-    const Exchange exchange = cavity.gathered(aspect < 7.0 ? 2000 : aspect < 20.0 ? 1000 : 400);
+    const Exchange exchange = cavity.gathered(aspect < 7.0 ? 2000 : aspect < 20.0 ? 1000 : 800);
     for (const double sticking : {1.0, 0.1, 0.01, 0.001}) {
         const CylinderTruth truth(depth, sticking);
         const std::vector<double> everywhere(cavity.wedges.count(), sticking);
