@@ -130,7 +130,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
     if (missing.empty()) return;
     for (const openvdb::Coord& origin : missing) grid.tree().touchLeaf(origin);
 
-    const Band before = std::move(band);
+    const Band before = band;
     std::vector<std::uint8_t> awake(before.leaves.size(), 0);
     for (const std::uint32_t n : before.awake) awake[n] = 1;
     band.leaves.clear();

@@ -174,6 +174,30 @@ openvdb::Coord decode(std::int32_t entry) {
     return {code / kCode / kCode - kFarthest, code / kCode % kCode - kFarthest, code % kCode - kFarthest};
 }
 
+// Far nodes take the sample of the node beside their foot point. Written to a second buffer, because
+// neighbouring leaves are read meanwhile.
+void share_samples(const Grid& grid, const Domain& domain, const Leaves& leaves, const IndexTree& sample_of,
+                   Samples& samples) {
+    samples.rebuildAuxBuffers(1);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
+        const auto accessor = grid.getConstUnsafeAccessor();
+        const openvdb::tree::ValueAccessor<const IndexTree, false> lookup(sample_of);
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const Leaf& leaf = leaves.leaf(n);
+            const std::int32_t* entry = samples.leaf(n).buffer().data();
+            std::int32_t* out = samples.getBuffer(n, 1).data();
+            for (auto it = leaf.cbeginValueOn(); it; ++it) {
+                if (entry[it.pos()] >= 0) continue;
+                const openvdb::Coord c = it.getCoord();
+                const std::int32_t found = lookup.getValue(own_node(domain, c + decode(entry[it.pos()])));
+                out[it.pos()] = found >= 0 ? found : descend(accessor, lookup, domain, c);
+            }
+        }
+    });
+    samples.swapLeafBuffer(1);
+    samples.removeAuxBuffers();
+}
+
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
 // \param everywhere  samples that have no lower layer near look for their point on the surface, too.
@@ -239,26 +263,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         }
     });
 
-    // Far nodes take the sample of the node beside their foot point. Written to a second buffer, because
-    // neighbouring leaves are read meanwhile.
-    samples.rebuildAuxBuffers(1);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
-        const auto accessor = grid.getConstUnsafeAccessor();
-        const openvdb::tree::ValueAccessor<const IndexTree, false> lookup(*extension.sample_of);
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const Leaf& leaf = leaves.leaf(n);
-            const std::int32_t* entry = samples.leaf(n).buffer().data();
-            std::int32_t* out = samples.getBuffer(n, 1).data();
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                if (entry[it.pos()] >= 0) continue;
-                const openvdb::Coord c = it.getCoord();
-                const std::int32_t found = lookup.getValue(own_node(domain, c + decode(entry[it.pos()])));
-                out[it.pos()] = found >= 0 ? found : descend(accessor, lookup, domain, c);
-            }
-        }
-    });
-    samples.swapLeafBuffer(1);
-    samples.removeAuxBuffers();
+    share_samples(grid, domain, leaves, *extension.sample_of, samples);
     return extension;
 }
 

@@ -1,3 +1,5 @@
+#include "levelset/advection.hpp"
+
 #include <fmt/format.h>
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
@@ -8,7 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "levelset/advection.hpp"
 #include "levelset/layer_depths.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"

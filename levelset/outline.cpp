@@ -54,7 +54,7 @@ Outline polygons(const Shape& shape, const Domain& domain) {
 }
 
 Outline figure(const Shape& shape, const Domain& domain) {
-    const auto [x0, y0] = shape.position;
+    const double x0 = shape.position[0], y0 = shape.position[1];
     switch (shape.kind) {
         case ShapeKind::mask:
             return polygons(shape, domain);

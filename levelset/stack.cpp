@@ -69,6 +69,7 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
 MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies) {
     MaterialStack stack{domain, {}};
     std::vector<Body> body;
+    body.reserve(bodies.size());
     for (const auto& [material, shape] : bodies) body.push_back(make_body(shape, domain));
     if (bodies.front().second.subtract)
         throw GeometryError("the first layer cannot be cut out of what lies below: there is nothing");
