@@ -14,7 +14,7 @@ struct FitOptions {
     std::vector<std::string> overrides;   ///< key=value, of all runs
     std::vector<std::string> vary;        ///< KEY=LO:HI[:log]
     std::vector<std::string> targets;     ///< NAME=VALUE[+-SIGMA], of figures of a summary's metrology
-    std::vector<std::string> profiles;    ///< FILE.csv[@TIME]
+    std::vector<std::string> profiles;    ///< FILE.csv[\@TIME]
     std::optional<double> profile_sigma;  ///< standard deviation of a profile's points, length
     std::string profile_offset = "none";  ///< or "x", "z", "xz"
     std::size_t max_runs = 60;

@@ -12,13 +12,13 @@ namespace sidewall::app {
 /// Points of a measured profile, in any order, of all of it or a part: across the wafer along the cut of
 /// [metrology], and z; in the recipe's length unit.
 struct MeasuredProfile {
-    std::string name;  ///< FILE.csv or FILE.csv@TIME, as the user wrote it
+    std::string name;  ///< FILE.csv or FILE.csv\@TIME, as the user wrote it
     std::vector<Eigen::Vector2d> points;
     std::optional<double> time;  ///< process time; absent: the run's end
     std::string unit;            ///< as the header says, in brackets; or ""
 };
 
-/// Reads FILE.csv[@TIME]: a row a point, two numbers with a comma, semicolon, tab or blanks between; of more columns
+/// Reads FILE.csv[\@TIME]: a row a point, two numbers with a comma, semicolon, tab or blanks between; of more columns
 /// those named x (or y) and z, or the first two. A first line without numbers is a header; lines after # are left
 /// out.
 /// \throws FileError naming file and line; RecipeError for a time that is none.
