@@ -81,20 +81,13 @@ class Bodies {
     double duration_;
 };
 
-// The leaves marked and those around them.
+// The leaves marked and those around them, across periodic sides, too.
 std::vector<std::uint8_t> with_those_around(const Band& band, const Domain& domain,
                                             const std::vector<std::uint8_t>& marked) {
     std::vector<std::uint8_t> result(band.leaves.size(), 0);
     for (std::size_t leaf = 0; leaf < marked.size(); ++leaf) {
         if (!marked[leaf]) continue;
-        const openvdb::Coord o = band.leaves[leaf]->origin();
-        for (int n = 0; n < 27; ++n) {
-            const std::int32_t next = band.table.find((o.x() >> 3) + n / 9 - 1, (o.y() >> 3) + n / 3 % 3 - 1,
-                                                      (o.z() >> 3) + n % 3 - 1);
-            if (next >= 0) result[static_cast<std::size_t>(next)] = 1;
-        }
-        // Re-distancing reads across periodic sides.
-        for (const std::size_t k : leaves_around(band, domain, o)) result[k] = 1;
+        for (const std::size_t k : leaves_around(band, domain, band.leaves[leaf]->origin())) result[k] = 1;
     }
     return result;
 }

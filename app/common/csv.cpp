@@ -2,24 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <fstream>
 
 #include "app/common/text.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
-namespace {
-
-std::string trimmed(const std::string& text) {
-    constexpr const char* kBlank = " \t\r";
-    const std::size_t begin = text.find_first_not_of(kBlank);
-    return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
-}
-
-}  // namespace
-
 CsvColumns read_csv(const std::filesystem::path& path, std::size_t most_rows) {
     std::ifstream in(path, std::ios::binary);
     if (!in) throw FileError(fmt::format("{}: cannot be read", path.string()));
@@ -31,11 +19,11 @@ CsvColumns read_csv(const std::filesystem::path& path, std::size_t most_rows) {
     for (std::string line; std::getline(in, line);) {
         ++number;
         if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // a byte order mark
-        line = trimmed(line);
+        line = std::string(trimmed(line));
         if (line.empty() || line[0] == '#') continue;
         const std::vector<std::string> parts = split(line, ',');
         if (table.names.empty()) {
-            for (const std::string& part : parts) table.names.push_back(trimmed(part));
+            for (const std::string& part : parts) table.names.emplace_back(trimmed(part));
             table.columns.resize(table.names.size());
             continue;
         }
@@ -43,14 +31,12 @@ CsvColumns read_csv(const std::filesystem::path& path, std::size_t most_rows) {
             refuse(fmt::format("{} values under {} names", parts.size(), table.names.size()));
         if (table.columns[0].size() == most_rows) refuse(fmt::format("over {} rows", most_rows));
         for (std::size_t k = 0; k < parts.size(); ++k) {
-            const std::string part = trimmed(parts[k]);
-            double value = 0.0;
-            const char* first = part.data() + (part.starts_with('+') ? 1 : 0);
-            const auto [end, error] = std::from_chars(first, part.data() + part.size(), value);
-            if (error != std::errc() || end != part.data() + part.size() || !std::isfinite(value))
+            const std::string_view part = trimmed(parts[k]);
+            const auto value = finite_number(part.substr(part.starts_with('+') ? 1 : 0));
+            if (!value)
                 refuse(fmt::format("\"{}\" under {} is not a finite number", part.substr(0, 40),
                                    table.names[k]));
-            table.columns[k].push_back(value);
+            table.columns[k].push_back(*value);
         }
     }
     if (table.names.empty() || table.columns[0].empty())

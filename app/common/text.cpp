@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 
 namespace sidewall::app {
 
@@ -14,6 +16,21 @@ std::vector<std::string> split(std::string_view text, char separator) {
             parts.back() += c;
     }
     return parts;
+}
+
+std::string_view trimmed(std::string_view text) {
+    constexpr const char* kBlank = " \t\r";
+    const std::size_t begin = text.find_first_not_of(kBlank);
+    return begin == std::string_view::npos ? std::string_view()
+                                           : text.substr(begin, text.find_last_not_of(kBlank) - begin + 1);
+}
+
+std::optional<double> finite_number(std::string_view text) {
+    double value = 0.0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    const bool whole = error == std::errc() && stop == end && std::isfinite(value);
+    return whole ? std::optional(value) : std::nullopt;
 }
 
 std::string csv_field(const std::string& text) {

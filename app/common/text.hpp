@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,6 +8,12 @@ namespace sidewall::app {
 
 /// The parts of \p text between separators: one more than there are separators, empty ones included.
 std::vector<std::string> split(std::string_view text, char separator);
+
+/// The text without the blanks, tabs and carriage returns at its ends.
+std::string_view trimmed(std::string_view text);
+
+/// The number that is the whole of the text; nothing if it is none or not finite. A + before it makes it none.
+std::optional<double> finite_number(std::string_view text);
 
 /// A field of a CSV row: in quotes if its text asks for them.
 std::string csv_field(const std::string& text);

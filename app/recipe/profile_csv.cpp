@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
+#include "app/common/text.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
 #include "surface/file.hpp"
@@ -19,17 +19,12 @@ constexpr std::uintmax_t kMostBytes = 100'000'000;
 constexpr std::size_t kMostPoints = 1'000'000;
 constexpr double kFewestCells = 2.0;  // as in layer_checks.cpp
 
-std::string_view trimmed(std::string_view text) {
-    const std::size_t begin = text.find_first_not_of(" \t\r"), end = text.find_last_not_of(" \t\r");
-    return begin == std::string_view::npos ? std::string_view() : text.substr(begin, end - begin + 1);
-}
-
 // Whether the text is one finite number of a sensible size.
 bool read(std::string_view text, double& number) {
     text = trimmed(text);
-    if (text.starts_with('+')) text.remove_prefix(1);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    return error == std::errc() && end == text.data() + text.size() && std::abs(number) <= kHuge;
+    const auto value = finite_number(text.substr(text.starts_with('+') ? 1 : 0));
+    number = value.value_or(0.0);
+    return value && std::abs(number) <= kHuge;
 }
 
 }  // namespace

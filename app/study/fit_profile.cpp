@@ -5,7 +5,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -22,12 +21,8 @@ using Eigen::Vector2d;
 
 constexpr std::size_t kMostPoints = 5000;
 
-std::optional<double> number(const std::string& text) {
-    double value = 0.0;
-    const char* end = text.data() + text.size();
-    const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
-    const auto [stop, error] = std::from_chars(begin, end, value);
-    return error == std::errc() && stop == end && std::isfinite(value) ? std::optional(value) : std::nullopt;
+std::optional<double> number(std::string_view text) {
+    return finite_number(text.substr(text.starts_with('+') ? 1 : 0));
 }
 
 // Fields of a row: blanks separate where nothing else does.

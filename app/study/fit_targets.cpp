@@ -2,21 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 
+#include "app/common/text.hpp"
 #include "app/study/measures.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
-
-std::optional<double> number(std::string_view text) {
-    double value = 0.0;
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    const bool whole = error == std::errc() && stop == text.data() + text.size() && std::isfinite(value);
-    return whole ? std::optional(value) : std::nullopt;
-}
 
 MeasureTarget read_target(const std::string& text) {
     constexpr const char* kForm = "write NAME=VALUE or NAME=VALUE+-SIGMA, e.g. depth=2.1+-0.05";
@@ -26,9 +19,9 @@ MeasureTarget read_target(const std::string& text) {
     MeasureTarget target{.name = text.substr(0, equals)};
     const std::string_view values = std::string_view(text).substr(equals + 1);
     const std::size_t split = error == std::string::npos ? values.size() : error - equals - 1;
-    const auto asked = number(values.substr(0, split));
+    const auto asked = finite_number(values.substr(0, split));
     if (split < values.size()) {
-        target.sigma = number(values.substr(split + 2));
+        target.sigma = finite_number(values.substr(split + 2));
         if (!target.sigma || *target.sigma <= 0.0)
             throw RecipeError(fmt::format("--target {}: SIGMA must be greater than 0: {}", text, kForm));
     }

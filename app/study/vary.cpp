@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "app/common/text.hpp"
@@ -15,14 +14,6 @@ namespace sidewall::app {
 namespace {
 
 constexpr const char* kForms = "write KEY=LOW:HIGH[:COUNT][:log] or KEY=VALUE,VALUE,...";
-
-std::optional<double> number(const std::string& text) {
-    double value = 0.0;
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
-    if (text.empty() || error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
-    return value;
-}
 
 // At commas outside of brackets and quotes.
 std::vector<std::string> list_of(const std::string& text) {
@@ -47,12 +38,12 @@ std::vector<std::string> list_of(const std::string& text) {
 }
 
 void read_range(const std::vector<std::string>& parts, const std::string& option, Vary& vary) {
-    const auto low = number(parts[0]), high = number(parts[1]);
+    const auto low = finite_number(parts[0]), high = finite_number(parts[1]);
     if (!low || !high) throw RecipeError(fmt::format("{}: bounds must be numbers: {}", option, kForms));
     vary.low = *low;
     vary.high = *high;
     for (std::size_t i = 2; i < parts.size(); ++i) {
-        const auto count = number(parts[i]);
+        const auto count = finite_number(parts[i]);
         if (parts[i] == "log" && i + 1 == parts.size()) {
             vary.log = true;
         } else if (i == 2 && count) {
@@ -82,7 +73,7 @@ Vary parse_vary(const std::string& text) {
     Vary vary{.key = text.substr(0, equals)};
     std::vector<std::string> values = list_of(text.substr(equals + 1));
     const std::vector<std::string> parts = split(values[0], ':');
-    if (values.size() == 1 && parts.size() > 1 && (number(parts[0]) || number(parts[1]))) {
+    if (values.size() == 1 && parts.size() > 1 && (finite_number(parts[0]) || finite_number(parts[1]))) {
         read_range(parts, option, vary);
         return vary;
     }
