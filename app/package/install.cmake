@@ -9,6 +9,7 @@ install(DIRECTORY configs/ DESTINATION ${CMAKE_INSTALL_DATADIR}/sidewall/configs
         PATTERN pictures EXCLUDE)
 install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(DIRECTORY configs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/configs COMPONENT program)  # of the README
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program PATTERN "*.sh" EXCLUDE)
 
 # The program writes its own manual page and completions.
 install(CODE "
