@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
     app::add_models_command(program);
     app::add_compare_command(program);
     app::add_study_command(program);
+    app::add_validate_command(program);
     app::add_sweep_command(program);
     app::add_fit_command(program);
     app::add_simplify_command(program);

@@ -16,7 +16,8 @@ mv "$folder/prefix" "$folder/moved"
 prefix=$folder/moved
 "$prefix/bin/sidewall" check --no-estimate "$prefix/share/sidewall/configs/quick/trench_deposition.toml" >/dev/null
 for file in share/man/man1/sidewall.1 share/bash-completion/completions/sidewall share/zsh/site-functions/_sidewall \
-            share/fish/vendor_completions.d/sidewall.fish share/doc/sidewall/README.md share/doc/sidewall/LICENSE; do
+            share/fish/vendor_completions.d/sidewall.fish share/doc/sidewall/README.md share/doc/sidewall/docs/tutorial.md \
+            share/doc/sidewall/LICENSE; do
     [ -s "$prefix/$file" ] || fail "$file was not installed"
 done
 bash -n "$prefix/share/bash-completion/completions/sidewall"

@@ -15,6 +15,7 @@ void add_check_command(CLI::App& program);
 void add_models_command(CLI::App& program);
 void add_compare_command(CLI::App& program);
 void add_study_command(CLI::App& program);
+void add_validate_command(CLI::App& program);
 void add_sweep_command(CLI::App& program);
 void add_fit_command(CLI::App& program);
 void add_simplify_command(CLI::App& program);

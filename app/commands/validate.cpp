@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/commands/commands.hpp"
+#include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
+#include "app/study/validate.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct ValidateArguments {
+    std::string output = "results/validation", json;
+    std::vector<std::string> cases;
+    bool list = false, overwrite = false;
+};
+
+std::string figure(const Json& number) {
+    return number.is_number() ? fmt::format("{:.5g}", number.get<double>()) : "none";
+}
+
+void print(const Json& one) {
+    fmt::print("{}: {} ({:.1f} s)\n", one["name"].get<std::string>(), one["title"].get<std::string>(),
+               one["seconds"].get<double>());
+    for (const Json& reading : one["readings"])
+        fmt::print("  {:<38} {:>9}  reference {:>9}  {:>7} %  {}\n", reading["label"].get<std::string>(),
+                   figure(reading["ours"]), figure(reading["reference"]),
+                   figure(reading["deviation_percent"]),
+                   reading["within_bars"].get<bool>() ? "within the bars" : "outside of the bars");
+    std::fflush(stdout);
+}
+
+void run(const ValidateArguments& arguments) {
+    if (arguments.list) {
+        for (const ValidationCase& one : validation_cases()) fmt::print("{:<22} {}\n", one.name, one.title);
+        return;
+    }
+    ValidationOptions options;
+    options.output = arguments.output;
+    options.cases = arguments.cases;
+    options.overwrite = arguments.overwrite;
+    const bool quiet = arguments.json == "-";
+    if (!quiet) options.finished = print;
+    install_interrupt_handler();
+    const Json validation = validate(options);
+    if (!arguments.json.empty()) write_json(arguments.json, validation);
+    if (!quiet) fmt::print("report in {}\n", (options.output / "validation.md").string());
+}
+
+}  // namespace
+
+void add_validate_command(CLI::App& program) {
+    CLI::App& command = add_command(
+        program, "validate",
+        "Compare figures of runs with closed forms, published tables and another simulator, each with its source and bars");
+    const auto a = std::make_shared<ValidateArguments>();
+    add_repeated(
+        command, "--case", [a](const std::string& name) { a->cases.push_back(name); }, "NAME",
+        "Only this case; may be repeated (default: all)");
+    add_flag(command, "--list", a->list, "List the cases, run nothing");
+    add_option(
+        command, "-o,--output", a->output, "DIR",
+        "Folder for the report validation.md, validation.json and the runs (default: results/validation)");
+    add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder");
+    add_option(command, "--json", a->json, "FILE", "Also write the figures there; - for standard output");
+    run_by(command, [a] { run(*a); });
+}
+
+}  // namespace sidewall::app
