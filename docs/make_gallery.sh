@@ -21,15 +21,24 @@ Deposition|pinch_off|--view 15,20
 Deposition|teos_trench|--view 25,25
 Deposition|teos_two_precursors|--view 25,25
 Deposition|ald_hole|--cut y=0 --view 20,15
+Deposition|sputter_map|--view 20,20
+Deposition|fin_epitaxy|--view 25,20
+Etching|simple_hole_etch|--cut y=0 --view 25,20
 Etching|directional_hole_etch|--cut y=0 --view 25,25
 Etching|deposit_and_etch|--view 25,25
 Etching|bosch_hole|--cut y=0 --view 25,20
 Etching|sf6o2_hole|--cut y=0 --view 20,15
 Etching|fluorocarbon_contact|--cut y=0 --view 20,15
 Etching|formula_etch|--view 25,20
+Etching|sheath_ions|--view 20,20
+Etching|oxide_nitride_stack|--view 20,15
+Etching|slanted_lines|--view 30,40
 Etching|ion_beam_trench|--view 15,20
+Etching|faraday_cage|--view 15,20
+Etching|blazed_grating|--view 15,20
 Etching|sputter_facet|--view 15,25
 Etching|wet_etch_pit|--cut y=0 --view 25,35
+Etching|cantilever|--view 30,45
 Etching|gds_masked_etch|--view 30,40
 Sequences|fin_sequence|--view 25,25
 Sequences|finfet|--cut y=0 --view 25,30|quick

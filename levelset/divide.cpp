@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <unordered_map>
 
 #include "surface/disjoint_sets.hpp"
 
@@ -25,6 +26,40 @@ bool parts_face_alike(const TriangleMesh& mesh, const Triangle& t, const EdgePoi
         return own.norm() >= kLeastShare * normal.norm() &&
                own.dot(normal) >= least_cosine * own.norm() * normal.norm();
     });
+}
+
+// Leaves out points with which two parts of triangles lie on each other: they make less than 18 degrees.
+// Neighbours of parts that are whole triangles count, too. \returns whether there were any.
+bool drop_opposites(const TriangleMesh& mesh, EdgePoints& points) {
+    constexpr double kOpposite = -0.95;
+    std::vector<std::uint8_t> added(mesh.vertices.size(), 0), bad(mesh.vertices.size(), 0);
+    for (const auto& [edge, point] : points) added[point] = 1;
+    bool any = false;
+    std::unordered_map<std::uint64_t, Triangle> at_edge;
+    const auto meet = [&](const Triangle& part, bool is_part) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint64_t edge = divided_edge(part[k], part[(k + 1) % 3]);
+            const auto found = at_edge.find(edge);
+            if (found == at_edge.end()) {
+                if (is_part) at_edge.emplace(edge, part);
+                continue;
+            }
+            const Vec3 one = normal_of(mesh, part), other = normal_of(mesh, found->second);
+            if (one.dot(other) >= kOpposite * one.norm() * other.norm()) continue;
+            for (const Triangle& of : {part, found->second})
+                for (const std::uint32_t v : of) bad[v] = added[v];
+            any = true;
+        }
+    };
+    for (const bool are_parts :
+         {true, false})  // whole triangles last, so that all their neighbours are there
+        for (const Triangle& t : mesh.triangles) {
+            const std::vector<Triangle> parts = parts_of(mesh, t, points);
+            if ((parts.front() != t) == are_parts)
+                for (const Triangle& part : parts) meet(part, are_parts);
+        }
+    if (any) std::erase_if(points, [&](const auto& point) { return bad[point.second] != 0; });
+    return any;
 }
 
 }  // namespace
@@ -92,6 +127,7 @@ void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& point
                 bad[found->second] = 1;
     }
     std::erase_if(points, [&](const auto& point) { return bad[point.second] != 0; });
+    while (drop_opposites(mesh, points)) continue;
 }
 
 TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points) {

@@ -23,8 +23,9 @@ std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, cons
 /// them is without area.
 void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points);
 
-/// Leaves out points that would turn a part of a triangle over: so that the normals make an angle whose cosine is below
-/// \p least_cosine, or the part has no area.
+/// Leaves out points that would fold the mesh: that would turn a part of a triangle over, so that the normals make an
+/// angle whose cosine is below \p least_cosine or the part has no area, or lay a part on its neighbour. On a fold no
+/// side of the mesh is its inside (surface::SignedDistance).
 void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& points);
 
 /// The whole mesh with its triangles divided, without vertices that no triangle has; no attributes.

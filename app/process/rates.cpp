@@ -177,8 +177,10 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
                  std::span<double> values) {
     std::size_t n = 0;
+    // Weights are in single precision: on the edge across from a corner, its own may be -1e-7. No flux is
+    // negative for that.
     for (const auto& flux : arriving.flux)
-        values[n++] = flux::interpolate(arriving.wedges, flux, triangle, u, v);
+        values[n++] = std::max(0.0, flux::interpolate(arriving.wedges, flux, triangle, u, v));
     for (const auto& theta : arriving.coverage)
         values[n++] = flux::interpolate(arriving.wedges, theta, triangle, u, v);
 }

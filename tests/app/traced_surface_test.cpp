@@ -1,7 +1,9 @@
 #include "app/process/traced_surface.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
+#include "app/process/rates.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/step_model.hpp"
 
@@ -52,4 +54,15 @@ TEST_CASE("a model's neutrals are traced in one pass, each with its own sticking
         CHECK(result.arrivals == own.arrivals);
     }
     CHECK(fluxes[1].arrivals > fluxes[2].arrivals);
+}
+
+TEST_CASE("rounding of the place on a triangle makes no flux negative") {
+    SurfaceFlux arriving;
+    arriving.wedges.corner = {0, 1, 2};
+    arriving.flux = {{1.0, 0.0, 0.0}};
+    const float u = 0.7f, v = std::nextafter(1.0f - u, 1.0f);  // sum to more than 1
+    double value = 1.0;
+    interpolate(arriving, 0, u, v, {&value, 1});
+    CHECK(static_cast<double>(u) + static_cast<double>(v) > 1.0);
+    CHECK(value == 0.0);
 }

@@ -20,6 +20,11 @@ struct Bound {
 // them. An undercut of less than a cell may come out negative by a part of one.
 const std::map<std::string, std::vector<Bound>> kBounds = {
     {"ald_hole", {{"film_top", 22.0, 25.3}, {"film_side", 20.0, 25.3}, {"step_coverage_bottom", 0.9, 1.02}}},
+    // 160 and 150 s at 1 nm/s; what the beams leave of the ridge of mask is stripped.
+    {"blazed_grating",
+     {{"depth", 310.0 - 30.0, 310.0 + 30.0},
+      {"removed_volume_Mask", 266000.0 * 0.99, 266000.0 * 1.01},
+      {"removed_volume_SiO2", 441.0 * 21.0 * 200.0, 441.0 * 21.0 * 310.0}}},
     // Four cycles; a cycle's polymer must guard the walls, or the hole is as wide as it is deep.
     {"bosch_hole",
      {{"depth", 1.4, 2.2},
@@ -30,6 +35,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"undercut", 0.0, 0.15},
       {"removed_volume_Mask", 0.5, 2.9},
       {"added_volume_Polymer", 0.1, 1.0}}},
+    // <100> recedes by 23.9; the mask may lose its bared lower edges, dx^2 / 2 of 960.
+    {"cantilever", {{"depth", 23.9 - 2.0, 23.9 + 2.0}, {"removed_volume_Si3N4", 0.0, 30720.0}}},
     // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.
     {"deposit_and_etch",
      {{"depth", 1.32 - 0.05, 1.32 + 0.05}, {"cd_at_0.25", 1.55, 1.8}, {"removed_volume_Mask", 0.0, 0.012}}},
@@ -37,7 +44,13 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
      {{"depth", 2.1 - 0.06, 2.1 + 0.06},
       {"cd_at_0.5", 2.15 - 0.125, 2.15 + 0.125},
       {"removed_volume_Mask", 0.0, 0.027}}},
+    // 3 s at 1 um/s on the open floor, a little more where walls reflect ions.
+    {"faraday_cage",
+     {{"depth", 3.0 - 0.1, 3.0 + 0.3}, {"removed_volume_Si", 10.0 * 0.5 * 1.5, 10.0 * 0.5 * 3.0}}},
     {"fin_deposition", {{"added_volume_Si3N4", 6.0, 8.1}, {"depth", -0.3, -0.2}}},
+    // 7 of top at 1.6 and twice 7 of wall at 1.12, 1.2 wide: less what the facets cut.
+    {"fin_epitaxy",
+     {{"depth", -3.01, -2.99}, {"added_volume_SiGe", 20.0, 33.0}, {"added_volume_SiO2", 0.0, 0.2}}},
     {"fin_sequence", {{"depth", -42.01, -41.98}, {"removed_volume_Si", 0.0, 20.0}}},
     // Polished flat, contacts through the oxide, and of the gate mask nothing.
     {"finfet",
@@ -73,6 +86,11 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"removed_volume_Si", 60000.0, 80000.0},
       {"added_volume_TiN", 25000.0, 40000.0},
       {"added_volume_PolySi", 0.0, 1.0}}},
+    {"oxide_nitride_stack",
+     {{"depth", 60.0, 100.0},
+      {"cd_at_30", 70.0, 85.0},
+      {"sidewall_angle", 80.0, 92.0},
+      {"removed_volume_Mask", 0.0, 2250.0}}},
     {"pinch_off", {{"film_top", 1.37, 1.43}, {"film_side", 0.1, 0.4}, {"step_coverage_bottom", 0.1, 0.3}}},
     // Three lines of 12 out of four, two of them interrupted.
     {"quadruple_patterning",
@@ -85,8 +103,22 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"sidewall_angle", 85.0, 92.0},
       {"undercut", -0.03, 0.06},
       {"removed_volume_Mask", 0.0, 0.01}}},
+    // An open wafer loses 0.17: theta 0.43 times a yield of 6.7 times 0.003 um/s.
+    {"sheath_ions", {{"depth", 0.13, 0.18}, {"cd_at_0.1", 0.28, 0.35}, {"sidewall_angle", 85.0, 95.0}}},
+    // An open wafer would lose 1.2.
+    {"simple_hole_etch",
+     {{"depth", 0.4, 0.8},
+      {"cd_at_0.2", 1.3, 1.8},
+      {"undercut", 0.1, 0.45},
+      {"removed_volume_Mask", 0.0, 0.02}}},
+    {"slanted_lines", {{"depth", 0.03, 0.08}, {"removed_volume_Mask", 0.0, 0.001}}},
     {"sputter_facet",
      {{"depth", 0.6 + 0.02, 0.6 + 0.1}, {"cd_at_0.2", 0.85, 1.2}, {"cd_at_0.4", 0.78, 0.82}}},
+    // The rate falls from 0.04 to 0.031 um/s along x.
+    {"sputter_map",
+     {{"film_top", 12.0 * 0.031, 12.0 * 0.04 * 1.03},
+      {"step_coverage_bottom", 0.1, 0.35},
+      {"added_volume_SiO2", 0.0, 0.01}}},
     {"teos_trench", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.4, 0.8}}},
     {"teos_two_precursors", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.5, 0.9}}},
     {"trench_deposition", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 170.0, 200.0}}},
