@@ -36,7 +36,8 @@ std::vector<int> read_along(const Domain& domain, int axis, int origin) {
 }
 
 template <class Use>
-void each_around(const LeafTable& table, const Domain& domain, const openvdb::Coord& origin, Use&& use) {
+void each_around(const surface::LeafTable& table, const Domain& domain, const openvdb::Coord& origin,
+                 Use&& use) {
     const bool inner = origin.x() >= 8 && origin.y() >= 8 && origin.x() + 15 <= domain.last_node(0) &&
                        origin.y() + 15 <= domain.last_node(1);
     const auto column = [&](int x, int y) {
@@ -136,7 +137,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
     band.leaves.clear();
     band.awake.clear();
     grid.tree().getNodes(band.leaves);
-    band.table = LeafTable(band.leaves);
+    band.table = surface::LeafTable(band.leaves);
     band.print.assign(band.leaves.size(), 0);
     band.made.assign(band.leaves.size(), 0);
     for (std::uint32_t n = 0; n < band.leaves.size(); ++n) {
@@ -154,7 +155,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
 
 Band::Band(Grid& grid, const Domain& domain) {
     grid.tree().getNodes(leaves);
-    table = LeafTable(leaves);
+    table = surface::LeafTable(leaves);
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
     std::vector<std::uint8_t> moved(leaves.size()), near(leaves.size(), 0);

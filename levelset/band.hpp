@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "levelset/domain.hpp"
-#include "levelset/leaf_table.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 
@@ -15,7 +15,7 @@ namespace sidewall::levelset {
 /// would do so again, and nothing needs to be done. A leaf's fingerprint tells whether its voxels have changed.
 struct Band {
     std::vector<Leaf*> leaves;
-    LeafTable table;                   ///< of the leaves
+    surface::LeafTable table;          ///< of the leaves
     std::vector<std::uint32_t> print;  ///< fingerprints of the leaves as found; 0 of those made since
     std::vector<std::uint32_t> awake;  ///< numbers of the leaves that are not at rest, ascending
     std::vector<std::uint8_t> made;    ///< by leaf: it was made by growing the band, and has no distance yet

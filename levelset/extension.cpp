@@ -10,10 +10,10 @@
 
 #include "levelset/block.hpp"
 #include "levelset/layers_below.hpp"
-#include "levelset/leaf_table.hpp"
 #include "levelset/leaf_triangles.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/stack.hpp"
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -42,7 +42,7 @@ Vec3 gradient_direction(const B& block, int at) {
 struct MeshNear {
     const LeafCells& cells;
     const LeafTriangles& triangles;
-    const LeafTable& table;
+    const surface::LeafTable& table;
 
     // All triangles in the leaves whose cells come within `reach` of a node; some more than once.
     template <class Use>
@@ -220,7 +220,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         surface ? to_index_space(domain, surface->vertices, surface->triangles) : IndexMesh{};
     std::vector<const Leaf*> list;
     grid.tree().getNodes(list);
-    const LeafTable table(list);
+    const surface::LeafTable table(list);
     const LeafTriangles triangles = bin_by_leaf(list, mesh, LeafCells::kReach);
 
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {

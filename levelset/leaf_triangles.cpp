@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "levelset/leaf_table.hpp"
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -17,8 +17,8 @@ Eigen::Array4i floor(const IndexPoint& p) {
 
 // Runs op(leaf index) for every leaf whose nodes, grown by `reach`, meet the triangle's bounding box.
 template <class Op>
-void for_each_leaf(const LeafTable& table, const IndexPoint& a, const IndexPoint& b, const IndexPoint& c,
-                   float reach, Op&& op) {
+void for_each_leaf(const surface::LeafTable& table, const IndexPoint& a, const IndexPoint& b,
+                   const IndexPoint& c, float reach, Op&& op) {
     // Nodes of leaf L are 8 L .. 8 L + 7.
     const IndexPoint low = (a.cwiseMin(b).cwiseMin(c).array() - reach - 7.0f) * 0.125f;
     const IndexPoint high = (a.cwiseMax(b).cwiseMax(c).array() + reach) * 0.125f;
@@ -53,7 +53,7 @@ IndexMesh to_index_space(const Domain& domain, std::span<const Vec3> vertices,
 }
 
 LeafTriangles bin_by_leaf(const std::vector<const Leaf*>& leaves, const IndexMesh& mesh, float reach) {
-    const LeafTable table(leaves);
+    const surface::LeafTable table(leaves);
     std::vector<std::atomic<std::uint32_t>> count(leaves.size());
     const auto each = [&](auto&& op) {
         tbb::parallel_for(

@@ -8,6 +8,9 @@
 
 namespace sidewall::surface {
 
+/// The leaves of a FloatGrid's tree.
+using FloatLeaf = openvdb::tree::LeafNode<float, 3>;
+
 /// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on
 /// the sides.
 struct LateralGrid {
@@ -30,6 +33,8 @@ inline constexpr double kNodeClearance = 1e-3;
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
 TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box);
+/// The same of leaves, in a grid's order, that need not be all of one grid.
+TriangleMesh marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box);
 
 /// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c
 /// has x = c & 1, y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.

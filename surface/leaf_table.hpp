@@ -1,12 +1,12 @@
 #pragma once
+#include <openvdb/math/BBox.h>
+#include <openvdb/math/Coord.h>
+
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
-#include "levelset/openvdb_grid.hpp"
-
-namespace sidewall::levelset {
+namespace sidewall::surface {
 
 /// Numbers of the leaves there are, by their place: a dense box of leaf coordinates (nodes / 8).
 class LeafTable {
@@ -55,4 +55,4 @@ class LeafTable {
     std::vector<std::int32_t> number_;
 };
 
-}  // namespace sidewall::levelset
+}  // namespace sidewall::surface
