@@ -14,6 +14,9 @@ namespace {
 // point lies on a face of the cell, and its material beyond that face.
 constexpr float kLeastWeight = 1e-3f;
 
+// With less of this trilinear weight inside, a cell whose corners are all bare is looked at more closely.
+constexpr float kEnough = 0.01f;
+
 // An interface whose rise makes less than about 25 degrees with the surface's (cosine above kParallel) runs
 // under a film, else the surface cuts it. In films of less than kThinFilm cells the two fronts' slopes are
 // less certain and 60 degrees pass. With a kThinFilm or a kParallel of 0.6 the silicon under an undercut mask
@@ -32,19 +35,175 @@ struct Reading {
     Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
 };
 
+// What the stack holds at a node, ghosts included: whether it lies inside (in the band), the surface's value,
+// and those of the layers. A layer that has no voxel here lies deeper than the band: only exposed layers
+// share the surface's voxels.
+class GridValues {
+  public:
+    explicit GridValues(const MaterialStack& stack)
+        : stack_(stack), top_(stack.top().getConstUnsafeAccessor()) {
+        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
+            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
+    }
+    bool solid(const openvdb::Coord& node) const {
+        const openvdb::Coord c = own(node);
+        return top_.isValueOn(c) && top_.getValue(c) <= 0.0f;
+    }
+    float top(const openvdb::Coord& node) const { return top_.getValue(own(node)); }
+    float layer(std::size_t k, const openvdb::Coord& node) const {
+        const openvdb::Coord c = own(node);
+        return layers_[k].isValueOn(c) ? layers_[k].getValue(c) : stack_.top().background();
+    }
+
+  private:
+    openvdb::Coord own(const openvdb::Coord& node) const {
+        return {stack_.domain.source_node(0, node.x()), stack_.domain.source_node(1, node.y()), node.z()};
+    }
+
+    const MaterialStack& stack_;
+    Grid::ConstUnsafeAccessor top_;
+    std::vector<Grid::ConstUnsafeAccessor> layers_;
+};
+
+// The same of the nodes around one leaf, in flat arrays.
+class LeafValues {
+  public:
+    explicit LeafValues(const MaterialStack& stack) : stack_(stack) {}
+
+    void load(const openvdb::Coord& origin);
+    bool is_of(const openvdb::Coord& origin) const { return loaded_ && origin == origin_; }
+
+    // Whether all nodes of the cell at \p low, and those beside them, are held.
+    bool holds(const openvdb::Coord& low) const {
+        bool in = true;
+        for (int a = 0; a < 3; ++a)
+            in = in && low[a] > origin_[a] - kBefore && low[a] + 2 < origin_[a] + kSide - kBefore;
+        return in;
+    }
+    bool solid(const openvdb::Coord& node) const {
+        const std::size_t n = at(node);
+        return (active_[n / kSide] >> n % kSide & 1) != 0 && top_[n] <= 0.0f;
+    }
+    float top(const openvdb::Coord& node) const { return top_[at(node)]; }
+    float layer(std::size_t k, const openvdb::Coord& node) const { return layers_[k][at(node)]; }
+    // Whether all layers are bare.
+    bool bare(const openvdb::Coord& node) const {
+        const std::size_t n = at(node);
+        const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
+        return (active_[n / kSide] >> n % kSide & 1) != 0 &&
+               std::all_of(layers_.begin(), layers_.end(),
+                           [&](const Values& layer) { return layer[n] - top_[n] <= touching; });
+    }
+
+  private:
+    static constexpr int kBefore = 2, kBehind = 3, kSide = kBefore + 8 + kBehind;
+    using Values = std::array<float, kSide * kSide * kSide>;
+    std::size_t at(const openvdb::Coord& node) const {
+        const openvdb::Coord n = node - origin_;
+        return static_cast<std::size_t>(((n.x() + kBefore) * kSide + n.y() + kBefore) * kSide + n.z() +
+                                        kBefore);
+    }
+    // Reads a grid's rows of nodes along z, the background where there is no leaf, to \p values.
+    // \returns by row, which nodes are active.
+    std::array<std::uint16_t, kSide * kSide> read(const Grid& grid, Values& values) const;
+
+    const MaterialStack& stack_;
+    bool loaded_ = false;
+    openvdb::Coord origin_;
+    Values top_;
+    std::array<std::uint16_t, kSide * kSide> active_;  // in the surface's band, by row
+    std::vector<Values> layers_;
+};
+
+// The values and active nodes of a leaf, or of none.
+struct LeafRows {
+    const float* value = nullptr;
+    const Leaf::NodeMaskType* active = nullptr;
+
+    explicit LeafRows(const Leaf* leaf = nullptr)
+        : value(leaf ? leaf->buffer().data() : nullptr), active(leaf ? &leaf->getValueMask() : nullptr) {}
+
+    // Nodes first .. first + Count - 1 of the row. \returns which of them are active.
+    template <unsigned Count>
+    unsigned read(openvdb::Index row, openvdb::Index first, float background, float* to) const {
+        if (value == nullptr) {
+            std::fill_n(to, Count, background);
+            return 0;
+        }
+        std::copy_n(value + 8 * row + first, Count, to);
+        return static_cast<unsigned>(active->getWord<openvdb::Byte>(row)) >> first & ((1u << Count) - 1);
+    }
+};
+
+std::array<std::uint16_t, LeafValues::kSide * LeafValues::kSide> LeafValues::read(const Grid& grid,
+                                                                                  Values& values) const {
+    const auto accessor = grid.getConstUnsafeAccessor();
+    const Domain& domain = stack_.domain;
+    const float background = grid.background();
+    std::array<int, kSide> own_y;
+    for (int y = 0; y < kSide; ++y)
+        own_y[static_cast<std::size_t>(y)] = domain.source_node(1, origin_.y() + y - kBefore);
+    struct Column {
+        int x = -1, y = -1;  // of the leaves; none of the domain's lies there
+        LeafRows below, at, above;
+    };
+    std::array<Column, 3> columns;  // before, of and behind the leaf along y
+    std::array<std::uint16_t, kSide * kSide> active;
+    std::size_t n = 0;
+    for (int x = 0; x < kSide; ++x) {
+        const int i = domain.source_node(0, origin_.x() + x - kBefore);
+        for (int y = 0; y < kSide; ++y, ++n) {
+            const int j = own_y[static_cast<std::size_t>(y)];
+            Column& column = columns[static_cast<std::size_t>((y - kBefore + 8) >> 3)];
+            if (column.x != i >> 3 || column.y != j >> 3) {
+                const auto leaf = [&](int z) {
+                    return LeafRows(accessor.probeConstLeaf({i, j, origin_.z() + z}));
+                };
+                column = {i >> 3, j >> 3, leaf(-8), leaf(0), leaf(8)};
+            }
+            const auto row = static_cast<openvdb::Index>((i & 7) << 3 | (j & 7));
+            float* to = &values[n * kSide];
+            active[n] = static_cast<std::uint16_t>(
+                column.below.read<kBefore>(row, 8 - kBefore, background, to) |
+                column.at.read<8>(row, 0, background, to + kBefore) << kBefore |
+                column.above.read<kBehind>(row, 0, background, to + kBefore + 8) << (kBefore + 8));
+        }
+    }
+    return active;
+}
+
+void LeafValues::load(const openvdb::Coord& origin) {
+    loaded_ = true;
+    origin_ = origin;
+    active_ = read(stack_.top(), top_);
+    layers_.resize(stack_.layers.size() - 1);
+    for (std::size_t k = 0; k < layers_.size(); ++k) {
+        const auto active = read(*stack_.layers[k].phi, layers_[k]);
+        const float background = stack_.top().background();
+        for (std::size_t n = 0; n < active.size(); ++n)
+            for (std::size_t z = 0; z < kSide; ++z) {
+                float& value = layers_[k][n * kSide + z];
+                value = (active[n] >> z & 1) != 0 ? value : background;
+            }
+    }
+}
+
+openvdb::Coord low_corner(const Vec3& point) {
+    return {static_cast<int>(std::floor(point.x())), static_cast<int>(std::floor(point.y())),
+            static_cast<int>(std::floor(point.z()))};
+}
+
 }  // namespace
 
 class LayerDepths::Reader {
   public:
     explicit Reader(const MaterialStack& stack)
-        : stack_(stack),
-          dx_(static_cast<float>(stack.domain.spacing)),
-          top_(stack.top().getConstUnsafeAccessor()) {
-        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
-    }
+        : stack_(stack), dx_(static_cast<float>(stack.domain.spacing)), grid_(stack), near_(stack) {}
 
-    void at(const Vec3& point, std::span<float> depth) const;
+    void at(const Vec3& point, std::span<float> depth) const {
+        find(grid_, cell_of(grid_, point), point, depth);
+    }
+    void at(const Vec3& point, const openvdb::Coord& node, std::span<float> depth);
 
   private:
     // The corners of a point's cell, with their trilinear weights: of those inside, and of the others.
@@ -54,35 +213,29 @@ class LayerDepths::Reader {
         float sum = 0.0f;
     };
 
-    openvdb::Coord own(const openvdb::Coord& node) const {
-        return {stack_.domain.source_node(0, node.x()), stack_.domain.source_node(1, node.y()), node.z()};
-    }
-    bool solid(const openvdb::Coord& own_node) const {
-        return top_.isValueOn(own_node) && top_.getValue(own_node) <= 0.0f;
-    }
-    // A layer that has no voxel here lies deeper than the band: only exposed layers share the surface's
-    // voxels.
-    float value(std::size_t layer, const openvdb::Coord& own_node) const {
-        return layers_[layer].isValueOn(own_node) ? layers_[layer].getValue(own_node)
-                                                  : stack_.top().background();
-    }
-
-    Cell cell_of(const Vec3& point) const;
-    float cover_outside(std::size_t layer, const Cell& cell) const;
-    Reading read(std::size_t layer, const openvdb::Coord& node, const Vec3& point) const;
-    Reading mean_reading(std::size_t layer, const Cell& cell, const Vec3& point) const;
+    template <class Source>
+    Cell cell_of(const Source& values, const Vec3& point) const;
+    template <class Source>
+    float cover_outside(const Source& values, std::size_t layer, const Cell& cell) const;
+    template <class Source>
+    Reading read(const Source& values, std::size_t layer, const openvdb::Coord& node,
+                 const Vec3& point) const;
+    template <class Source>
+    Reading mean_reading(const Source& values, std::size_t layer, const Cell& cell, const Vec3& point) const;
+    template <class Source>
+    void find(const Source& values, const Cell& cell, const Vec3& point, std::span<float> depth) const;
     float depth_of(const Reading& reading) const;
 
     const MaterialStack& stack_;
     float dx_;
-    Grid::ConstUnsafeAccessor top_;
-    std::vector<Grid::ConstUnsafeAccessor> layers_;
+    GridValues grid_;
+    LeafValues near_;
 };
 
-LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Vec3& point) const {
+template <class Source>
+LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Source& values, const Vec3& point) const {
     const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
-    const openvdb::Coord low(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
-                             static_cast<int>(floor.z()));
+    const openvdb::Coord low = low_corner(point);
     Cell cell;
     for (int n = 0; n < 8; ++n) {
         const openvdb::Coord corner(n & 1, n >> 1 & 1, n >> 2);
@@ -91,7 +244,7 @@ LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Vec3& point) const 
         double weight = 1.0;
         for (int axis = 0; axis < 3; ++axis)
             weight *= 1.0 - std::abs(point[axis] - floor[axis] - corner[axis]);
-        if (solid(own(cell.corners[k])))
+        if (values.solid(cell.corners[k]))
             cell.sum += cell.weights[k] = static_cast<float>(weight);
         else
             cell.outside[k] = static_cast<float>(weight);
@@ -102,23 +255,25 @@ LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Vec3& point) const 
 // A film on a body's corner may have no node inside but one on the corner itself, which tells nothing of what
 // lies beyond. The nodes outside do where the film keeps the layer away from all of them: there it holds its
 // own distances. \returns the layer's depth by these, or 0.
-float LayerDepths::Reader::cover_outside(std::size_t layer, const Cell& cell) const {
+template <class Source>
+float LayerDepths::Reader::cover_outside(const Source& values, std::size_t layer, const Cell& cell) const {
     float depth = 0.0f;
     for (std::size_t n = 0; n < 8; ++n) {
         const float weight = cell.weights[n] + cell.outside[n];
         if (weight < kLeastWeight) continue;
-        const openvdb::Coord node = own(cell.corners[n]);
-        const float here = value(layer, node);
-        if (cell.outside[n] > 0.0f && here - top_.getValue(node) <= static_cast<float>(kExposed) * dx_)
+        const float here = values.layer(layer, cell.corners[n]);
+        if (cell.outside[n] > 0.0f &&
+            here - values.top(cell.corners[n]) <= static_cast<float>(kExposed) * dx_)
             return 0.0f;
         depth += weight * here;
     }
     return depth > kThinFilm * dx_ ? depth : 0.0f;
 }
 
-Reading LayerDepths::Reader::read(std::size_t layer, const openvdb::Coord& node, const Vec3& point) const {
-    const openvdb::Coord here = own(node);
-    const float layer_value = value(layer, here), surface = top_.getValue(here),
+template <class Source>
+Reading LayerDepths::Reader::read(const Source& values, std::size_t layer, const openvdb::Coord& node,
+                                  const Vec3& point) const {
+    const float layer_value = values.layer(layer, node), surface = values.top(node),
                 thickness = layer_value - surface;
     Reading reading;
     if (thickness <= static_cast<float>(kExposed) * dx_) return reading;  // exposed
@@ -129,11 +284,10 @@ Reading LayerDepths::Reader::read(std::size_t layer, const openvdb::Coord& node,
         for (const int side : {-1, 1}) {
             openvdb::Coord next = node;
             next[axis] += side;
-            next = own(next);
-            if (!solid(next)) continue;
+            if (!values.solid(next)) continue;
             const auto sign = static_cast<float>(side);
-            reading.rise[axis] += sign * (value(layer, next) - layer_value);
-            reading.surface_rise[axis] += sign * (top_.getValue(next) - surface);
+            reading.rise[axis] += sign * (values.layer(layer, next) - layer_value);
+            reading.surface_rise[axis] += sign * (values.top(next) - surface);
             run += 1.0f;
         }
         if (run == 0.0f) continue;
@@ -149,11 +303,13 @@ Reading LayerDepths::Reader::read(std::size_t layer, const openvdb::Coord& node,
     return reading;
 }
 
-Reading LayerDepths::Reader::mean_reading(std::size_t layer, const Cell& cell, const Vec3& point) const {
+template <class Source>
+Reading LayerDepths::Reader::mean_reading(const Source& values, std::size_t layer, const Cell& cell,
+                                          const Vec3& point) const {
     Reading mean;
     for (std::size_t n = 0; n < 8; ++n) {
         if (cell.weights[n] == 0.0f) continue;
-        const Reading reading = read(layer, cell.corners[n], point);
+        const Reading reading = read(values, layer, cell.corners[n], point);
         const float weight = cell.weights[n] / cell.sum;
         mean.depth += weight * reading.depth;
         mean.rise += weight * reading.rise;
@@ -172,28 +328,42 @@ float LayerDepths::Reader::depth_of(const Reading& reading) const {
     return reading.depth < -touching ? reading.depth / along : 2.0f * touching;
 }
 
-void LayerDepths::Reader::at(const Vec3& point, std::span<float> depth) const {
-    const Cell cell = cell_of(point);
+void LayerDepths::Reader::at(const Vec3& point, const openvdb::Coord& node, std::span<float> depth) {
+    const openvdb::Coord leaf = node & ~7, low = low_corner(point);
+    if (!near_.is_of(leaf)) near_.load(leaf);
+    if (!near_.holds(low)) return at(point, depth);
+    // As about most points of a lowest layer: what find would find by a closer look.
+    const Cell cell = cell_of(near_, point);
+    if (cell.sum > kEnough && std::all_of(cell.corners.begin(), cell.corners.end(),
+                                          [&](const openvdb::Coord& c) { return near_.bare(c); }))
+        std::fill(depth.begin(), depth.end(), 0.0f);
+    else
+        find(near_, cell, point, depth);
+}
+
+template <class Source>
+void LayerDepths::Reader::find(const Source& values, const Cell& cell, const Vec3& point,
+                               std::span<float> depth) const {
     if (cell.sum < kLeastWeight) {
         // Material thinner than a cell: the values as they are.
         const Domain& domain = stack_.domain;
         const Vec3 world(domain.min[0] + point.x() * domain.spacing,
                          domain.min[1] + point.y() * domain.spacing, point.z() * domain.spacing);
         const double surface = distance_at(stack_.top(), domain, world);
-        for (std::size_t k = 0; k < layers_.size(); ++k)
+        for (std::size_t k = 0; k < depth.size(); ++k)
             depth[k] = static_cast<float>(distance_at(*stack_.layers[k].phi, domain, world) - surface);
         return;
     }
     const float touching = static_cast<float>(kExposed) * dx_;
-    for (std::size_t k = 0; k < layers_.size(); ++k) {
-        depth[k] = depth_of(mean_reading(k, cell, point));
+    for (std::size_t k = 0; k < depth.size(); ++k) {
+        depth[k] = depth_of(mean_reading(values, k, cell, point));
         // What covers it there is the film on all; lower layers meet at corners that marching cubes fills.
-        if (k + 1 == layers_.size() && depth[k] <= touching)
-            depth[k] = std::max(depth[k], cover_outside(k, cell));
+        if (k + 1 == depth.size() && depth[k] <= touching)
+            depth[k] = std::max(depth[k], cover_outside(values, k, cell));
     }
     // No layer lies above the one over it. Where several materials meet under a film, each by itself is
     // harder to tell than all of them together.
-    for (std::size_t k = layers_.size(); k-- > 1;)
+    for (std::size_t k = depth.size(); k-- > 1;)
         if (depth[k] > touching) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }
 
@@ -204,6 +374,10 @@ LayerDepths& LayerDepths::operator=(LayerDepths&&) noexcept = default;
 
 void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
     reader_->at(point, depth);
+}
+
+void LayerDepths::at(const Vec3& point, const Eigen::Vector3i& node, std::span<float> depth) {
+    reader_->at(point, openvdb::Coord(node.x(), node.y(), node.z()), depth);
 }
 
 std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {

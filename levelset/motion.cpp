@@ -24,56 +24,6 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
     return below;
 }
 
-namespace {
-
-// Tells whether all layers are bare at all eight nodes around a point, inside and outside, as they are about
-// most points of a lowest layer: what LayerDepths would find by a closer look. One a thread.
-class BareCells {
-  public:
-    explicit BareCells(const MaterialStack& stack)
-        : domain_(stack.domain),
-          touching_(static_cast<float>(kExposed * stack.domain.spacing)),
-          top_(stack.top().getConstUnsafeAccessor()) {
-        for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-            layers_.push_back(stack.layers[k].phi->getConstUnsafeAccessor());
-    }
-
-    bool all_layers(const Vec3& point) const {
-        const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
-        const openvdb::Coord low(static_cast<int>(floor.x()), static_cast<int>(floor.y()),
-                                 static_cast<int>(floor.z()));
-        if (!domain_.owns(low.x(), low.y()) || !domain_.owns(low.x() + 1, low.y() + 1)) return false;
-        double solid = 0.0;
-        for (int n = 0; n < 8; ++n) {
-            const openvdb::Coord corner = low.offsetBy(n & 1, n >> 1 & 1, n >> 2);
-            const Leaf* leaf = top_.probeConstLeaf(corner);
-            const openvdb::Index at = Leaf::coordToOffset(corner);
-            if (leaf == nullptr || !leaf->isValueOn(at)) return false;
-            const float surface = leaf->getValue(at);
-            for (const auto& layer : layers_) {
-                const Leaf* own = layer.probeConstLeaf(corner);
-                if (own == nullptr || !own->isValueOn(at) || own->getValue(at) - surface > touching_)
-                    return false;
-            }
-            if (surface > 0.0f) continue;
-            double weight = 1.0;
-            for (int axis = 0; axis < 3; ++axis) weight *= 1.0 - std::abs(point[axis] - corner[axis]);
-            solid += weight;
-        }
-        return solid > kEnough;
-    }
-
-  private:
-    // Of the corners inside, by trilinear weight; with less, LayerDepths asks others.
-    static constexpr double kEnough = 0.01;
-    const Domain& domain_;
-    float touching_;
-    Grid::ConstUnsafeAccessor top_;
-    std::vector<Grid::ConstUnsafeAccessor> layers_;
-};
-
-}  // namespace
-
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal) {
     Motion motion;
@@ -85,18 +35,14 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
     const auto& samples = motion.extension.samples;
     motion.thickness.resize(samples.size() * below);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
-        const LayerDepths depths(stack);
-        const BareCells bare(stack);
+        LayerDepths depths(stack);
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const std::span<float> depth = std::span(motion.thickness).subspan(n * below, below);
-            const Eigen::Vector3i& c = samples[n].node;
-            const Vec3 point = c.cast<double>() + samples[n].foot.cast<double>();
+            const Eigen::Vector3i& node = samples[n].node;
             if (motion.extension.top_alone(n))
                 std::fill(depth.begin(), depth.end(), stack.top().background());
-            else if (bare.all_layers(point))
-                std::fill(depth.begin(), depth.end(), 0.0f);
             else
-                depths.at(point, depth);
+                depths.at(node.cast<double>() + samples[n].foot.cast<double>(), node, depth);
         }
     });
     return motion;

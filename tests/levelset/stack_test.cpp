@@ -1,5 +1,6 @@
 #include "levelset/stack.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -51,6 +52,29 @@ TEST_CASE("the material under a point is the lowest layer that reaches the surfa
     CHECK(exposed_material(stack, {8.7, 0.0, 0.0}) == 7);
     CHECK(exposed_material(stack, {15.0, 0.0, 6.0}) == 9);
     CHECK(exposed_material(stack, {10.0, 0.0, 3.0}) == 9);
+}
+
+TEST_CASE("depths asked for leaf by leaf are those asked for point by point") {
+    for (const Side side : {Side::reflective, Side::periodic}) {
+        const Domain domain = make_domain({21.0, 21.0}, 1.0, {side, side});
+        MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, mask_hole(6, 2.5)}});
+        begin_film(stack, 2);
+        test::move(stack, 0.4, {}, [](std::size_t, const Vec3&) { return 1.0; });
+        const LayerDepths single(stack);
+        LayerDepths by_leaf(stack);
+        std::size_t points = 0;
+        for (auto it = stack.top().cbeginValueOn(); it; ++it) {
+            if (std::abs(*it) > 0.9f) continue;
+            const openvdb::Coord c = it.getCoord();
+            const Vec3 point(c.x() + 0.3, c.y() - 0.4, c.z() - 0.8 * static_cast<double>(*it));
+            std::array<float, 2> a{}, b{};
+            single.at(point, a);
+            by_leaf.at(point, {c.x(), c.y(), c.z()}, b);
+            REQUIRE(a == b);
+            ++points;
+        }
+        CHECK(points > 400);
+    }
 }
 
 TEST_CASE("a film grows on all materials and leaves the interfaces below where they were") {
