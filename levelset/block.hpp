@@ -29,26 +29,30 @@ void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, con
                 float background, Block<R>& block) {
     static_assert(R <= 4);
     const openvdb::Coord origin = leaf.origin();
+    const auto values_of = [](const Leaf* source) { return source ? source->buffer().data() : nullptr; };
     // The 27 leaves around, looked up once; a ghost's source may lie farther and is looked up on its own.
-    std::array<const Leaf*, 27> around;
+    std::array<const float*, 27> around;
     for (int x = -1, n = 0; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z, ++n)
                 around[static_cast<std::size_t>(n)] =
-                    grid.probeConstLeaf(origin.offsetBy(8 * x, 8 * y, 8 * z));
+                    values_of(grid.probeConstLeaf(origin.offsetBy(8 * x, 8 * y, 8 * z)));
+    std::array<int, 8 + 2 * R> own_y;
+    for (int y = -R; y < 8 + R; ++y)
+        own_y[static_cast<std::size_t>(y + R)] = domain.source_node(1, origin.y() + y);
     for (int x = -R; x < 8 + R; ++x) {
         const int i = domain.source_node(0, origin.x() + x);
         const int leaf_x = (i >> 3) - (origin.x() >> 3);
         for (int y = -R; y < 8 + R; ++y) {
-            const int j = domain.source_node(1, origin.y() + y);
+            const int j = own_y[static_cast<std::size_t>(y + R)];
             const int leaf_y = (j >> 3) - (origin.y() >> 3);
             const bool near = std::abs(leaf_x) <= 1 && std::abs(leaf_y) <= 1;
             // Three leaves meet the column's 8 + 2R nodes; their runs are contiguous.
             const auto run = [&](int leaf_z) -> const float* {
-                const Leaf* source =
+                const float* source =
                     near ? around[static_cast<std::size_t>((leaf_x + 1) * 9 + (leaf_y + 1) * 3 + leaf_z + 1)]
-                         : grid.probeConstLeaf(openvdb::Coord(i, j, origin.z() + 8 * leaf_z));
-                return source ? source->buffer().data() + ((i & 7) << 6 | (j & 7) << 3) : nullptr;
+                         : values_of(grid.probeConstLeaf(openvdb::Coord(i, j, origin.z() + 8 * leaf_z)));
+                return source ? source + ((i & 7) << 6 | (j & 7) << 3) : nullptr;
             };
             float* column = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
             const float* middle = run(0);
@@ -60,7 +64,7 @@ void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, con
                 // Sign of the nearest node of the centre leaf: the missing leaf lies wholly on its side of
                 // the front.
                 const int cx = std::clamp(x, 0, 7), cy = std::clamp(y, 0, 7);
-                const float* nearest = leaf.buffer().data() + (cx << 6 | cy << 3);
+                const float* nearest = around[13] + (cx << 6 | cy << 3);
                 for (int z = 0; z < 8; ++z) column[z] = std::copysign(background, nearest[z]);
             }
             for (int z = 1; z <= R; ++z) {

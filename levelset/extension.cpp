@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <optional>
@@ -162,6 +163,10 @@ std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
     }
 }
 
+// In leaves where nothing can move all nodes share the first sample; what entry their far nodes have
+// meanwhile.
+constexpr std::int32_t kStill = -1;
+
 // A far node's foot, rounded to a node, until it is looked up: the offset from the node, coded in its entry.
 constexpr int kFarthest = 8, kCode = 2 * kFarthest + 1;
 
@@ -188,6 +193,10 @@ void share_samples(const Grid& grid, const Domain& domain, const Leaves& leaves,
             std::int32_t* out = samples.getBuffer(n, 1).data();
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
                 if (entry[it.pos()] >= 0) continue;
+                if (entry[it.pos()] == kStill) {
+                    out[it.pos()] = 0;
+                    continue;
+                }
                 const openvdb::Coord c = it.getCoord();
                 const std::int32_t found = lookup.getValue(own_node(domain, c + decode(entry[it.pos()])));
                 out[it.pos()] = found >= 0 ? found : descend(accessor, lookup, domain, c);
@@ -200,7 +209,9 @@ void share_samples(const Grid& grid, const Domain& domain, const Leaves& leaves,
 
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
-// \param everywhere  samples that have no lower layer near look for their point on the surface, too.
+// \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
+// top layer
+//                    stays where it is.
 Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
                 bool everywhere = true) {
     Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy()), {}};
@@ -209,13 +220,23 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     Leaves leaves(grid.tree());
     Samples samples(*extension.sample_of);
     std::vector<std::uint32_t> first(leaves.leafCount() + 1, 0);
+    std::vector<std::uint8_t> still(leaves.leafCount(), 0);
     tbb::parallel_for(std::size_t{0}, leaves.leafCount(), [&](std::size_t n) {
         const Leaf& leaf = leaves.leaf(n);
+        still[n] = under && !everywhere && LayersBelow::none_around(*under, leaf.origin());
+        if (still[n]) return;
         for (auto it = leaf.cbeginValueOn(); it; ++it) first[n + 1] += std::abs(*it) <= near;
     });
+    const auto any_still = std::find(still.begin(), still.end(), 1);
+    first[0] = any_still != still.end() ? 1 : 0;
     for (std::size_t n = 0; n < leaves.leafCount(); ++n) first[n + 1] += first[n];
     extension.samples.resize(first.back());
     extension.alone.resize(under ? first.back() : 0);
+    if (first[0] == 1) {
+        const openvdb::Coord c = leaves.leaf(static_cast<std::size_t>(any_still - still.begin())).origin();
+        extension.samples.front().node = {c.x(), c.y(), c.z()};
+        extension.alone.front() = 1;
+    }
     const IndexMesh mesh =
         surface ? to_index_space(domain, surface->vertices, surface->triangles) : IndexMesh{};
     std::vector<const Leaf*> list;
@@ -229,6 +250,12 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         LeafCells cells;
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = leaves.leaf(n);
+            if (still[n]) {
+                std::int32_t* index = samples.leaf(n).buffer().data();
+                for (auto it = leaf.cbeginValueOn(); it; ++it)
+                    index[it.pos()] = std::abs(*it) <= near ? 0 : kStill;
+                continue;
+            }
             load_block(accessor, domain, leaf, grid.background(), block);
             std::optional<LayersBelow> below;
             if (under && first[n] != first[n + 1]) below.emplace(*under, leaf.origin());
@@ -276,7 +303,7 @@ Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene
 
 Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert) {
     const MaterialStack* under = stack.layers.size() > 1 ? &stack : nullptr;
-    if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under);
+    if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under, !top_is_inert);
     const Surface surface(*mesh);
     return build(stack.top(), stack.domain, &surface, under, !top_is_inert);
 }

@@ -7,20 +7,37 @@ namespace {
 
 constexpr int kReach = 2;  // nodes, from the one nearest to the foot point
 
+// Beyond a periodic side lie the voxels of the other one: there all counts as near.
+bool beside_periodic_side(const Domain& domain, const openvdb::Coord& origin, int margin) {
+    for (int axis = 0; axis < 2; ++axis)
+        if (domain.side[static_cast<std::size_t>(axis)] == Side::periodic &&
+            (origin[axis] < 8 || origin[axis] + 7 + margin > domain.last_node(axis)))
+            return true;
+    return false;
+}
+
 }  // namespace
+
+bool LayersBelow::none_around(const MaterialStack& stack, const openvdb::Coord& origin) {
+    if (beside_periodic_side(stack.domain, origin, 8)) return false;
+    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
+        const auto layer = stack.layers[k].phi->getConstUnsafeAccessor();
+        for (int n = 0; n < 27; ++n)
+            if (layer.probeConstLeaf(origin.offsetBy(8 * (n / 9 - 1), 8 * (n / 3 % 3 - 1), 8 * (n % 3 - 1))))
+                return false;
+    }
+    return true;
+}
 
 LayersBelow::LayersBelow(const MaterialStack& stack, const openvdb::Coord& origin) {
     const auto row = [](int x, int y) {
         return static_cast<std::size_t>((x + kMargin) * kSide + y + kMargin);
     };
-    // Beyond a periodic side lie the voxels of the other one: there all counts as near.
-    for (int axis = 0; axis < 2; ++axis)
-        if (stack.domain.side[static_cast<std::size_t>(axis)] == Side::periodic &&
-            (origin[axis] < 8 || origin[axis] + 7 + kMargin > stack.domain.last_node(axis))) {
-            any_ = true;
-            near_.fill(0xffff);
-            return;
-        }
+    if (beside_periodic_side(stack.domain, origin, kMargin)) {
+        any_ = true;
+        near_.fill(0xffff);
+        return;
+    }
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
         const auto layer = stack.layers[k].phi->getConstUnsafeAccessor();
         for (int n = 0; n < 27; ++n) {

@@ -13,6 +13,9 @@ class LayersBelow {
     /// \param origin  of the leaf.
     LayersBelow(const MaterialStack& stack, const openvdb::Coord& origin);
 
+    /// Whether none has a leaf at the leaf's place or around it, where the foot points of all its nodes lie.
+    static bool none_around(const MaterialStack& stack, const openvdb::Coord& origin);
+
     /// Whether no lower layer has a voxel that tells of the material at a node's foot point: none at the corners of its cell
     /// nor beside them, wherever within 0.3 dx of it the surface may lie.
     /// \param foot  less the node, dx; at most a cell away.
