@@ -52,9 +52,9 @@ struct Motion {
 /// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
 
-/// Prepares a time step. \p extension as of the stack's surface.
+/// Prepares a time step. \p extension as of the stack's surface, \p kind as in Motion.
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
-                   bool depends_on_normal);
+                   bool depends_on_normal, std::vector<std::uint8_t> kind = {});
 
 /// The largest |V| on the surface, of exposed materials and of those less than a cell below.
 /// \throws NumericsError if a speed is not finite (the message tells where).

@@ -99,6 +99,20 @@ inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3&
 template <int R>
 void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sample, const SampleSpeeds& in,
                      Row& h) {
+    using Way = SampleSpeeds::Way;
+    Row first{}, second{};
+    bool constant = false, beam = false, general = false;
+    std::array<Way, kLanes> ways;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        ways[n] = sample[n] < 0 ? Way::still : in.way[static_cast<std::size_t>(sample[n])];
+        if (ways[n] == Way::still) continue;
+        constant |= ways[n] == Way::constant, beam |= ways[n] == Way::beam,
+            general |= ways[n] == Way::general;
+        if (ways[n] != Way::general) first[n] = in.first[static_cast<std::size_t>(sample[n])];
+        if (ways[n] == Way::beam) second[n] = in.second[static_cast<std::size_t>(sample[n])];
+    }
+    h.fill(0.0f);
+    if (!constant && !beam && !general) return;
     const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
     const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
     Row growing{}, etching{};
@@ -113,48 +127,36 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sa
             one_sided_1(v, stride, d[a]);
         add_upwind_square(d[a], R > 1, growing, etching);
     }
-    using Way = SampleSpeeds::Way;
-    const auto way_of = [&](std::size_t n) {
-        return sample[n] < 0 ? Way::still : in.way[static_cast<std::size_t>(sample[n])];
-    };
-    Row first{}, second{};
-    bool beam = false;
-    for (std::size_t n = 0; n < kLanes; ++n) {
-        h[n] = 0.0f;
-        const Way way = way_of(n);
-        if (way == Way::still || way == Way::general) continue;
-        beam |= way == Way::beam;
-        first[n] = in.first[static_cast<std::size_t>(sample[n])];
-        if (way == Way::beam) second[n] = in.second[static_cast<std::size_t>(sample[n])];
-    }
     if (beam) beam_row(d, inv_dx, in.motion.beam, first, second, h);
-    for (std::size_t n = 0; n < kLanes; ++n) {
-        const Way way = way_of(n);
-        if (way == Way::still || way == Way::beam) continue;
-        float speed = first[n];
-        if (way == Way::general) {
-            const auto index = static_cast<std::size_t>(sample[n]);
-            const Vec3 minus(d[0].minus[n] * inv_dx, d[1].minus[n] * inv_dx, d[2].minus[n] * inv_dx);
-            const Vec3 plus(d[0].plus[n] * inv_dx, d[1].plus[n] * inv_dx, d[2].plus[n] * inv_dx);
-            const auto speed_of = [&](const Vec3& normal) {
-                return speed_over(in.stack, in.motion, index, normal, in.duration);
-            };
-            if (in.scheme == Scheme::lax_friedrichs) {
-                const auto& bounds = in.motion.dissipation;
-                h[n] = lax_friedrichs(minus, plus,
-                                      bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
-                                      speed_of);
-                // As in beam_row; layers below do not grow either, see speed_over.
-                if (in.motion.beam_speed) {
-                    const BeamSpeed of = in.motion.beam_speed(index, exposed(in.stack, in.motion, index));
-                    if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);
-                }
-                continue;
+    if (constant) {
+        Row upwind;
+        for (std::size_t n = 0; n < kLanes; ++n)
+            upwind[n] = first[n] * inv_dx * std::sqrt(first[n] > 0.0f ? growing[n] : etching[n]);
+        for (std::size_t n = 0; n < kLanes; ++n) h[n] = ways[n] == Way::constant ? upwind[n] : h[n];
+    }
+    for (std::size_t n = 0; general && n < kLanes; ++n) {
+        if (ways[n] != Way::general) continue;
+        const auto index = static_cast<std::size_t>(sample[n]);
+        const Vec3 minus(d[0].minus[n] * inv_dx, d[1].minus[n] * inv_dx, d[2].minus[n] * inv_dx);
+        const Vec3 plus(d[0].plus[n] * inv_dx, d[1].plus[n] * inv_dx, d[2].plus[n] * inv_dx);
+        const auto speed_of = [&](const Vec3& normal) {
+            return speed_over(in.stack, in.motion, index, normal, in.duration);
+        };
+        if (in.scheme == Scheme::lax_friedrichs) {
+            const auto& bounds = in.motion.dissipation;
+            h[n] = lax_friedrichs(minus, plus,
+                                  bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
+                                  speed_of);
+            // As in beam_row; layers below do not grow either, see speed_over.
+            if (in.motion.beam_speed) {
+                const BeamSpeed of = in.motion.beam_speed(index, exposed(in.stack, in.motion, index));
+                if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);
             }
-            const Vec3 gradient = minus + plus;
-            const double length = gradient.norm();
-            speed = length > 0.0 ? static_cast<float>(speed_of(Vec3(gradient / length))) : 0.0f;
+            continue;
         }
+        const Vec3 gradient = minus + plus;
+        const double length = gradient.norm();
+        const float speed = length > 0.0 ? static_cast<float>(speed_of(Vec3(gradient / length))) : 0.0f;
         h[n] = speed * inv_dx * std::sqrt(speed > 0.0f ? growing[n] : etching[n]);
     }
 }

@@ -6,6 +6,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -24,24 +25,44 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
     return below;
 }
 
+namespace {
+
+// Whether the surface grows everywhere, and alike on all layers: then it does not matter which of them is
+// bare.
+bool grows_alike(const MaterialStack& stack, const Motion& motion) {
+    if (motion.kind.empty() || motion.depends_on_normal) return false;
+    std::array<std::uint8_t, 256> asked{};
+    for (std::size_t n = 0; n < motion.kind.size(); ++n) {
+        if (asked[motion.kind[n]] != 0) continue;
+        asked[motion.kind[n]] = 1;
+        const double v = motion.speed(n, 0, Vec3::UnitZ());
+        if (!(v >= 0.0)) return false;
+        for (std::size_t k = 1; k < stack.layers.size(); ++k)
+            if (motion.speed(n, k, Vec3::UnitZ()) != v) return false;
+    }
+    return true;
+}
+
+}  // namespace
+
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
-                   bool depends_on_normal) {
+                   bool depends_on_normal, std::vector<std::uint8_t> kind) {
     Motion motion;
     motion.extension = std::move(extension);
     motion.speed = std::move(speed);
     motion.depends_on_normal = depends_on_normal;
+    motion.kind = std::move(kind);
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;
-    motion.thickness.resize(samples.size() * below);
+    motion.thickness.resize(samples.size() * below, stack.top().background());
+    if (grows_alike(stack, motion)) return motion;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
         LayerDepths depths(stack);
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const std::span<float> depth = std::span(motion.thickness).subspan(n * below, below);
             const Eigen::Vector3i& node = samples[n].node;
-            if (motion.extension.top_alone(n))
-                std::fill(depth.begin(), depth.end(), stack.top().background());
-            else
+            if (!motion.extension.top_alone(n))
                 depths.at(node.cast<double>() + samples[n].foot.cast<double>(), node, depth);
         }
     });

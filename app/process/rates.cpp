@@ -152,7 +152,8 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
             return points->is_sealed(sample) ? 0.0 : speeds[sample * layers + layer];
         };
     levelset::Motion motion =
-        levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal);
+        levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal,
+                              model.speeds ? std::vector<std::uint8_t>() : points->kinds());
     if (model.depends_on_normal && model.max_etch_rate)
         motion.max_etch_rate = [points, rate_of = model.max_etch_rate](std::size_t sample,
                                                                        std::size_t layer) {
@@ -170,7 +171,6 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                              : speed_of(points->at(sample, layer, Vec3::UnitZ()));
         };
     }
-    if (!model.speeds) motion.kind = points->kinds();
     return motion;
 }
 
