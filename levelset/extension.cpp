@@ -167,6 +167,10 @@ std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
 // meanwhile.
 constexpr std::int32_t kStill = -1;
 
+void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
+    for (auto it = leaf.cbeginValueOn(); it; ++it) entry[it.pos()] = std::abs(*it) <= near ? 0 : kStill;
+}
+
 // A far node's foot, rounded to a node, until it is looked up: the offset from the node, coded in its entry.
 constexpr int kFarthest = 8, kCode = 2 * kFarthest + 1;
 
@@ -251,9 +255,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = leaves.leaf(n);
             if (still[n]) {
-                std::int32_t* index = samples.leaf(n).buffer().data();
-                for (auto it = leaf.cbeginValueOn(); it; ++it)
-                    index[it.pos()] = std::abs(*it) <= near ? 0 : kStill;
+                share_first(leaf, near, samples.leaf(n).buffer().data());
                 continue;
             }
             load_block(accessor, domain, leaf, grid.background(), block);
