@@ -14,6 +14,7 @@ made=$pictures/made.csv  # recipe, digest of what was run, CPU seconds of that r
 gallery() {
     cat <<'TABLE'
 Deposition|trench_deposition|--cut y=0 --view 25,25
+Deposition|trench_profile|--view 0,0
 Deposition|isotropic_deposition|--cut y=0 --view 25,25
 Deposition|hole_deposition|--cut y=0 --view 25,25
 Deposition|fin_deposition|--view 25,30
@@ -27,6 +28,7 @@ Etching|simple_hole_etch|--cut y=0 --view 25,20
 Etching|directional_hole_etch|--cut y=0 --view 25,25
 Etching|deposit_and_etch|--view 25,25
 Etching|bosch_hole|--cut y=0 --view 25,20
+Etching|bosch_trench|--view 0,0
 Etching|sf6o2_hole|--cut y=0 --view 20,15
 Etching|fluorocarbon_contact|--cut y=0 --view 20,15
 Etching|formula_etch|--view 25,20

@@ -117,7 +117,8 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
     for (const double n : source_exponents)
         if (!(n >= 0.0 && n <= 1e6))
             throw RecipeError(fmt::format("source_exponent = {}: must be in [0, 1e6]", n));
-    const Geometry geometry = make_geometry(mesh, scene, box);
+    Geometry geometry = make_geometry(mesh, scene, box);
+    geometry.straight = false;  // both ends of a path are weighed at the y where it ends
     state_ = std::unique_ptr<State>(new State{geometry,
                                               wedges,
                                               std::move(options),

@@ -111,6 +111,14 @@ void rescue(const Geometry& geometry, const Trail& trail, Flight& flight) {
     flight.end = geometry.box.rim_inside ? FlightEnd::escaped : FlightEnd::leaked;
 }
 
+// Whether all vertices lie on the two periodic sides across y, so that there is one triangle from side to
+// side.
+bool is_straight(const TriangleMesh& mesh, const LateralBox& box) {
+    return box.boundary[1] == Boundary::periodic && box.boundary[0] != Boundary::open &&
+           std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                       [&](const Vec3& p) { return p.y() == box.min[1] || p.y() == box.max[1]; });
+}
+
 }  // namespace
 
 Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box) {
@@ -120,7 +128,7 @@ Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene,
     // The source is clear of the surface by more than the overlap, but low: grazing particles cross few
     // sides.
     const double margin = 2.0 * kOverlap * skin;
-    return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin};
+    return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin, is_straight(mesh, box)};
 }
 
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {

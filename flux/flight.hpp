@@ -16,6 +16,8 @@ struct Geometry {
     double top = 0.0;     ///< height of the source plane; a particle above it has escaped
     double bottom = 0.0;  ///< below the surface; a particle that gets there slipped through
     double skin = 0.0;    ///< distance that single precision resolves safely anywhere on the surface
+    /// The surface is a periodic strip that is the same at all y: particles fly in the plane of x and z, their y stays.
+    bool straight = false;
 };
 
 /// \throws GeometryError as require_traceable.

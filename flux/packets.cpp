@@ -289,10 +289,53 @@ class PacketFlight {
     Reach reach_;
 };
 
+// Directions before fly_straight turned them into the plane of x and z.
+struct Straightened {
+    Column<float> along;  // y of the direction
+    Column<float> share;  // length of the rest
+};
+
+void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
+    // Nearly along y a path in the plane is of rounding only.
+    constexpr float kLeastShare = 1e-6f;
+    const auto overlap = static_cast<float>(kOverlap * geometry.skin);
+    const float low = static_cast<float>(geometry.box.min[1]) + overlap,
+                high = static_cast<float>(geometry.box.max[1]) - overlap;
+    for (std::size_t i = 0; i < rays.count; ++i) {
+        const float share = std::sqrt(rays.dx[i] * rays.dx[i] + rays.dz[i] * rays.dz[i]);
+        kept.along[i] = rays.dy[i];
+        kept.share[i] = std::max(share, kLeastShare);
+        const bool level = share < kLeastShare;
+        rays.dx[i] = level ? 0.0f : rays.dx[i] / share;
+        rays.dz[i] = level ? 1.0f : rays.dz[i] / share;
+        rays.dy[i] = 0.0f;
+        // Off the sides, where there are edges to slip past.
+        rays.y[i] = std::min(std::max(rays.y[i], low), high);
+    }
+}
+
+void turn_back(Rays& rays, const Straightened& kept) {
+    for (std::size_t i = 0; i < rays.count; ++i) {
+        rays.dx[i] *= kept.share[i];
+        rays.dz[i] *= kept.share[i];
+        rays.dy[i] = kept.along[i];
+        rays.distance[i] /= kept.share[i];
+        // So that the end of the path, start + distance * direction, has the y that it began with.
+        rays.y[i] -= rays.distance[i] * rays.dy[i];
+    }
+}
+
 }  // namespace
 
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
+    if (!geometry.straight) {
+        PacketFlight(geometry, rays, counts).fly();
+        return;
+    }
+    static thread_local Straightened kept;  // too large for a stack frame
+    turn_into_plane(geometry, rays, kept);
     PacketFlight(geometry, rays, counts).fly();
+    turn_back(rays, kept);
 }
 
 }  // namespace sidewall::flux

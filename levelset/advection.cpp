@@ -16,6 +16,7 @@
 #include "levelset/limits.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
+#include "levelset/release.hpp"
 #include "levelset/sample_speeds.hpp"
 
 namespace sidewall::levelset {
@@ -144,31 +145,6 @@ Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::siz
     return stages;
 }
 
-// Marks the nodes of lower layers that were exposed before the time step and did not grow, for cut_layers to
-// set: they follow the surface, and nothing that re-distancing changes there can come to lie on them.
-void release_exposed(MaterialStack& stack, const Stages& stages) {
-    const float background = stack.top().background(), follows = -2.0f * background;
-    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
-        auto& tree = stack.layers[k].phi->tree();
-        tbb::parallel_for(
-            tbb::blocked_range<std::size_t>(0, stages.leaves.size(), 32), [&](const auto& range) {
-                for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                    Leaf* leaf = tree.probeLeaf(stages.leaves[n]->origin());
-                    if (!leaf) continue;
-                    const float* old = &stages.before[n * Leaf::SIZE];
-                    const float* moved = stages.leaves[n]->buffer().data();
-                    float* value = leaf->buffer().data();
-                    // Off the band values are the background.
-                    for (std::size_t i = 0; i < Leaf::SIZE; ++i) {
-                        const bool bare =
-                            (std::abs(value[i]) < background) & (value[i] == old[i]) & (moved[i] >= value[i]);
-                        value[i] = bare ? follows : value[i];
-                    }
-                }
-            });
-    }
-}
-
 Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_t stages, double duration,
                  const AdvectionOptions& options) {
     switch (options.scheme) {
@@ -194,7 +170,7 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
     if (stack.layers.size() > 1) {
         limits.emplace(stack, band, stages.moved, stages.before.get(), motions.front(), duration);
         limits->keep(stack.top());
-        release_exposed(stack, stages);
+        release_exposed(stack, stages.leaves, stages.before.get());
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep);

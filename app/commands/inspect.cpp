@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,12 @@
 
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
+#include "app/process/state.hpp"
+#include "app/recipe/sections.hpp"
+#include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
+#include "app/study/measures.hpp"
+#include "levelset/extract.hpp"
 #include "surface/error.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"
@@ -159,9 +165,36 @@ void print_summary(const Json& summary) {
     if (summary.contains("timing") && summary["timing"].is_object()) print_timing(summary["timing"]);
 }
 
-void inspect(const std::string& input, const std::string& json_file) {
+/// Figures of the wafer that a run has left, whatever its recipe measures.
+Json measured(const Result& result, const std::string& input, const std::vector<std::string>& names) {
+    if (!result.folder)
+        throw RecipeError(
+            fmt::format("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input));
+    const std::filesystem::path folder = input;
+    Recipe recipe = load_recipe(folder / "recipe.toml");
+    const RunState state = resume_state(folder, recipe);
+    recipe.metrology.measures.clear();
+    for (const std::string& name : names) want_measure(recipe, name, "--measure");
+    Json json = Json::object();
+    const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
+    for (const Measure& measure : measure(recipe, state.stack, surface))
+        json[measure.name] = {{"value", number_or_null(measure.value, 6)}, {"unit", measure.unit}};
+    return json;
+}
+
+void print_measures(const Json& measures) {
+    fmt::print("measures\n");
+    for (const auto& [name, measure] : measures.items())
+        fmt::print(
+            "  {:<22} {} {}\n", name,
+            measure["value"].is_null() ? "none" : fmt::format("{:.6g}", measure["value"].get<double>()),
+            measure["unit"].get<std::string>());
+}
+
+void inspect(const std::string& input, const std::string& json_file, const std::vector<std::string>& names) {
     const Result result = read_result(input);
     Json json;
+    if (!names.empty()) json["measures"] = measured(result, input, names);
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
     for (const auto& [name, text] : result.metadata.texts) json["metadata"][name] = text;
@@ -175,6 +208,7 @@ void inspect(const std::string& input, const std::string& json_file) {
         if (result.folder && !result.summary)
             fmt::print("{}: no summary.json: the run has not ended\n", input);
         print_mesh(result, json["surface"]);
+        if (json.contains("measures")) print_measures(json["measures"]);
         std::fflush(stdout);
     }
     if (!json_file.empty()) write_json(json_file, json);
@@ -188,8 +222,14 @@ void add_inspect_command(CLI::App& program) {
     auto input = std::make_shared<std::string>(), json = std::make_shared<std::string>();
     add_option(command, "input", *input, "MESH|DIR",
                "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote", {.required = true});
+    auto names = std::make_shared<std::vector<std::string>>();
+    add_repeated(
+        command, "--measure", [names](const std::string& name) { names->push_back(name); },
+        fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
+        "Of a folder: measure this at the run's end, a word of [metrology] measures or a figure such as cd_SiO2_at_0.5; "
+        "may be repeated");
     add_option(command, "--json", *json, "FILE", "Write the same as JSON; - for standard output");
-    run_by(command, [input, json] { about(*input, [&] { inspect(*input, *json); }); });
+    run_by(command, [input, json, names] { about(*input, [&] { inspect(*input, *json, *names); }); });
 }
 
 }  // namespace sidewall::app

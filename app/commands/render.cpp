@@ -86,8 +86,19 @@ Result read_input(const Arguments& arguments) {
     return result;
 }
 
+// A strip of one cell, as of a profile in x and z, is seen from its side.
+void show_section(const Arguments& arguments, const Result& result, RenderOptions& options) {
+    if (arguments.view.empty() && is_strip(result.surface)) options.azimuth_deg = options.elevation_deg = 0.0;
+}
+
+void draw_one(const Arguments& arguments, RenderOptions options) {
+    const Result result = read_input(arguments);
+    show_section(arguments, result, options);
+    write_png(arguments.output, render(result, options));
+}
+
 void run(const Arguments& arguments) {
-    const RenderOptions options = parse(arguments);
+    RenderOptions options = parse(arguments);
     const bool folder = std::filesystem::is_directory(arguments.input);
     if (std::filesystem::exists(arguments.input) && !folder &&
         (arguments.all || arguments.time || arguments.frame))
@@ -96,13 +107,14 @@ void run(const Arguments& arguments) {
             arguments.all    ? "--all"
             : arguments.time ? "--time"
                              : "--frame"));
+    if (arguments.all) show_section(arguments, read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {
             fmt::print("{}\n", line);
             std::fflush(stdout);
         });
     else
-        write_png(arguments.output, render(read_input(arguments), options));
+        draw_one(arguments, options);
 }
 
 }  // namespace
@@ -132,8 +144,9 @@ void add_render_command(CLI::App& program) {
     exclude(frame, all);
     add_option(command, "--color", arguments->options.color, "NAME",
                "material, flux, rate, distance, height or any attribute (default: material if there)");
-    add_option(command, "--view", arguments->view, "AZ,EL",
-               "Azimuth and elevation of the viewer in degrees (default: 25,30)");
+    add_option(
+        command, "--view", arguments->view, "AZ,EL",
+        "Azimuth and elevation of the viewer in degrees (default: 25,30; of a profile in x and z its section, 0,0)");
     add_option(command, "--cut", arguments->cut, "AXIS=VALUE",
                "Take away what lies before a plane, such as y=0");
     add_option(command, "--size", arguments->size, "WxH", "Pixels (default: 1200x900)");

@@ -225,6 +225,15 @@ struct Painter {
 
 }  // namespace
 
+bool is_strip(const TriangleMesh& surface) {
+    if (surface.vertices.empty()) return false;
+    const Box3 box = bounding_box(surface);
+    constexpr double kNarrow = 0.26;  // a grid has four cells along x at least
+    return box.size().y() > 0.0 && box.size().y() < kNarrow * box.size().x() &&
+           std::all_of(surface.vertices.begin(), surface.vertices.end(),
+                       [&](const Vec3& p) { return p.y() == box.min.y() || p.y() == box.max.y(); });
+}
+
 void PictureScale::extend(const Result& result) {
     const Box3 own = bounding_box(result.surface);
     box.extend(own.min);

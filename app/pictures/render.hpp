@@ -24,6 +24,9 @@ struct RenderOptions {
     bool edges = false;  ///< draw the triangles' edges
 };
 
+/// Whether all vertices lie on two sides across y, close to each other: a profile in x and z, one cell wide.
+bool is_strip(const TriangleMesh& surface);
+
 /// What pictures share that are to be compared: the part of space, the range of colours, the key.
 struct PictureScale {
     Colouring colouring;      ///< without values

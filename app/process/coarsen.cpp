@@ -23,11 +23,14 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
     return options;
 }
 
-// A particle that leaves through a periodic side must find the same surface on the opposite one.
-std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
+// A particle that leaves through a periodic side must find the same surface on the opposite one. Those that
+// are traced in a strip of one cell leave through none across y.
+std::vector<std::uint8_t> on_periodic_sides(const Recipe& recipe, const levelset::Domain& domain,
+                                            const TriangleMesh& raw) {
+    const bool crossed = domain.cells[1] > 1 || recipe.flux.method != "monte-carlo";
     std::vector<std::uint8_t> flags(raw.vertices.size(), 0);
     for (std::size_t v = 0; v < raw.vertices.size(); ++v)
-        for (int axis = 0; axis < 2; ++axis) {
+        for (int axis = 0; axis < (crossed ? 2 : 1); ++axis) {
             const auto a = static_cast<std::size_t>(axis);
             const double x = raw.vertices[v][axis];
             if (domain.side[a] == levelset::Side::periodic && (x == domain.min[a] || x == domain.max[a]))
@@ -60,7 +63,7 @@ TriangleMesh coarsen(const Recipe& recipe, const levelset::MaterialStack& stack,
         lengths = resolving_lengths(carried, raw, recipe.simplify.flux_change, spacing);
         options.max_length_at = lengths;
     }
-    const std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, raw);
+    const std::vector<std::uint8_t> fixed = on_periodic_sides(recipe, stack.domain, raw);
     options.fixed = fixed;
     return simplify::simplify(raw, features, options).mesh;
 }

@@ -221,8 +221,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_seconds = e.cells * tracing.reducing + tracing.seconds;
 
     double start = now();
-    const double to_stop =
-        distance_to_stop(step, e.measured.materials, e.state.stack, tracing.surface.raw).left;
+    const double to_stop = distance_to_stop(e.measured, step, e.state.stack, tracing.surface.raw).left;
     if (to_stop == 0.0) return;
     Timing timing;
     const levelset::Motion motion = surface_motion(model, e.state.stack, tracing.surface, timing);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/recipe/flat.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/extract.hpp"
 #include "levelset/layer_depths.hpp"
@@ -165,7 +166,10 @@ std::string event_line(const Recipe& recipe, const std::vector<Step>& steps, con
     const std::string& length = recipe.domain.length_unit;
     // What lies across the whole domain encloses nothing.
     const bool several = event.count > 1;
-    const std::string size = event.volume > 0.0 ? fmt::format("{:.3g} {}^3, ", event.volume, length) : "";
+    const std::string size =
+        event.volume > 0.0
+            ? fmt::format("{:.3g} {}, ", event.volume / width_of_strip(recipe), volume_unit(recipe))
+            : "";
     const std::string where =
         fmt::format("{}the top {}at ({:.4g}, {:.4g}, {:.4g}) {}", size, several ? "of the largest " : "",
                     event.at.x(), event.at.y(), event.at.z(), length);

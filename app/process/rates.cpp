@@ -193,6 +193,10 @@ bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal
             const auto a = static_cast<std::size_t>(axis);
             position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
         }
+    // A periodic strip one cell wide is the same at all y: there is nothing to meet on the way along it.
+    if (surface.box.boundary[1] == flux::Boundary::periodic &&
+        surface.box.max[1] - surface.box.min[1] < 1.5 * spacing)
+        path.y() = 0.0;
     if (surface.columns) {
         // From below a ceiling that meets the surface here: raised into it, the point would no longer lie
         // under it.

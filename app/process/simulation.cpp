@@ -215,7 +215,7 @@ void make_steps(const Run& run, RunState& state) {
                 std::make_shared<const TracedSurface>(current_surface(run, model, step, state));
             const TracedSurface& surface = *shared;
             tell_events(run, surface, state);
-            const auto [to_stop, key] = distance_to_stop(step, recipe.materials, state.stack, surface.raw);
+            const auto [to_stop, key] = distance_to_stop(recipe, step, state.stack, surface.raw);
             if (state.begins_step()) note_stop(step, state.step + 1, to_stop);
             if (to_stop == 0.0) {
                 stopped_by = key;

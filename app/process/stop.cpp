@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "app/recipe/figures.hpp"
+#include "app/recipe/flat.hpp"
+#include "app/results/figures.hpp"
 #include "levelset/extract.hpp"
 #include "levelset/layer_depths.hpp"
 #include "surface/ray_scene.hpp"
@@ -52,10 +55,23 @@ double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surfac
     return most;
 }
 
+// How far the front may move at least before the figure is beyond the value.
+double way_to(const StopRule& rule, const Recipe& recipe, const levelset::MaterialStack& stack,
+              const TriangleMesh& surface) {
+    const Measure now = measure_named(recipe, rule.figure, stack, surface);
+    const double left = rule.above ? rule.value - now.value : now.value - rule.value;
+    if (!std::isfinite(left)) return std::numeric_limits<double>::infinity();  // there is no such figure yet
+    if (left <= 0.0) return 0.0;
+    const std::string& length = recipe.domain.length_unit;
+    if (now.unit == length) return rule.figure == "depth" ? left : 0.5 * left;
+    if (now.unit == volume_unit(recipe)) return left * width_of_strip(recipe) / total_area(surface);
+    return std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
-StopDistance distance_to_stop(const Step& step, const Materials& materials,
-                              const levelset::MaterialStack& stack, const TriangleMesh& surface) {
+StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack,
+                              const TriangleMesh& surface) {
     StopDistance nearest;
     const auto consider = [&](double left, const char* key) {
         if (left < nearest.left) nearest = {left, key};
@@ -63,7 +79,9 @@ StopDistance distance_to_stop(const Step& step, const Materials& materials,
     if (step.stop_depth) consider(*step.stop_depth + lowest(surface), "stop_depth");
     if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
     if (!step.stop_material.empty())
-        consider(cover(stack, surface, *material_id(materials, step.stop_material)), "stop_material");
+        consider(cover(stack, surface, *material_id(recipe.materials, step.stop_material)), "stop_material");
+    if (const std::string stop = stop_text(step); !stop.empty())
+        consider(way_to(stop_rule(recipe, stop), recipe, stack, surface), "stop");
     if (nearest.left <= kNear * stack.domain.spacing) nearest.left = 0.0;
     return nearest;
 }

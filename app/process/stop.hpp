@@ -18,11 +18,13 @@ struct StopDistance {
 ///
 /// stop_depth: the lowest point's depth below z = 0. stop_material: bare somewhere; what covers it is not
 /// looked at, since a time step ends at an interface by itself. stop_thickness: of the uppermost layer where
-/// it is thickest.
+/// it is thickest. stop: a figure that is a length changes by no more than twice the way of the front, a depth by as
+/// much, a volume by the front's area times it; for how much an angle or a ratio changes there is no bound, and nothing
+/// is left of the way only when they are there.
 /// \param surface  as extracted from the stack.
-/// \note O(n log n) for stop_thickness, else O(n).
-StopDistance distance_to_stop(const Step& step, const Materials& materials,
-                              const levelset::MaterialStack& stack, const TriangleMesh& surface);
+/// \note O(n log n) for stop_thickness, for stop as the figure takes, else O(n).
+StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack,
+                              const TriangleMesh& surface);
 
 /// Says on standard error if a stop condition holds before the step begins, or can never be met.
 /// \param number   the step's, counted from 1.

@@ -7,6 +7,7 @@
 #include "app/common/threads.hpp"
 #include "app/common/version.hpp"
 #include "app/process/flux_methods.hpp"
+#include "app/recipe/flat.hpp"
 #include "app/results/metrology.hpp"
 
 namespace sidewall::app {
@@ -64,7 +65,7 @@ Json flux_json(const TracedSurface& surface) {
 }
 
 // All that happened, and once more what vanished.
-void add_events(const std::vector<Step>& steps, const History& history, Json& summary) {
+void add_events(const Recipe& recipe, const std::vector<Step>& steps, const History& history, Json& summary) {
     summary["events"] = summary["vanished"] = Json::array();
     for (const Event& event : history.events) {
         Json json{{"kind", event.kind},
@@ -80,7 +81,7 @@ void add_events(const std::vector<Step>& steps, const History& history, Json& su
                 json["at"].push_back(number_or_null(event.at[axis], kDigits));
             if (event.kind == kDetached || event.kind == kVoidClosed) {
                 json["count"] = event.count;
-                json["volume"] = number_or_null(event.volume, kDigits);
+                json["volume"] = number_or_null(event.volume / width_of_strip(recipe), kDigits);
             }
         }
         summary["events"].push_back(std::move(json));
@@ -96,26 +97,28 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
         last[static_cast<std::size_t>(history.layer_materials[k])] += history.layer_volumes[k];
     const levelset::Domain& domain = state.stack.domain;
     summary["volumes"] = Json::object();
-    summary["volume_unit"] = length + "^3";
+    const std::string unit = volume_unit(recipe);
+    const double width = width_of_strip(recipe);
+    summary["volume_unit"] = unit;
     double grown = 0.0;
     for (std::size_t m = 0; m < last.size(); ++m) {
-        const double change = last[m] - history.initial[m], net = settled(change, domain);
+        const double change = last[m] - history.initial[m], net = settled(change, domain) / width;
         grown += change;
         if (history.initial[m] == 0.0 && last[m] == 0.0 && history.added[m] == 0.0) continue;
         const std::string& name = recipe.materials[m].name;
-        measures.push_back({"added_volume_" + name, std::max(0.0, net), length + "^3"});
-        measures.push_back({"removed_volume_" + name, std::max(0.0, -net), length + "^3"});
+        measures.push_back({"added_volume_" + name, std::max(0.0, net), unit});
+        measures.push_back({"removed_volume_" + name, std::max(0.0, -net), unit});
         summary["volumes"][name] =
             Json{{"net", number_or_null(net, kDigits)},
-                 {"gross_added", number_or_null(settled(history.added[m], domain), kDigits)},
-                 {"gross_removed", number_or_null(settled(history.removed[m], domain), kDigits)}};
+                 {"gross_added", number_or_null(settled(history.added[m], domain) / width, kDigits)},
+                 {"gross_removed", number_or_null(settled(history.removed[m], domain) / width, kDigits)}};
     }
     // Of the wafer as a whole: growth if positive, etching if negative.
     if (state.time > 0.0)
-        measures.push_back(
-            {"mean_rate",
-             settled(grown, domain) / (recipe.domain.extent[0] * recipe.domain.extent[1] * state.time),
-             length + "/" + time});
+        measures.push_back({"mean_rate",
+                            settled(grown, domain) / ((domain.max[0] - domain.min[0]) *
+                                                      (domain.max[1] - domain.min[1]) * state.time),
+                            length + "/" + time});
 }
 
 }  // namespace
@@ -137,7 +140,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"flux", flux_json(surface)},
                  {"metrology", Json::object()},
                  {"metrology_units", Json::object()}};
-    add_events(steps, state.history, summary);
+    add_events(recipe, steps, state.history, summary);
     std::vector<Measure> measures = measure(recipe, state.stack, surface.raw);
     add_volumes(recipe, state, summary, measures);
     for (const Measure& m : measures) {

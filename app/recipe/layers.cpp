@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "app/recipe/flat.hpp"
 #include "app/recipe/gds.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/profile_csv.hpp"
@@ -156,6 +157,7 @@ void check_height(const Layer& layer, double top, double spacing) {
 void check_layer(const Layer& layer, double below, const toml::table& table, const std::string& path,
                  Recipe& recipe) {
     const levelset::Domain domain = domain_of(recipe);
+    if (is_flat(recipe.domain)) refuse_ends_along_y(layer);
     try {
         if (layer.shape == "mesh")
             check_mesh(layer, domain, kMostCells * domain.spacing);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/recipe/flat.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
@@ -65,9 +66,9 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
     std::vector<std::string> notes = recipe.notes;
     const double wanted = recipe.domain.grid_spacing, spacing = domain_of(recipe).spacing;
     if (std::abs(spacing - wanted) > 1e-6 * wanted)
-        notes.push_back(
-            fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides both extents",
-                        wanted, spacing, recipe.domain.length_unit));
+        notes.push_back(fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides {}",
+                                    wanted, spacing, recipe.domain.length_unit,
+                                    is_flat(recipe.domain) ? "the extent" : "both extents"));
     note_steps(recipe, notes);
     note_radiosity(recipe, notes);
     return notes;

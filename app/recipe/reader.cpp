@@ -116,8 +116,13 @@ struct Reader {
     }
     void operator()(std::string* target) const { *target = read_string(node, path, rule, reading.materials); }
     void operator()(std::span<double> target) const {
-        const toml::array& array = read_array(node, path, target.size(), "numbers");
-        for (std::size_t i = 0; i < target.size(); ++i) target[i] = read_number(array[i], at(i), rule);
+        // With a rule.size the last of two may be missing, which stands for 0.
+        const toml::array* given = node.as_array();
+        const bool fewer = rule.size > 0 && given != nullptr && given->size() == rule.size;
+        const std::string of = rule.size > 0 ? fmt::format("numbers, or of {}", rule.size) : "numbers";
+        const toml::array& array = read_array(node, path, fewer ? rule.size : target.size(), of);
+        std::fill(target.begin(), target.end(), 0.0);
+        for (std::size_t i = 0; i < array.size(); ++i) target[i] = read_number(array[i], at(i), rule);
     }
     void operator()(std::vector<double>* target) const {
         const toml::array& array = read_array(node, path, rule.size, "numbers");

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/recipe/figures.hpp"
+#include "app/recipe/flat.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -89,6 +91,7 @@ void read_domain(const toml::table& root, Recipe& recipe) {
                                            "larger spacing",
                                            extent / domain.grid_spacing, extent, kMostCells));
     });
+    if (is_flat(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
     try {
         const levelset::Domain grid = domain_of(recipe);
         if (std::max(grid.cells[0], grid.cells[1]) < kFewestCells)
@@ -139,7 +142,7 @@ void check_averaging(double radius, const DomainSection& domain) {
         throw KeyError("averaging", fmt::format("must be 0, or {:g} to {:g} grid spacings, {:g} to {:g}",
                                                 kLeastAveraging, kMostAveraging, least, most));
     // Beyond a side the surface goes on, but only once.
-    const double width = std::min(domain.extent[0], domain.extent[1]);
+    const double width = is_flat(domain) ? domain.extent[0] : std::min(domain.extent[0], domain.extent[1]);
     if (radius > width) throw KeyError("averaging", fmt::format("must not exceed the wafer's {:g}", width));
 }
 
@@ -154,10 +157,24 @@ surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, con
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const bool across = plane.normal[static_cast<int>(axis)] != 0.0;
         const double half = 0.5 * recipe.domain.extent[axis];
+        if (across && axis == 0 && is_flat(recipe.domain))
+            throw KeyError(key,
+                           "lies along y, where a profile in x and z is the same everywhere; use \"y=0\"");
         if (across && std::abs(plane.offset) > half)
             throw KeyError(key, fmt::format("lies outside the domain, which ends at +-{:g}", half));
     }
     return plane;
+}
+
+// The stop conditions of the steps; [metrology] is read.
+void check_stops(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
+                 const Recipe& recipe) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const std::string here = fmt::format("{}[{}]", path, i);
+        check_stops(root, steps[i].steps, here + ".steps", recipe);
+        if (const std::string stop = stop_text(steps[i]); !stop.empty())
+            located(*find_node(root, here)->as_table(), here, [&] { stop_rule(recipe, stop); });
+    }
 }
 
 }  // namespace
@@ -192,6 +209,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
                 "needs advection.time_integration = \"rk2\" or \"rk3\": \"euler\" has one stage only");
     });
     read_section(root, "simplify", recipe.simplify, reading, [&] { check_simplify(recipe.simplify); });
+    if (is_flat(recipe.domain)) recipe.output.profiles = {"y=0"};
     read_section(root, "output", recipe.output, reading, [&] {
         const std::vector<std::string>& profiles = recipe.output.profiles;
         for (std::size_t i = 0; i < profiles.size(); ++i)
@@ -205,10 +223,13 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
         const MetrologySection& metrology = recipe.metrology;
         if (vertical_plane(metrology.cut, recipe, "cut").normal.z() != 0.0)
             throw KeyError("cut", "must be vertical, such as \"y=0\"");
+        for (std::size_t i = 0; i < metrology.measures.size(); ++i)
+            require_measure(recipe, metrology.measures[i], fmt::format("measures[{}]", i));
         const bool cd = std::count(metrology.measures.begin(), metrology.measures.end(), "cd") > 0;
         if (cd && metrology.cd_depths.empty())
             throw KeyError("cd_depths", "missing: cd is measured at depths, e.g. cd_depths = [0.5, 1.0]");
     });
+    check_stops(root, recipe.steps, "step", recipe);
     return recipe;
 }
 
@@ -230,7 +251,10 @@ Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::str
 }
 
 levelset::Domain domain_of(const Recipe& recipe) {
-    return levelset::make_domain(recipe.domain.extent, recipe.domain.grid_spacing, recipe.domain.boundary);
+    const DomainSection& domain = recipe.domain;
+    std::array<double, 2> extent = domain.extent;
+    if (is_flat(domain)) extent[1] = extent[0] / std::max(1.0, std::round(extent[0] / domain.grid_spacing));
+    return levelset::make_domain(extent, domain.grid_spacing, domain.boundary);
 }
 
 std::vector<surface::Plane> profile_planes(const Recipe& recipe) {

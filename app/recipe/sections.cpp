@@ -32,11 +32,15 @@ SectionDoc chosen(SectionDoc doc, const std::string& key, const std::string& wor
 
 std::vector<Field> fields(DomainSection& domain) {
     return {
-        {"extent", std::span<double>(domain.extent), kLength, "lateral x and y size, centred on 0",
-         required(kPositive)},
+        {"extent", std::span<double>(domain.extent), kLength,
+         "lateral x and y size, centred on 0; x alone, as [10.0]: a profile in x and z, the same at all y, one cell "
+         "wide and as cheap, its volumes areas. Not for what is round or ends along y, nor where a rough edge or a "
+         "grain of noise shall not be the same all along a line",
+         required({.min = 0.0, .above_min = true, .size = 1})},
         {"grid_spacing", &domain.grid_spacing, kLength,
          "rounded so that both extents are whole numbers of cells", required(kPositive)},
-        {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "", "sides across x and across y"},
+        {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "",
+         "sides across x and across y; of a profile across x, the others are periodic"},
         {"length_unit", &domain.length_unit, "", "unit of every length", {.choices = length_units()}},
         {"time_unit", &domain.time_unit, "", "unit of every time", {.choices = time_units()}},
     };
@@ -93,6 +97,12 @@ std::vector<Field> fields(Step& step) {
                         {.material = true}});
         list.push_back({"stop_thickness", &step.stop_thickness, kLength,
                         "ends the step when the uppermost layer is that thick somewhere", kPositive});
+        static const std::vector<Key> stop{
+            {"stop", std::string(), "",
+             "ends the step when a figure of [metrology] measures is above or below a value, e.g. \"depth > 2.0\" or "
+             "\"cd_SiO2_at_0.5 < 0.3\", in the recipe's units; lengths and volumes within a twentieth of a grid "
+             "spacing of the front's way, angles and ratios at the end of the time step"}};
+        for (Field& field : bind(stop, step.values)) list.push_back(std::move(field));
     }
     for (Field& field : bind(model->keys, step.values)) list.push_back(std::move(field));
     if (model->patterned)
@@ -217,8 +227,12 @@ std::vector<Field> fields(OutputSection& output) {
 
 std::vector<Field> fields(MetrologySection& metrology) {
     return {
-        {"measures", &metrology.measures, "", "what to measure", {.choices = measure_names()}},
-        {"cd_depths", &metrology.cd_depths, kLength, "below z = 0, where cd is taken", kNotNegative},
+        {"measures", &metrology.measures, "",
+         "depth, cd, sidewall_angle, bow, undercut, aspect_ratio, scallops, film; or by name, D being a depth below z = 0, "
+         "negative above it, X a place along the cut: cd_at_D (opening), cd_MATERIAL_at_D (width of the material), "
+         "thickness_MATERIAL_at_X, wall_MATERIAL_at_D (beside the opening), recess_MATERIAL (behind the narrowest "
+         "place), ler_at_D and lwr_at_D (3 sigma of edges and width across the cut), volume_MATERIAL"},
+        {"cd_depths", &metrology.cd_depths, kLength, "below z = 0, negative above it, where cd is taken"},
         {"mask_bottom", &metrology.mask_bottom, kLength, "z below which undercut is measured"},
         {"cut", &metrology.cut, "", "vertical plane to measure in"},
     };

@@ -8,52 +8,12 @@
 #include <limits>
 #include <numbers>
 
+#include "app/results/cut_profile.hpp"
+#include "app/results/figures.hpp"
 #include "levelset/extract.hpp"
-#include "surface/cut.hpp"
 
 namespace sidewall::app {
 namespace {
-
-struct Profile {
-    std::vector<surface::Polyline> lines;
-    Vec3 along;                   // horizontal axis in the plane
-    std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
-
-    template <class Use>
-    void each_segment(Use&& use) const {
-        for (const auto& line : lines) {
-            const std::size_t n = line.points.size();
-            for (std::size_t k = 0; k + 1 < n + (line.closed ? 1 : 0); ++k)
-                use(line.points[k], line.points[(k + 1) % n]);
-        }
-    }
-};
-
-// The widest opening in the cut at a height: gas and material alternate along the line.
-double opening(const Profile& profile, double z) {
-    std::vector<double> crossings;
-    double left = std::numeric_limits<double>::infinity(), left_z = 0.0;
-    const auto visit = [&](double from, double from_z, double to, double to_z) {
-        for (const auto& [x, height] : {std::pair(from, from_z), {to, to_z}})
-            if (x < left) {
-                left = x;
-                left_z = height;
-            }
-        if ((from_z > z) != (to_z > z))
-            crossings.push_back(from + (z - from_z) / (to_z - from_z) * (to - from));
-    };
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double from = p.dot(profile.along), to = q.dot(profile.along);
-        visit(from, p.z(), to, q.z());
-        for (const double side : profile.mirrors) visit(2.0 * side - from, p.z(), 2.0 * side - to, q.z());
-    });
-    std::sort(crossings.begin(), crossings.end());
-    double widest = std::numeric_limits<double>::quiet_NaN();
-    // Left of the first crossing lies material if the surface begins above z, else gas.
-    for (std::size_t k = left_z > z ? 0 : 1; k + 1 < crossings.size(); k += 2)
-        widest = std::fmax(widest, crossings[k + 1] - crossings[k]);
-    return widest;
-}
 
 // The narrowest opening within two grid spacings above the mask's bottom: the mask's own, where its lower
 // edge is worn, too.
@@ -195,18 +155,6 @@ Film film(const Profile& surface, const Profile& below) {
             std::isfinite(width) && !std::isfinite(open)};
 }
 
-Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
-    Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}};
-    for (int axis = 0; axis < 2; ++axis) {
-        const auto a = static_cast<std::size_t>(axis);
-        if (std::abs(profile.along[axis]) < 1.0 - 1e-9 || domain.side[a] != levelset::Side::reflective)
-            continue;
-        for (const double side : {domain.min[a], domain.max[a]})
-            profile.mirrors.push_back(side * profile.along[axis]);
-    }
-    return profile;
-}
-
 }  // namespace
 
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
@@ -251,6 +199,8 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
             measures.push_back({"film_bottom", t.bottom, length});
             measures.push_back({"step_coverage_side", t.coverage(t.side, dx), "1"});
             measures.push_back({"step_coverage_bottom", t.coverage(t.bottom, dx), "1"});
+        } else if (const auto figure = named_figure(what, recipe.materials)) {
+            measures.push_back(measure_figure(recipe, *figure, stack, mesh));
         }
     }
     return measures;

@@ -101,7 +101,11 @@ std::string type_text(const Field& field) {
                 return field.rule.word.empty() ? "number" : fmt::format("number | \"{}\"", field.rule.word);
             },
             [&](const std::string*) { return string_type; },
-            [](std::span<double> numbers) { return fmt::format("{} numbers", numbers.size()); },
+            [&](std::span<double> numbers) {
+                const std::size_t least = field.rule.size;
+                return least > 0 ? fmt::format("{} or {} numbers", least, numbers.size())
+                                 : fmt::format("{} numbers", numbers.size());
+            },
             [&](const std::vector<double>*) {
                 return field.rule.size > 0 ? fmt::format("{} numbers", field.rule.size) : "list of numbers";
             },
@@ -230,7 +234,10 @@ std::optional<std::string> toml_text(const Field& field) {
                 return field.rule.word.empty() ? Text() : toml_text(field.rule.word);
             },
             [](const std::string* value) -> Text { return value->empty() ? Text() : toml_text(*value); },
-            [](std::span<double> value) -> Text { return number_list(value); },
+            [&](std::span<double> value) -> Text {
+                const bool fewer = field.rule.size > 0 && value.back() == 0.0;
+                return number_list(value.first(fewer ? field.rule.size : value.size()));
+            },
             [&](const std::vector<double>* value) -> Text {
                 return value->empty() && field.rule.size > 0 ? Text() : number_list(*value);
             },

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "app/common/text.hpp"
+#include "app/recipe/figures.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
@@ -226,7 +227,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     std::vector<double> times{0.0, total};
     double end = 0.0;
     for (const Step& step : steps) {
-        if (step.stop_depth || step.stop_thickness || !step.stop_material.empty())
+        if (step.stop_depth || step.stop_thickness || !step.stop_material.empty() || !stop_text(step).empty())
             return;  // who knows when it ends
         times.push_back(end += step.duration);
     }

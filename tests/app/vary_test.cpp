@@ -120,6 +120,6 @@ TEST_CASE("a measure is asked for by its word or by the name of its figure") {
     CHECK_THROWS_WITH(want_measure(recipe, "step_coverge_side", "--measure"),
                       Catch::Contains("step_coverage_side?"));
     for (const std::string name :
-         {"cd_at_", "cd_at_x", "cd_at_-1", "cd_at_nan", "added_volume_Unobtainium", ""})
+         {"cd_at_", "cd_at_x", "cd_at_1.50", "cd_at_nan", "added_volume_Unobtainium", ""})
         CHECK_THROWS_AS(want_measure(recipe, name, "--measure"), RecipeError);
 }

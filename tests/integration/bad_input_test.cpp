@@ -107,7 +107,11 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
         recipe("section as a list", kGood + "[[flux]]\n", "10: flux = ", "write [flux]"),
 
         recipe("no extent", "[domain]\ngrid_spacing = 1\n" + kLayer + kStep, "1: domain.extent: ", "missing"),
-        recipe("extent of one", "[domain]\nextent = [1]\n", "2: domain.extent = ", "list of 2 numbers"),
+        recipe("extent of none", "[domain]\nextent = []\n", "2: domain.extent = ", "list of 2 numbers"),
+        recipe("extent of three", "[domain]\nextent = [1, 1, 1]\n",
+               "2: domain.extent = ", "list of 2 numbers"),
+        recipe("extent of a line 0", "[domain]\nextent = [0]\ngrid_spacing = 0.1\n",
+               "2: domain.extent[0] = 0: ", "greater than 0"),
         recipe("extent 0", "[domain]\nextent = [0, 1]\ngrid_spacing = 0.1\n",
                "2: domain.extent[0] = 0: ", "greater than 0"),
         recipe("spacing NaN", "[domain]\nextent = [1, 1]\ngrid_spacing = nan\n",

@@ -37,6 +37,13 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"added_volume_Polymer", 0.1, 1.0}}},
     // <100> recedes by 23.9; the mask may lose its bared lower edges, dx^2 / 2 of 960.
     {"cantilever", {{"depth", 23.9 - 2.0, 23.9 + 2.0}, {"removed_volume_Si3N4", 0.0, 30720.0}}},
+    // As the hole, but more of the floor sees the source.
+    {"bosch_trench",
+     {{"depth", 1.4, 2.6},
+      {"cd_at_0.5", 1.8, 2.3},
+      {"scallop_pitch", 0.2, 0.8},
+      {"scallop_depth", 0.03, 0.3},
+      {"undercut", 0.0, 0.15}}},
     // A cycle: 0.2 s through 0.1 of polymer, 0.8 s at 0.55.
     {"deposit_and_etch",
      {{"depth", 1.32 - 0.05, 1.32 + 0.05}, {"cd_at_0.25", 1.55, 1.8}, {"removed_volume_Mask", 0.0, 0.012}}},
@@ -122,6 +129,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"teos_trench", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.4, 0.8}}},
     {"teos_two_precursors", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.5, 0.9}}},
     {"trench_deposition", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 170.0, 200.0}}},
+    // The same, by its width of 5.
+    {"trench_profile", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 34.0, 40.0}}},
     {"wet_etch_pit",
      {{"depth", 1.594 - 0.1, 1.594 + 0.1},
       {"sidewall_angle", 54.74 - 2.0, 54.74 + 2.0},

@@ -93,6 +93,30 @@ TEST_CASE("a film grows on all materials and leaves the interfaces below where t
         if (std::hypot(p.x(), p.y()) > 14) REQUIRE(p.z() == Approx(9.0).margin(0.05));
 }
 
+TEST_CASE("a film that grows past a thin fence and closes over it leaves the fence where it is") {
+    const Domain domain = test::unit_domain(24);
+    for (const double width : {1.3, 2.0, 3.1})
+        for (const double cfl : {0.5, 0.1}) {
+            const double position = 0.8 * cfl;  // anywhere
+            CAPTURE(width, position);
+            Shape fence;
+            fence.kind = ShapeKind::fin;
+            fence.width = width;
+            fence.height = 6.0;
+            fence.position = {position, 0.0};
+            MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, fence}});
+            const TriangleMesh before = extract_surface(*stack.layers[1].phi, domain);
+            begin_film(stack, 2);
+            // Nothing grows on the fence itself.
+            test::move(stack, 12.0, {.cfl = cfl},
+                       [](std::size_t layer, const Vec3&) { return layer == 1 ? 0.0 : 1.0; });
+            const TriangleMesh after = extract_surface(*stack.layers[1].phi, domain);
+            // Its edges are rounded while they are bare, as any that re-distancing meets.
+            CHECK(surface::two_sided_distance(after, before).max < 0.25);
+            CHECK(surface::two_sided_distance(after, before).mean < 0.02);
+        }
+}
+
 TEST_CASE(
     "a mask that does not etch keeps its volume to 1e-3 over 500 time steps of an etch beside and under it",
     "[slow]") {

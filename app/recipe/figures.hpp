@@ -1,0 +1,57 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/recipe/recipe.hpp"
+
+// Figures by name: those of the words of [metrology] measures, and those that name a place or a material
+// themselves.
+namespace sidewall::app {
+
+enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volume };
+
+/// A figure at a place or of a material, in the plane of [metrology] cut:
+///
+/// - cd_at_D: the widest opening at depth D below z = 0 (above it, with D < 0)
+/// - cd_MATERIAL_at_D: the widest stretch of the material at that depth that ends on both sides
+/// - thickness_MATERIAL_at_X: of the material along the vertical at X
+/// - wall_MATERIAL_at_D: horizontally, of the material on the walls of the widest opening at a depth, mean of both
+/// - recess_MATERIAL: how far the material, where it is on both walls of the opening, stands back on average behind its narrowest place
+/// - ler_at_D, lwr_at_D: three standard deviations, across the cut, of the opening's edges and of its width
+/// - volume_MATERIAL: in the domain; of the substrate above z = 0, less what is missing below
+struct Figure {
+    std::string name;
+    FigureKind kind = FigureKind::opening;
+    int material = -1;
+    double at = 0.0;  ///< D or X
+};
+
+/// Nothing if \p name has none of these forms or names a material there is not.
+std::optional<Figure> named_figure(const std::string& name, const Materials& materials);
+
+/// The word of [metrology] measures that makes a run find a figure, the figure itself if it names a place or a
+/// material; empty: every run's summary has it. Nothing if there is no such figure.
+std::optional<std::string> word_of(const Recipe& recipe, const std::string& figure);
+
+/// \throws KeyError of \p key, with the nearest name, unless \p name is a word or a figure of one's own.
+void require_measure(const Recipe& recipe, const std::string& name, const std::string& key);
+
+/// `; did you mean NAME?`, of words and figures, or what else to do.
+std::string nearest_figure(const Recipe& recipe, const std::string& name);
+
+/// When a step ends: once a figure is above or below a value.
+struct StopRule {
+    std::string figure;
+    bool above = true;
+    double value = 0.0;
+};
+
+/// Reads e.g. `depth > 2.0`.
+/// \throws KeyError of "stop" saying what is wrong, with the nearest name.
+StopRule stop_rule(const Recipe& recipe, const std::string& text);
+
+/// The step's key; empty if it has none.
+std::string stop_text(const Step& step);
+
+}  // namespace sidewall::app

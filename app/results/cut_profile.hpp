@@ -1,0 +1,47 @@
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "levelset/domain.hpp"
+#include "surface/cut.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::app {
+
+/// What a vertical plane cuts out of a surface or an interface.
+struct Profile {
+    std::vector<surface::Polyline> lines;
+    Vec3 along;                   // horizontal axis in the plane
+    std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
+
+    template <class Use>
+    void each_segment(Use&& use) const {
+        for (const auto& line : lines) {
+            const std::size_t n = line.points.size();
+            for (std::size_t k = 0; k + 1 < n + (line.closed ? 1 : 0); ++k)
+                use(line.points[k], line.points[(k + 1) % n]);
+        }
+    }
+};
+
+Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain);
+
+/// Stretches of a line, ascending and apart; the first may begin at minus infinity, the last end at infinity.
+using Stretches = std::vector<std::pair<double, double>>;
+
+/// Where the level line at a height runs in material, over mirrored sides, too, by its place along the profile.
+Stretches solid_at(const Profile& profile, double z);
+
+/// Where the vertical at a place along the profile does, by z.
+Stretches solid_below(const Profile& profile, double along);
+
+/// What of \p a is not in \p b.
+Stretches without(const Stretches& a, const Stretches& b);
+
+/// The widest opening at a height, between two stretches of material; NaN, NaN if there is none.
+std::pair<double, double> widest_opening(const Profile& profile, double z);
+
+/// Its width; NaN if there is none.
+double opening(const Profile& profile, double z);
+
+}  // namespace sidewall::app

@@ -1,0 +1,51 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/flux/compare.hpp"
+#include "tests/flux/meshes.hpp"
+#include "tests/flux/radiosity.hpp"
+#include "tests/flux/traces.hpp"
+
+// Strips with one triangle from side to side, periodic along y: infinite trenches.
+using namespace sidewall;
+using namespace sidewall::flux;
+
+TEST_CASE("how wide a strip is changes neither its fluxes nor what its flights cost") {
+    const double sticking = GENERATE(1.0, 0.1);
+    const Species species{"test", 1.0, {sticking}};
+    const std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::periodic};
+    const auto narrow = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), 0.02);
+    const auto wide = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), 2.0);
+    const auto a = trace(narrow, boundary, species, {.rays = 50'000}),
+               b = trace(wide, boundary, species, {.rays = 50'000});
+    CHECK(a.leaked == 0);
+    CHECK(b.leaked == 0);
+    CHECK(a.absorbed + a.escaped == a.emitted);
+    // The same random numbers make the same paths in x and z, but for rounding that grows from hit to hit.
+    CHECK(static_cast<double>(a.segments) == Approx(static_cast<double>(b.segments)).epsilon(0.01));
+    for (std::size_t t = 0; t < narrow.triangles.size(); ++t) {
+        CAPTURE(sticking, t);
+        const double error = std::hypot(a.triangle.error[t], b.triangle.error[t]);
+        CHECK(std::abs(a.triangle.flux[t] - b.triangle.flux[t]) < 4.6 * error);
+    }
+}
+
+TEST_CASE("the mean fluxes in a strip are those of exact radiosity") {
+    const auto mesh = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), 0.05);
+    for (const double sticking : {1.0, 0.1}) {
+        const auto result = trace(mesh, {Boundary::reflective, Boundary::periodic}, {"test", 1.0, {sticking}},
+                                  {.rays = 400'000});
+        for (const Row& row : radiosity_rows()) {
+            if (row.aspect != 2.0 || row.sticking != sticking || row.position >= 0.0) continue;
+            const auto group = triangles_of(mesh, row);
+            REQUIRE(!group.empty());
+            const Mean mean = mean_flux(mesh, result, [&](std::size_t t) {
+                return std::find(group.begin(), group.end(), t) != group.end();
+            });
+            CAPTURE(sticking, row.where, row.flux, mean.flux, mean.error);
+            // A particle that is re-emitted comes several times: triangles are not independent.
+            CHECK(std::abs(mean.flux - row.flux) < 4.0 * mean.error * (sticking < 1.0 ? 3.0 : 1.0));
+            CHECK(std::abs(mean.flux - row.flux) < 0.01 * row.flux);
+        }
+    }
+}

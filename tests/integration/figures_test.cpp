@@ -1,0 +1,198 @@
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "app/process/simulation.hpp"
+#include "app/process/state.hpp"
+#include "app/results/figures.hpp"
+#include "app/study/measures.hpp"
+#include "levelset/extract.hpp"
+#include "surface/error.hpp"
+#include "tests/integration/program.hpp"
+
+// Figures by name on wafers whose measures are known, and steps that end at them.
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+const std::string kDomain = "[domain]\nextent = [4.0]\ngrid_spacing = 0.05\n[simplify]\nmethod = \"none\"\n";
+const std::string kSilicon = "[[layer]]\nmaterial = \"Si\"\n";
+const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
+
+struct Wafer {
+    Recipe recipe;
+    levelset::MaterialStack stack;
+    TriangleMesh surface;
+
+    explicit Wafer(const std::string& text)
+        : recipe(parse_recipe(text, "figures.toml")),
+          stack(initial_state(recipe).stack),
+          surface(levelset::extract_surface(stack.top(), stack.domain)) {}
+    double operator()(const std::string& name) const {
+        return measure_named(recipe, name, stack, surface).value;
+    }
+};
+
+Json run(const std::string& text) {
+    const test::Folder folder;
+    return run_recipe(parse_recipe(text, "figures.toml"), {.output = folder.path, .quiet = true}).summary;
+}
+
+std::string refusal(const std::string& text) {
+    try {
+        parse_recipe(text, "figures.toml");
+    } catch (const RecipeError& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+// Corners lie within a part of a cell of where they should; plane faces to a thousandth of it.
+constexpr double kFace = 1e-3 * 0.05 * 2.0;
+
+}  // namespace
+
+TEST_CASE("widths, thicknesses and volumes of a line and of a lined trench are those they were made with") {
+    const Wafer line(kDomain + kSilicon +
+                     "[[layer]]\nmaterial = \"SiO2\"\nshape = \"fin\"\nwidth = 0.6\nheight = 0.5\n" + kStep);
+    CHECK(line("cd_SiO2_at_-0.25") == Approx(0.6).margin(kFace));
+    CHECK(std::isnan(line("cd_SiO2_at_0.25")));
+    CHECK(std::isnan(line("cd_Si_at_0.25")));  // from side to side
+    CHECK(line("thickness_SiO2_at_0.1") == Approx(0.5).margin(kFace));
+    CHECK(line("thickness_SiO2_at_1") == Approx(0.0).margin(kFace));
+    CHECK(line("volume_SiO2") == Approx(0.6 * 0.5).margin(4.0 * 0.05 * 0.05));
+    CHECK(line("cd_at_-0.25") == Approx(4.0 - 0.6).margin(kFace));  // over the mirrored sides
+
+    const Wafer lined(
+        kDomain +
+        "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.2\ndepth = 1.0\n"
+        "[[layer]]\nmaterial = \"W\"\nshape = \"trench\"\nthickness = 0.2\nwidth = 0.7\ndepth = 0.9\n" +
+        kStep);
+    CHECK(lined("wall_W_at_0.4") == Approx(0.25).margin(kFace));
+    CHECK(lined("wall_Si_at_0.4") == Approx(0.0).margin(kFace));
+    CHECK(lined("thickness_W_at_0") == Approx(0.3).margin(kFace));
+    CHECK(lined("thickness_W_at_1.5") == Approx(0.2).margin(kFace));
+    CHECK(lined("cd_W_at_0.4") == Approx(0.25).margin(kFace));
+    CHECK(lined("cd_at_0.4") == Approx(0.7).margin(kFace));
+    CHECK(lined("volume_W") == Approx(4.0 * 0.2 + 1.2 * 1.0 - 0.7 * 0.9).margin(8.0 * 0.05 * 0.05));
+}
+
+TEST_CASE("a layer's recess is how far it stands back behind its neighbours") {
+    const Wafer wafer(
+        kDomain + kSilicon +
+        "[[layer]]\nshape = \"stack\"\nmaterials = [\"SiGe\", \"Si\"]\nthicknesses = [0.4, 0.4]\n"
+        "repeat = 1\n"
+        "[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\ntop = 0.8\n"
+        "[[layer]]\nsubtract = true\nshape = \"gap\"\nz = 0.2\nheight = 0.4\nlength = 1.5\n" +
+        kStep);
+    CHECK(wafer("recess_SiGe") == Approx(0.25).margin(0.1 * 0.05));  // rounded where it ends
+    // Within a cell of a corner the boundary of two materials is slanted, and either may be at the wall.
+    CHECK(wafer("recess_Si") == Approx(0.0).margin(0.05));
+    CHECK(std::isnan(wafer("recess_W")));
+}
+
+TEST_CASE("roughness is three standard deviations of edges and width") {
+    // Edges that wave along y by the amplitude, in phase or against each other.
+    constexpr double kAmplitude = 0.1, kLength = 2.0;
+    const auto wafer = [&](double phase) {
+        std::string points;
+        constexpr int kPoints = 80;
+        const auto add = [&](double x, double y) {
+            points += fmt::format("{}{:.6f}, {:.6f}", points.empty() ? "" : ", ", x, y);
+        };
+        const auto wave = [](double y) {
+            return kAmplitude * std::sin(2.0 * std::numbers::pi * y / kLength);
+        };
+        for (int k = 0; k <= kPoints; ++k) {
+            const double y = kLength * (static_cast<double>(k) / kPoints - 0.5);
+            add(0.4 + wave(y), y);
+        }
+        for (int k = kPoints; k >= 0; --k) {
+            const double y = kLength * (static_cast<double>(k) / kPoints - 0.5);
+            add(-0.4 + phase * wave(y), y);
+        }
+        return Wafer(
+            "[domain]\nextent = [2.0, 2.0]\ngrid_spacing = 0.05\nboundary = \"periodic\"\n" + kSilicon +
+            "[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\nthickness = 0.4\npolygons = [{ points = [" +
+            points + "] }]\n" + kStep);
+    };
+    // Over 40 rows of whole waves the sample's variance is a^2/2 * 40/39; edges follow the outline to 2 % of
+    // a cell.
+    const double edge = 3.0 * kAmplitude * std::sqrt(0.5 * 40.0 / 39.0), slack = 3.0 * 0.02 * 0.05;
+    const Wafer together = wafer(1.0), against = wafer(-1.0);
+    CHECK(together("ler_at_-0.2") == Approx(edge).margin(slack));
+    CHECK(together("lwr_at_-0.2") == Approx(0.0).margin(slack));
+    CHECK(against("ler_at_-0.2") == Approx(edge).margin(slack));
+    CHECK(against("lwr_at_-0.2") == Approx(2.0 * edge).margin(2.0 * slack));
+}
+
+TEST_CASE("a step ends where a figure passes a value, within a twentieth of a cell of the front's way") {
+    const std::string wafer = kDomain + kSilicon + "[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.5\n";
+    const std::string etch = "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\n";
+    const Json depth = run(wafer + etch + "stop = \"depth > 0.123\"\n");
+    CHECK(depth["metrology"]["depth"].get<double>() == Approx(0.123).margin(0.05 * 0.05));
+    CHECK(depth["steps"][0]["stopped_by"] == "stop");
+    const Json same = run(wafer + etch + "stop_depth = 0.123\n");
+    CHECK(depth["time"] == same["time"]);
+    const Json volume = run(wafer + etch + "stop = \"volume_SiO2 <= 0.8\"\n");  // of 2.0, on 4.0
+    CHECK(volume["time"].get<double>() == Approx(3.0).margin(0.05 * 0.05 / 0.1));
+    const Json film = run(wafer +
+                          "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = 0.1\ndeposit = \"W\"\n"
+                          "stop = \"thickness_W_at_0.5>0.321\"\n");
+    CHECK(film["time"].get<double>() == Approx(3.21).margin(0.05 * 0.05 / 0.1));
+    const Json width =
+        run(kDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\n" + etch +
+            "stop = \"cd_at_0.5 > 1.3\"\n");
+    CHECK(width["time"].get<double>() == Approx(1.5).margin(0.05 * 0.05 / 0.1 + 0.02));
+    // It does not exist, or does not come: the whole duration.
+    CHECK(run(wafer +
+              "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop = \"cd_at_0.5 > 9\"\n")
+              ["time"] == 1.0);
+}
+
+TEST_CASE("bad figures and conditions are refused with the nearest name", "[foreign]") {
+    const std::string wafer = kDomain + kSilicon;
+    const auto stop = [&](const std::string& text) {
+        return refusal(wafer + kStep + "stop = \"" + text + "\"\n");
+    };
+    for (const auto& [text, advice] : std::vector<std::pair<std::string, std::string>>{
+             {"dept > 2", "did you mean depth?"},
+             {"cd_SiO3_at_0.5 > 2", "did you mean cd_SiO2_at_0.5?"},
+             {"depth = 2", "> or <"},
+             {"depth > two", "is no number"},
+             {"depth >", "is no number"},
+             {"depth > nan", "is no number"},
+             {"film > 2", "several figures"},
+             {"cd > 2", "e.g. cd_at_0.5"},
+             {"mean_rate > 2", "when the run has ended"},
+             {"thickness_Si_at_9 > 2", "outside the domain"},
+             {"> 2", "see sidewall models metrology"}}) {
+        const std::string message = stop(text);
+        CAPTURE(text, message);
+        CHECK(message.find("figures.toml:") == 0);
+        CHECK(message.find("step[0].stop = ") != std::string::npos);
+        CHECK(message.find(advice) != std::string::npos);
+    }
+    const auto measures = [&](const std::string& name) {
+        return refusal(wafer + kStep + "[metrology]\nmeasures = [\"depth\", \"" + name + "\"]\n");
+    };
+    CHECK(measures("recess_SiO2") == "accepted");
+    CHECK(measures("volume_SiGe") == "accepted");
+    CHECK(measures("depht").find("did you mean depth?") != std::string::npos);
+    CHECK(measures("wall_W_at_x").find("metrology.measures[1] = ") != std::string::npos);
+    // One name a place, so that a table has one column of it.
+    CHECK(measures("ler_at_0.50") != "accepted");
+}
+
+TEST_CASE("sweeps and fits may ask for figures by name") {
+    Recipe recipe = parse_recipe(kDomain + kSilicon + kStep, "figures.toml");
+    want_measure(recipe, "wall_SiO2_at_0.5", "--measure");
+    want_measure(recipe, "cd_at_-0.5", "--measure");
+    CHECK(recipe.metrology.measures == std::vector<std::string>{"depth", "wall_SiO2_at_0.5", "cd"});
+    CHECK(recipe.metrology.cd_depths == std::vector<double>{-0.5});
+    CHECK_THROWS_WITH(want_measure(recipe, "wal_SiO2_at_0.5", "--measure"),
+                      Catch::Contains("did you mean wall_SiO2_at_0.5?"));
+}
