@@ -34,7 +34,7 @@ Etching|fluorocarbon_contact|--cut y=0 --view 20,15
 Etching|formula_etch|--view 25,20
 Etching|sheath_ions|--view 20,20
 Etching|oxide_nitride_stack|--view 20,15
-Etching|slanted_lines|--view 30,40
+Etching|slanted_lines|--cut y=0 --view 15,35
 Etching|ion_beam_trench|--view 15,20
 Etching|faraday_cage|--view 15,20
 Etching|blazed_grating|--view 15,20

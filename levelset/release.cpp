@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "levelset/leaf_table.hpp"
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -109,7 +109,7 @@ class Keeper {
     const std::span<Leaf* const> leaves_;
     const float* before_;
     const std::vector<Nodes>& nodes_;
-    const LeafTable table_;
+    const surface::LeafTable table_;
     const float mark_;
 };
 
