@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "app/common/json_fwd.hpp"
+#include "app/common/json.hpp"
 #include "app/report/table.hpp"
 #include "surface/cut.hpp"
 

@@ -218,6 +218,7 @@ Page run_page(const fs::path& folder, std::size_t bytes) {
         surface::MeshMetadata metadata;
         surface::read_mesh(saved_ones.front().file, &metadata);
         const std::string unit = metadata_text(metadata, "time_unit", "");
+        frames.reserve(saved_ones.size());
         for (SavedSurface& saved : saved_ones)
             frames.push_back({fmt::format("t = {:.6g} {}", saved.time, unit), folder, std::move(saved)});
 

@@ -158,7 +158,7 @@ Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::v
             if (scene.interfaces.contains(digest)) continue;
         }
         // Two threads may both make it, and make the same.
-        ViewMesh made = bare_view_mesh(mesh, detail, cell_size(mesh));
+        ViewMesh made = bare_view_mesh(mesh, detail, cell);
         const std::lock_guard guard(lock);
         scene.interfaces.try_emplace(digest, std::move(made));
     }
@@ -177,18 +177,26 @@ void read_frames(const std::vector<ViewFrame>& sources, const ViewDetail& detail
     });
 }
 
-// The least coarse detail whose text will fit, from what the last frame alone takes.
+// The least coarse detail whose text will fit, from what some of the frames take.
 std::size_t likely_detail(const std::vector<ViewFrame>& frames, Scene& scene, std::size_t bytes) {
-    const auto count = static_cast<double>(frames.size());
-    constexpr double kNewInterfaces = 0.5;  // of the frames change an interface, say
-    for (std::size_t d = 0; d + 1 < std::size(kDetails); ++d) {
-        read_frames({frames.back()}, kDetails[d], {}, scene);
-        const auto surface = static_cast<double>(encoded_size(scene.frames[0].surface)),
-                   all = static_cast<double>(scene.size());
-        const double expected = count * surface + (all - surface) * std::max(1.0, kNewInterfaces * count);
-        if (expected <= static_cast<double>(bytes)) return d;
+    constexpr std::size_t kSamples = 4;
+    std::vector<ViewFrame> some = frames;
+    if (frames.size() > kSamples) {
+        some.clear();
+        for (std::size_t k = 0; k < kSamples; ++k)
+            some.push_back(frames[(2 * k + 1) * frames.size() / (2 * kSamples)]);
     }
-    return std::size(kDetails) - 1;
+    const auto fits = [&](std::size_t d) {
+        read_frames(some, kDetails[d], {}, scene);
+        return static_cast<double>(scene.size() * frames.size()) <= static_cast<double>(bytes * some.size());
+    };
+    if (fits(0)) return 0;
+    std::size_t too_fine = 0, coarse = std::size(kDetails) - 1;
+    while (coarse - too_fine > 1) {
+        const std::size_t between = (too_fine + coarse) / 2;
+        (fits(between) ? coarse : too_fine) = between;
+    }
+    return coarse;
 }
 
 // Lowest and highest but for half a percent at either end of each attribute.
@@ -334,7 +342,8 @@ View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>&
         if (scene.size() <= most) break;
         if (d + 1 == std::size(kDetails)) {
             if (frames.size() <= 2) break;
-            frames = thinned(std::move(frames), std::max<std::size_t>(2, frames.size() / 2));
+            const std::size_t half = std::max<std::size_t>(2, frames.size() / 2);
+            frames = thinned(std::move(frames), half);
             --d;
         }
     }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/common/json_fwd.hpp"
+#include "app/common/json.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"
 

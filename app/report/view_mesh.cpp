@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/common/json.hpp"
+#include "app/report/manifold.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/error.hpp"
 #include "surface/ray_scene.hpp"
@@ -17,6 +18,7 @@ namespace {
 
 constexpr double kCrease = 40.0 * std::numbers::pi / 180.0;
 constexpr std::uint16_t kNoValue = 65535;
+constexpr double kAnyLength = 1e6;  // cells
 
 // Corners of a mesh by the vertex that they become: those around a vertex of one material and one side of a
 // crease.
@@ -95,7 +97,12 @@ TriangleMesh coarsened(const TriangleMesh& mesh, const ViewDetail& detail, doubl
     options.max_error = detail.max_error * cell;
     try {
         return simplify::simplify(mesh, {}, options).mesh;
-    } catch (const GeometryError&) {  // not manifold: as it is
+    } catch (const GeometryError&) {
+        // Films that touch each other at a point or along a line are no manifold.
+    }
+    try {
+        return simplify::simplify(manifold_parts(mesh), {}, options).mesh;
+    } catch (const GeometryError&) {
         return mesh;
     }
 }
@@ -142,6 +149,7 @@ ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& att
                    const ViewDetail& detail, double cell) {
     const CornerGroups groups = corner_groups(mesh);
     std::vector<std::vector<float>> means;
+    means.reserve(attributes.size());
     for (const std::string& name : attributes)
         means.push_back(group_means(mesh, groups, mesh.triangle_attribute(name)));
     if (detail.max_error == 0.0) {
@@ -171,7 +179,8 @@ ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& att
 ViewMesh bare_view_mesh(const TriangleMesh& mesh, const ViewDetail& detail, double cell) {
     ViewMesh view;
     if (detail.max_error > 0.0) {
-        const TriangleMesh coarse = coarsened(mesh, detail, cell);
+        // No value varies along its edges.
+        const TriangleMesh coarse = coarsened(mesh, {detail.max_error, kAnyLength}, cell);
         view.vertices = coarse.vertices;
         view.triangles = coarse.triangles;
     } else {

@@ -4,11 +4,13 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/report/manifold.hpp"
 #include "app/report/parts.hpp"
 #include "app/report/view.hpp"
 #include "app/report/view_mesh.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
+#include "surface/topology.hpp"
 #include "tests/app/result_folder.hpp"
 
 using namespace sidewall;
@@ -218,6 +220,22 @@ TEST_CASE("surfaces too big for a page are coarsened within the bound that it st
     CHECK(surface::two_sided_distance(saved, coarse).max <= 1.1 * cells * cell + 1e-4);
     // Sections are cut before.
     CHECK(whole.profiles == small.profiles);
+}
+
+TEST_CASE("parts that touch along an edge come apart and folds cancel, so that both can be simplified") {
+    // Two tetrahedra with a common edge 0-1, and a triangle that lies there twice, back to back.
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}, {0, 1, 4},
+                      {0, 4, 5}, {0, 5, 1}, {1, 5, 4}, {1, 2, 4}, {4, 2, 1}};
+    CHECK_FALSE(surface::analyse_topology(mesh).manifold());
+    const TriangleMesh parts = manifold_parts(mesh);
+    const surface::Topology topology = surface::analyse_topology(parts);
+    CHECK(parts.triangles.size() == 8);
+    CHECK(parts.vertices.size() > mesh.vertices.size());
+    CHECK(topology.manifold());
+    for (std::size_t t = 0; t < parts.triangles.size(); ++t)
+        CHECK(triangle_centroid(parts, t) == triangle_centroid(mesh, t));
 }
 
 TEST_CASE("a page of an unfinished run tells so and shows what is there") {
