@@ -26,7 +26,7 @@ bool has_browser() {
 Json selftest(const Folder& folder, const std::string& page, const std::string& options) {
     const Outcome outcome = run_command(
         folder.path,
-        "timeout -k 1 120 chromium --headless --no-sandbox --disable-dev-shm-usage --user-data-dir=profile "
+        "timeout -k 1 300 chromium --headless --no-sandbox --disable-dev-shm-usage --user-data-dir=profile "
         "--virtual-time-budget=5000 --dump-dom " +
             options + " 'file://" + (folder.path / page).string() + "#selftest' 2>browser.log");
     const std::string start = "<pre id=\"selftest\" hidden=\"\">";
@@ -51,7 +51,7 @@ void run_and_report(const Folder& folder) {
     REQUIRE(report.exit_code == 0);
 }
 
-const std::string kDrawing = "--use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1200,900";
+const std::string kDrawing = "--use-angle=swiftshader --enable-unsafe-swiftshader --window-size=900,700";
 
 }  // namespace
 
