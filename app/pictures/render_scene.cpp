@@ -16,11 +16,6 @@ namespace {
 
 constexpr double kThin = 0.02;  // of a cell
 
-/// Grid spacing that a mesh was extracted on: marching cubes makes about two triangles a cell.
-double cell_size(const TriangleMesh& mesh) {
-    return std::sqrt(2.0 * total_area(mesh) / static_cast<double>(mesh.triangles.size()));
-}
-
 Colour material_colour(int id, const Materials& materials) {
     if (id >= 0 && static_cast<std::size_t>(id) < materials.size())
         return colour_from_hex(materials[static_cast<std::size_t>(id)].colour);
@@ -90,11 +85,11 @@ std::vector<std::array<Eigen::Vector3f, 3>> crease_normals(const TriangleMesh& m
 /// Material between the surface and the interface below it: what the surface shows most where the two do not
 /// coincide. Nothing if that is nowhere, or if there is no interface and the surface shows several.
 std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>& material,
-                             const surface::SignedDistance* below, double thin) {
+                             const surface::RayScene* below, double thin) {
     std::vector<std::uint8_t> apart(material.size(), 1);
     if (below)
         tbb::parallel_for(std::size_t{0}, apart.size(), [&](std::size_t t) {
-            apart[t] = !below->scene().closest_point(triangle_centroid(surface, t), thin);
+            apart[t] = !below->closest_point(triangle_centroid(surface, t), thin);
         });
     std::map<int, std::size_t> count;
     for (std::size_t t = 0; t < apart.size(); ++t) count[material[t]] += apart[t];
@@ -105,7 +100,25 @@ std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>
     return most->first;
 }
 
+double thin_layer(const Result& result) {
+    if (result.interfaces.empty()) return 0.0;
+    double thin = kThin * cell_size(result.surface);
+    for (const TriangleMesh& mesh : result.interfaces) thin = std::min(thin, kThin * cell_size(mesh));
+    return thin;
+}
+
 }  // namespace
+
+double cell_size(const TriangleMesh& mesh) {
+    return std::sqrt(2.0 * total_area(mesh) / static_cast<double>(mesh.triangles.size()));
+}
+
+std::optional<int> uppermost_material(const Result& result) {
+    std::optional<surface::RayScene> below;
+    if (!result.interfaces.empty()) below.emplace(result.interfaces.back());
+    return uppermost(result.surface, triangle_materials(result.surface), below ? &*below : nullptr,
+                     thin_layer(result));
+}
 
 std::optional<Colouring> find_colouring(const Result& result, const std::string& name,
                                         const std::optional<std::array<double, 2>>& range) {
@@ -180,13 +193,12 @@ std::vector<LegendEntry> legend(const std::set<int>& ids, const Materials& mater
 RenderScene::RenderScene(const Result& result, Colouring colouring)
     : colouring_(std::move(colouring)), materials_(materials_of(result.metadata)) {
     const TriangleMesh& surface = result.surface;
-    if (!result.interfaces.empty()) thin_ = kThin * cell_size(surface);
-    for (const TriangleMesh& mesh : result.interfaces) thin_ = std::min(thin_, kThin * cell_size(mesh));
+    thin_ = thin_layer(result);
     for (const TriangleMesh& mesh : result.interfaces) {
         layers_.push_back({&mesh, surface::SignedDistance(mesh), triangle_materials(mesh), {}});
         layers_.back().body = layers_.back().material.front();
     }
-    const surface::SignedDistance* below = layers_.empty() ? nullptr : &layers_.back().distance;
+    const surface::RayScene* below = layers_.empty() ? nullptr : &layers_.back().distance.scene();
     std::vector<int> material = triangle_materials(surface);
     const std::optional<int> body = uppermost(surface, material, below, thin_);
     layers_.push_back({&surface, surface::SignedDistance(surface), std::move(material), body});

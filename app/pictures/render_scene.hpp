@@ -40,6 +40,13 @@ std::optional<Colouring> find_colouring(const Result& result, const std::string&
 Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range);
 
+/// Grid spacing that a mesh was extracted on: marching cubes makes about two triangles a cell.
+double cell_size(const TriangleMesh& mesh);
+
+/// Material between the surface and the uppermost interface; nothing where that is nowhere, or where there is no
+/// interface and the surface shows several.
+std::optional<int> uppermost_material(const Result& result);
+
 /// Ids on a surface and its interfaces.
 std::set<int> materials_on(const Result& result);
 

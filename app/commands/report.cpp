@@ -1,0 +1,42 @@
+#include "app/report/report.hpp"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "app/commands/commands.hpp"
+#include "app/common/files.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+void report(const std::string& folder, const std::string& output) {
+    if (!output.ends_with(".html") && !output.ends_with(".htm"))
+        throw RecipeError(fmt::format("-o {}: must end in .html", output));
+    const Report page = make_report(folder);
+    write_file(output, page.html);
+    fmt::print("{}: page of a {}, {:.1f} MB", output, page.kind,
+               static_cast<double>(page.html.size()) * 1e-6);
+    if (page.surfaces > 0) fmt::print(", {} surfaces", page.surfaces);
+    fmt::print("; open it in a browser\n");
+}
+
+}  // namespace
+
+void add_report_command(CLI::App& program) {
+    CLI::App& command = add_command(
+        program, "report",
+        "Put a folder of results on one page that opens in any browser, offline: 3-D view, charts, tables, recipe");
+    auto folder = std::make_shared<std::string>(), output = std::make_shared<std::string>();
+    add_option(command, "input", *folder, "DIR",
+               "Folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, finished or not",
+               {.required = true});
+    add_option(
+        command, "-o,--output", *output, "FILE.html",
+        "Page to write, at most 6 MB: surfaces are coarsened to fit in, by a bound that the page states",
+        {.required = true});
+    run_by(command, [folder, output] { report(*folder, *output); });
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,82 @@
+#include "app/report/assets.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+// Files that the build puts into the program, so that what is installed is one file.
+#define SIDEWALL_EMBED(name, path)                                                             \
+    __asm__(".section .rodata\n.global sidewall_" name "\nsidewall_" name ":\n.incbin \"" path \
+            "\"\n.global sidewall_" name "_end\nsidewall_" name "_end:\n.byte 0\n.previous\n")
+
+SIDEWALL_EMBED("three", SIDEWALL_THREE_JS);
+SIDEWALL_EMBED("style", SIDEWALL_REPORT_DIR "/page.css");
+SIDEWALL_EMBED("charts", SIDEWALL_REPORT_DIR "/charts.js");
+SIDEWALL_EMBED("tables", SIDEWALL_REPORT_DIR "/tables.js");
+SIDEWALL_EMBED("solid", SIDEWALL_REPORT_DIR "/solid.js");
+SIDEWALL_EMBED("viewer", SIDEWALL_REPORT_DIR "/viewer.js");
+SIDEWALL_EMBED("controls", SIDEWALL_REPORT_DIR "/controls.js");
+SIDEWALL_EMBED("page", SIDEWALL_REPORT_DIR "/page.js");
+
+extern "C" {
+extern const char sidewall_three[], sidewall_three_end[], sidewall_style[], sidewall_style_end[],
+    sidewall_charts[], sidewall_charts_end[], sidewall_tables[], sidewall_tables_end[], sidewall_solid[],
+    sidewall_solid_end[], sidewall_viewer[], sidewall_viewer_end[], sidewall_controls[],
+    sidewall_controls_end[], sidewall_page[], sidewall_page_end[];
+}
+
+namespace sidewall::app {
+namespace {
+
+std::string_view embedded(const char* begin, const char* end) {
+    return {begin, static_cast<std::size_t>(end - begin)};
+}
+
+// The notice that its licence asks copies to carry.
+constexpr std::string_view kThreeLicence = R"(/*! three.js r111, https://threejs.org, under the MIT License:
+Copyright (c) 2010-2019 three.js authors
+Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
+documentation files (the "Software"), to deal in the Software without restriction, including without limitation the
+rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to permit
+persons to whom the Software is furnished to do so, subject to the following conditions: The above copyright notice and
+this permission notice shall be included in all copies or substantial portions of the Software. THE SOFTWARE IS PROVIDED
+"AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE WARRANTIES OF
+MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT
+HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING
+FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
+)";
+
+constexpr std::string_view kPolicy =
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
+
+}  // namespace
+
+std::string page_html(const std::string& title, const std::string& data) {
+    const auto script = [](std::string_view text) { return fmt::format("<script>\n{}</script>\n", text); };
+    std::string html = fmt::format(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n"
+        "<meta name=\"referrer\" content=\"no-referrer\">\n<link rel=\"icon\" href=\"data:,\">\n"
+        "<title>{}</title>\n<style>\n{}</style>\n</head>\n<body>\n"
+        "<noscript>This page draws its charts and tables with its own script: allow scripts for this file.</noscript>\n"
+        "<main id=\"page\"></main>\n<script type=\"application/json\" id=\"data\">",
+        kPolicy, title, embedded(sidewall_style, sidewall_style_end));
+    html += data;
+    html += "</script>\n";
+    html += fmt::format("<script>\n{}{}\n</script>\n", kThreeLicence,
+                        embedded(sidewall_three, sidewall_three_end));
+    html += script(embedded(sidewall_charts, sidewall_charts_end));
+    html += script(embedded(sidewall_tables, sidewall_tables_end));
+    html += script(embedded(sidewall_solid, sidewall_solid_end));
+    html += script(embedded(sidewall_viewer, sidewall_viewer_end));
+    html += script(embedded(sidewall_controls, sidewall_controls_end));
+    html += script(embedded(sidewall_page, sidewall_page_end));
+    return html + "</body>\n</html>\n";
+}
+
+std::size_t page_assets_size() {
+    return page_html("", "").size();
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,304 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+#include "app/report/parts.hpp"
+#include "app/report/view.hpp"
+#include "app/report/view_mesh.hpp"
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+
+// Pages of folders with many runs: sweeps and fits.
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_there(const fs::path& path) {
+    std::error_code failure;
+    return fs::exists(path, failure);
+}
+
+std::string name_of(const fs::path& folder) {
+    return fs::absolute(folder).lexically_normal().filename().string();
+}
+
+// Keys of --vary texts: KEY=LO:HI... or KEY=V1,V2.
+std::vector<std::string> varied_keys(const Json& plan) {
+    std::vector<std::string> keys;
+    if (plan.contains("vary"))
+        for (const Json& text : plan["vary"]) keys.push_back(split(text.get<std::string>(), '=').front());
+    return keys;
+}
+
+std::vector<std::string> logarithmic_keys(const Json& plan) {
+    std::vector<std::string> keys;
+    if (plan.contains("vary"))
+        for (const Json& text : plan["vary"])
+            if (text.get<std::string>().ends_with(":log"))
+                keys.push_back(split(text.get<std::string>(), '=').front());
+    return keys;
+}
+
+// The last surface of a run, if it saved one.
+std::optional<ViewFrame> last_frame(const fs::path& run, const std::string& label) {
+    if (!is_there(run / "surface.pvd")) return std::nullopt;
+    return ViewFrame{label, run, saved_surfaces(run).back()};
+}
+
+std::string short_value(const std::string& field) {
+    const Json value = field_json(field);
+    return value.is_number() ? number_text(value, 4) : field;
+}
+
+// Final surfaces of the runs in a table, each once, named by their keys.
+std::vector<ViewFrame> final_surfaces(const fs::path& folder, const TextTable& table,
+                                      const std::vector<std::string>& keys) {
+    std::vector<ViewFrame> frames;
+    std::set<std::string> seen;
+    const auto run = table.column("run"), status = table.column("status");
+    for (const auto& row : table.rows) {
+        if (!run || (status && row[*status] != "ok") || !seen.insert(row[*run]).second) continue;
+        std::string label = "run " + row[*run];
+        for (const std::string& key : keys)
+            if (const auto k = table.column(key))
+                label += fmt::format(", {} = {}", key, short_value(row[*k]));
+        if (auto frame = last_frame(folder / "runs" / row[*run], label)) frames.push_back(*std::move(frame));
+    }
+    return frames;
+}
+
+void add_view(std::vector<ViewFrame> frames, const fs::path& recipe, std::size_t bytes, Page& page) {
+    if (frames.empty()) return;
+
+    View view = make_view(std::move(frames), planes_of(recipe), bytes);
+    page.surfaces = view.shown;
+    view.section["title"] = "Final surfaces";
+    page.sections.push_back(std::move(view.section));
+    page.sections.push_back(Json{{"type", "charts"},
+                                 {"title", "Final profiles"},
+                                 {"wide", true},
+                                 {"charts", std::move(view.profiles)}});
+}
+
+// The measures of a table: its columns between the keys and the seconds.
+Json measures_of(const TextTable& table, const std::vector<std::string>& keys, const Json& units) {
+    Json measures = Json::array();
+    for (std::size_t k = 1 + keys.size(); k < table.names.size(); ++k)
+        if (table.names[k] != "seconds" && table.names[k] != "status")
+            measures.push_back(Json{{"column", k},
+                                    {"name", table.names[k]},
+                                    {"label", with_unit(table.names[k], text_at(units, table.names[k]))}});
+    return measures;
+}
+
+Json keys_of(const std::vector<std::string>& keys, const std::vector<std::string>& logarithmic) {
+    Json all = Json::array();
+    for (std::size_t k = 0; k < keys.size(); ++k)
+        all.push_back(
+            Json{{"column", k + 1},
+                 {"name", keys[k]},
+                 {"log", std::find(logarithmic.begin(), logarithmic.end(), keys[k]) != logarithmic.end()}});
+    return all;
+}
+
+// Response curves, scatter matrix and table read the same rows.
+void add_table(const TextTable& table, const Json& plan, const Json& units, const std::string& curves,
+               Page& page) {
+    const auto keys = varied_keys(plan);
+    Json rows = table_section("All runs", table, units);
+    const Json shared{{"keys", keys_of(keys, logarithmic_keys(plan))},
+                      {"measures", measures_of(table, keys, units)}};
+    for (const auto& [type, title] : {std::pair("response", curves), {"matrix", "Scatter matrix"}}) {
+        page.sections.push_back(Json{{"type", type}, {"title", title}});
+        page.sections.back().update(shared);
+    }
+    rows["source"] = true;  // of the rows that the others draw
+    page.sections.push_back(std::move(rows));
+}
+
+std::string joined(const Json& list) {
+    std::string text;
+    if (list.is_array())
+        for (const Json& item : list) text += (text.empty() ? "" : ", ") + item.get<std::string>();
+    return text;
+}
+
+std::size_t failures(const TextTable& table) {
+    const auto status = table.column("status");
+    std::size_t count = 0;
+    for (const auto& row : table.rows) count += status && row[*status] != "ok" ? 1 : 0;
+    return count;
+}
+
+// Values with their intervals, within the bounds that were searched.
+Json parameters_section(const Json& fit) {
+    Json section{{"type", "intervals"}, {"title", "Parameters"}, {"rows", Json::array()}};
+    for (const auto& [key, parameter] : fit["parameters"].items()) {
+        Json row{{"name", key},
+                 {"value", parameter["value"]},
+                 {"interval", parameter["interval95"]},
+                 {"at_bound", parameter.contains("at_bound")}};
+        for (const Json& text : fit.value("vary", Json::array())) {
+            const auto parts = split(text.get<std::string>(), '=');
+            const auto bounds = split(parts.back(), ':');
+            if (parts.front() != key || bounds.size() < 2) continue;
+            row["bounds"] = Json::array({field_json(bounds[0]), field_json(bounds[1])});
+            row["log"] = bounds.back() == "log";
+        }
+        section["rows"].push_back(std::move(row));
+    }
+    return section;
+}
+
+Json residuals_section(const Json& fit) {
+    Json section{
+        {"type", "table"},
+        {"title", "Targets and residuals"},
+        {"columns", Json::array({Json{{"name", "target"}}, Json{{"name", "asked"}}, Json{{"name", "got"}},
+                                 Json{{"name", "residual"}}, Json{{"name", "sigma"}},
+                                 Json{{"name", "residual / sigma"}}, Json{{"name", "unit"}}})},
+        {"rows", Json::array()}};
+    for (const auto& [name, r] : fit["residuals"].items()) {
+        const bool known = r["asked"].is_number() && r["got"].is_number();
+        const Json residual =
+            known ? number_or_null(r["got"].get<double>() - r["asked"].get<double>(), 4) : Json();
+        const Json scaled = known && r["sigma"].is_number()
+                                ? number_or_null(residual.get<double>() / r["sigma"].get<double>(), 4)
+                                : Json();
+        section["rows"].push_back(Json::array(
+            {name, r["asked"], r["got"], residual, r["sigma"], scaled, shown_unit(text_at(r, "unit"))}));
+    }
+    return section;
+}
+
+// SVG pictures of a folder, as they are.
+Json figures_section(const fs::path& folder, const std::string& start, const std::string& title) {
+    constexpr std::size_t kMostBytes = 1'000'000;
+    std::set<fs::path> files;
+    std::error_code unreadable;
+    for (const auto& entry : fs::directory_iterator(folder, unreadable))
+        if (entry.path().extension() == ".svg" && entry.path().filename().string().starts_with(start))
+            files.insert(entry.path());
+    Json section{{"type", "figures"}, {"title", title}, {"images", Json::array()}};
+    std::size_t bytes = 0;
+    for (const fs::path& file : files) {
+        const std::string svg = surface::read_whole_file(file);
+        if ((bytes += svg.size()) > kMostBytes) {
+            section["note"] = "Further figures are left out: see the folder.";
+            break;
+        }
+        section["images"].push_back(Json{{"name", file.stem().string()}, {"svg", base64(svg)}});
+    }
+    return section;
+}
+
+void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
+    for (const Json& keys : fit.value("not_identifiable", Json::array()))
+        page.notes.push_back("The targets do not tell " + joined(keys) +
+                             (keys.size() > 1
+                                  ? " apart: only a combination of them; fix one, or add a target."
+                                  : ": it changes none of them."));
+    page.sections.push_back(parameters_section(fit));
+    page.sections.push_back(residuals_section(fit));
+    Json figures = figures_section(folder, "overlay", "Measured and simulated profiles");
+    if (!figures["images"].empty()) page.sections.push_back(std::move(figures));
+    if (fit.contains("correlation") && fit["correlation"].size() > 1)
+        page.sections.push_back(
+            Json{{"type", "correlation"}, {"title", "Correlations"}, {"matrix", fit["correlation"]}});
+}
+
+}  // namespace
+
+Page sweep_page(const fs::path& folder, std::size_t bytes) {
+    Page page("sweep", name_of(folder));
+    const Json plan = read_json(folder / "sweep.json", "make the sweep again");
+    const Json units = plan.value("units", Json::object());
+    page.fact("Recipe", text_at(plan, "recipe"));
+    page.fact("Design", text_at(plan, "design"));
+    page.fact("Varied", joined(plan.value("vary", Json())));
+    page.fact("Set", joined(plan.value("set", Json())));
+    page.fact("Version", text_at(plan, "version"));
+    TextTable table;
+    if (is_there(folder / "sweep.csv")) table = read_text_table(folder / "sweep.csv");
+    const auto rows = plan.value("rows", std::size_t{0});
+    page.fact("Rows", fmt::format("{} of {}", table.rows.size(), rows));
+    if (table.rows.size() < rows)
+        page.notes.push_back(
+            fmt::format("The sweep has not ended: {} of {} rows are there; go on with --resume.",
+                        table.rows.size(), rows));
+    if (const std::size_t failed = failures(table); failed > 0)
+        page.notes.push_back(fmt::format("{} runs failed: the column status of the table says why.", failed));
+    if (table.rows.empty()) return page;
+    add_table(table, plan, units, "Response curves", page);
+    const fs::path first = folder / "runs" / table.rows[0][table.column("run").value_or(0)] / "recipe.toml";
+    add_view(final_surfaces(folder, table, varied_keys(plan)), first, bytes, page);
+    page.sections.push_back(recipe_section(first, text_at(plan, "recipe")));
+    page.sections.back()["title"] = "Recipe of the first run";
+    return page;
+}
+
+Page fit_page(const fs::path& folder, std::size_t bytes) {
+    Page page("fit", name_of(folder));
+    const Json fit = read_json(folder / "fit.json", "make the fit again");
+    page.fact("Recipe", text_at(fit, "recipe"));
+    page.fact("Status", text_at(fit, "status"));
+    page.fact("Varied", joined(fit.value("vary", Json())));
+    page.fact("Targets", joined(fit.value("target", Json())));
+    page.fact("Profiles", joined(fit.value("target_profile", Json())));
+    page.fact("Set", joined(fit.value("set", Json())));
+    if (fit.contains("runs")) page.fact("Runs", number_text(fit["runs"]));
+    page.fact("Best run", text_at(fit, "best_run"));
+    page.fact("Errors from", text_at(fit, "errors_from"));
+    page.fact("Version", text_at(fit, "version"));
+    if (fit.contains("parameters"))
+        add_fit_result(folder, fit, page);
+    else
+        page.notes.emplace_back(
+            "The fit has not ended: the page tells what its runs gave so far; go on with --resume.");
+    TextTable table;
+    if (is_there(folder / "fit.csv")) table = read_text_table(folder / "fit.csv");
+    const std::string best = text_at(fit, "best_run");
+    const auto keys = varied_keys(fit);
+    if (!table.rows.empty()) {
+        const auto frames = final_surfaces(folder, table, keys);
+        std::vector<ViewFrame> shown;
+        if (!frames.empty()) shown.push_back(frames.front());
+        for (const ViewFrame& frame : frames)
+            if (frame.label.starts_with("run " + best + ",") && frame.label != shown.front().label)
+                shown.push_back(frame);
+        if (shown.size() == 2) shown[1].label = "best: " + shown[1].label;
+        add_view(std::move(shown), folder / "runs" / table.rows[0][0] / "recipe.toml", bytes, page);
+        Json units = Json::object();
+        const fs::path any = folder / "runs" / (best.empty() ? table.rows[0][0] : best);
+        if (is_there(any / "summary.json"))
+            units = read_summary(any).value("metrology_units", Json::object());
+        add_table(table, fit, units, "Figures of all runs over the keys", page);
+    }
+    page.sections.push_back(recipe_section(folder / "best.toml", text_at(fit, "recipe")));
+    page.sections.back()["title"] = "Recipe and best values";
+    return page;
+}
+
+Page study_page(const fs::path& folder) {
+    Page page("study", name_of(folder));
+    const Json study = read_json(folder / "study.json", "make the study again");
+    page.fact("Rays a trace", number_text(study.value("rays", Json())));
+    page.fact("Sticking", number_text(study.value("sticking", Json())));
+    page.fact("Threads", number_text(study.value("threads", Json())));
+    page.fact("Version", text_at(study, "version"));
+    if (is_there(folder / "report.md"))
+        page.sections.push_back(Json{{"type", "markdown"},
+                                     {"title", "Region simplification on process surfaces"},
+                                     {"text", surface::read_whole_file(folder / "report.md")}});
+    else
+        page.notes.emplace_back("The study has not ended: it has no tables yet.");
+    Json figures = figures_section(folder, "surface", "Figures");
+    page.sections.push_back(std::move(figures));
+    return page;
+}
+
+}  // namespace sidewall::app

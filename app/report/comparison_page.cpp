@@ -1,0 +1,128 @@
+#include <fmt/format.h>
+
+#include "app/common/json.hpp"
+#include "app/common/timing.hpp"
+#include "app/report/parts.hpp"
+#include "app/report/view.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string shown_method(const Json& variant) {
+    const std::string method = variant.at("method").get<std::string>();
+    return method == "none" ? "raw" : method;
+}
+
+Json names_of(const Json& comparison) {
+    Json names = Json::array();
+    for (const Json& variant : comparison.at("variants")) names.push_back(shown_method(variant));
+    return names;
+}
+
+// A row a figure, a column a method, and the noise floor.
+Json comparison_table(const Json& comparison, const Json& units) {
+    Json section{{"type", "table"},
+                 {"title", "Methods against each other"},
+                 {"columns", Json::array({Json{{"name", "figure"}}})}};
+    for (const Json& name : names_of(comparison)) section["columns"].push_back(Json{{"name", name}});
+    section["columns"].push_back(Json{{"name", "noise floor"}});
+    section["rows"] = Json::array();
+    const auto row = [&](const std::string& name, auto&& value, const Json& floor) {
+        Json fields = Json::array({name});
+        for (const Json& variant : comparison.at("variants")) fields.push_back(value(variant));
+        fields.push_back(floor);
+        section["rows"].push_back(std::move(fields));
+    };
+    const std::string cell = "grid spacings";
+    row(
+        "total time [s]", [](const Json& v) { return v.at("timing").at("total"); }, Json());
+    row(
+        "tracing time [s]", [](const Json& v) { return v.at("timing").at("trace"); }, Json());
+    row(
+        "flux at equal error [s]",
+        [](const Json& v) { return number_or_null(v.at("flux_seconds_at_equal_error"), 4); }, Json());
+    row(
+        "relative flux error (statistical)", [](const Json& v) { return v.at("relative_error"); }, Json());
+    row(
+        "triangles traced", [](const Json& v) { return v.at("mesh").at("simplified").at("triangles"); },
+        Json());
+    for (const char* name : {"hausdorff_max", "hausdorff_mean"})
+        row(
+            fmt::format("distance to the raw run, {} [{}]", name + 10, cell),
+            [&](const Json& v) { return number_or_null(v.at("final").at(name), 4); },
+            number_or_null(comparison.at("noise_floor").at(name), 4));
+    const Json& first = comparison.at("variants").at(0).at("metrology");
+    for (const auto& [name, ignored] : first.items())
+        row(
+            with_unit(name, text_at(units, name)),
+            [&key = name](const Json& v) { return v.at("metrology").value(key, Json()); }, Json());
+    return section;
+}
+
+Json phases(const Json& comparison) {
+    Json section{{"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"rows", Json::array()}};
+    section["names"] = names_of(comparison);
+    for_each_phase([&](const char* phase, double Timing::*) {
+        if (std::string_view(phase) == "total") return;
+        Json row = Json::array({phase});
+        for (const Json& variant : comparison.at("variants")) row.push_back(variant.at("timing").at(phase));
+        section["rows"].push_back(std::move(row));
+    });
+    return section;
+}
+
+Json distances(const Json& comparison) {
+    Json section{
+        {"type", "bars"}, {"title", "Distance to the raw run's final surface"}, {"unit", "grid spacings"}};
+    section["names"] = Json::array({"largest", "mean"});
+    section["rows"] = Json::array();
+    const auto add = [&](const std::string& name, const Json& of) {
+        section["rows"].push_back(Json::array({name, of.at("hausdorff_max"), of.at("hausdorff_mean")}));
+    };
+    for (const Json& variant : comparison.at("variants"))
+        if (variant.at("method") != "none") add(shown_method(variant), variant.at("final"));
+    add("noise floor", comparison.at("noise_floor"));
+    return section;
+}
+
+}  // namespace
+
+Page comparison_page(const fs::path& folder, std::size_t bytes) {
+    Page page("comparison", fs::absolute(folder).lexically_normal().filename().string());
+    const Json comparison = read_json(folder / "compare.json", "make the comparison again");
+    page.fact("Recipe", text_at(comparison, "recipe"));
+    page.fact("Grid spacing", fmt::format("{} {}", number_text(comparison.at("grid_spacing")),
+                                          shown_unit(text_at(comparison, "length_unit"))));
+    page.fact("Noise floor", "distance of two raw runs of different seeds");
+    std::error_code missing;
+    Json units = Json::object();
+    if (fs::exists(folder / "none" / "summary.json", missing))
+        units = read_summary(folder / "none").value("metrology_units", Json::object());
+    page.sections.push_back(comparison_table(comparison, units));
+    page.sections.push_back(phases(comparison));
+    page.sections.push_back(distances(comparison));
+    std::vector<ViewFrame> frames;
+    for (const Json& variant : comparison.at("variants")) {
+        const fs::path run = folder / variant.at("method").get<std::string>();
+        std::error_code failure;
+        if (fs::exists(run / "surface.pvd", failure))
+            frames.push_back({shown_method(variant), run, saved_surfaces(run).back()});
+    }
+    if (!frames.empty()) {
+        View view = make_view(std::move(frames), planes_of(folder / "none" / "recipe.toml"), bytes);
+        page.surfaces = view.shown;
+        view.section["title"] = "Final surfaces";
+        page.sections.push_back(std::move(view.section));
+        page.sections.push_back(Json{{"type", "charts"},
+                                     {"title", "Final profiles"},
+                                     {"wide", true},
+                                     {"charts", std::move(view.profiles)}});
+    }
+    page.sections.push_back(recipe_section(folder / "none" / "recipe.toml", text_at(comparison, "recipe")));
+    page.sections.back()["title"] = "Recipe of the raw run";
+    return page;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,131 @@
+#include "app/report/parts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+#include "app/recipe/recipe.hpp"
+#include "app/recipe/step_materials.hpp"
+#include "app/report/view.hpp"
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr std::size_t kMostRecipeBytes = 200'000, kMostRows = 2000;
+
+// The beginning of a text that is too long for a page.
+std::string page_text(std::string text) {
+    if (text.size() <= kMostRecipeBytes) return text;
+    text.resize(text.rfind('\n', kMostRecipeBytes) + 1);
+    return text + "# ... the rest is left out of this page\n";
+}
+
+// Lines of \p text that \p other has not as often.
+std::string differing_lines(const std::string& text, const std::string& other) {
+    std::vector<std::string> there = split(other, '\n');
+    std::string lines;
+    for (const std::string& line : split(text, '\n')) {
+        const auto same = std::find(there.begin(), there.end(), line);
+        if (same != there.end())
+            there.erase(same);
+        else
+            lines += line + "\n";
+    }
+    return lines;
+}
+
+}  // namespace
+
+Page::Page(std::string kind_of_folder, std::string title_of_page)
+    : kind(std::move(kind_of_folder)),
+      title(std::move(title_of_page)),
+      facts(Json::array()),
+      sections(Json::array()) {}
+
+void Page::fact(const std::string& name, const std::string& value) {
+    if (!value.empty()) facts.push_back(Json::array({name, value}));
+}
+
+Json recipe_section(const std::filesystem::path& effective, const std::string& source) {
+    Json section{{"type", "recipe"}, {"title", "Recipe"}};
+    std::error_code failure;
+    std::string text;
+    if (std::filesystem::is_regular_file(effective, failure)) {
+        text = surface::read_whole_file(effective);
+        section["effective"] = page_text(text);
+        try {
+            section["by_material"] = page_text(values_by_material(parse_recipe(text, effective.string())));
+        } catch (const Error&) {  // files that it names may be gone
+        }
+    }
+    if (source.empty()) return section;
+    section["source_name"] = source;
+    if (!std::filesystem::is_regular_file(source, failure)) {
+        section["note"] = "The recipe's own file is not there any more: its comments are missing.";
+        return section;
+    }
+    const std::string written = surface::read_whole_file(source);
+    try {
+        const std::string now = effective_recipe(parse_recipe(written, source));
+        section["source"] = page_text(written);
+        if (!text.empty() && now != text) section["changed"] = page_text(differing_lines(text, now));
+    } catch (const Error&) {
+        section["note"] = "The file that the recipe was read from is none now: its comments are missing.";
+    }
+    return section;
+}
+
+std::vector<surface::Plane> planes_of(const std::filesystem::path& effective) {
+    constexpr std::size_t kMost = 4;
+    std::vector<surface::Plane> planes;
+    try {
+        const Recipe recipe = load_recipe(effective);
+        planes = profile_planes(recipe);
+        if (planes.empty()) planes.push_back(surface::parse_plane(recipe.metrology.cut));
+    } catch (const Error&) {  // files that it names may be gone
+        planes.push_back({});
+    }
+    if (planes.size() > kMost) planes.resize(kMost);
+    return planes;
+}
+
+Json table_section(const std::string& title, const TextTable& table, const Json& units) {
+    Json section{{"type", "table"}, {"title", title}, {"columns", Json::array()}, {"rows", Json::array()}};
+    for (const std::string& heading : table.names) {
+        auto [name, unit] = name_and_unit(heading);
+        if (units.contains(heading)) unit = units[heading].get<std::string>();
+        section["columns"].push_back(Json{{"name", name}, {"unit", shown_unit(unit)}});
+    }
+    for (const auto& row : table.rows) {
+        if (section["rows"].size() == kMostRows) {
+            section["note"] = fmt::format("The first {} of {} rows.", kMostRows, table.rows.size());
+            break;
+        }
+        Json fields = Json::array();
+        for (std::size_t k = 0; k < row.size(); ++k)  // a run's number is the name of its folder
+            fields.push_back(table.names[k] == "run" ? Json(row[k]) : field_json(row[k]));
+        section["rows"].push_back(std::move(fields));
+    }
+    return section;
+}
+
+std::string number_text(const Json& json, int digits) {
+    return json.is_number() ? fmt::format("{:.{}g}", json.get<double>(), digits) : "-";
+}
+
+std::string text_at(const Json& json, const std::string& key) {
+    return json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : "";
+}
+
+Json field_json(const std::string& field) {
+    if (field.empty()) return nullptr;
+    const auto number = finite_number(field);
+    if (!number) return field;
+    return number_or_null(*number, 7);
+}
+
+}  // namespace sidewall::app

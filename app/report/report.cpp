@@ -1,0 +1,115 @@
+#include "app/report/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/common/version.hpp"
+#include "app/report/assets.hpp"
+#include "app/report/parts.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool holds(const fs::path& folder, const char* name) {
+    std::error_code failure;
+    return fs::exists(folder / name, failure);
+}
+
+// What a 3-D view may take beside the page's own parts and what charts and tables take at most.
+std::size_t view_bytes() {
+    constexpr std::size_t kTables = 700'000;
+    return kMostPageBytes - page_assets_size() - kTables;
+}
+
+Page page_of(const fs::path& folder, std::size_t bytes) {
+    if (holds(folder, "sweep.json")) return sweep_page(folder, bytes);
+    if (holds(folder, "fit.json")) return fit_page(folder, bytes);
+    if (holds(folder, "compare.json")) return comparison_page(folder, bytes);
+    if (holds(folder, "study.json")) return study_page(folder);
+    for (const char* name : {"summary.json", "surface.pvd", "timeline.csv"})
+        if (holds(folder, name)) return run_page(folder, bytes);
+    throw FileError(fmt::format(
+        "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
+        "summary.json, surface.pvd, sweep.json, fit.json, compare.json or study.json",
+        folder.string()));
+}
+
+// Text between tags and in quoted attributes.
+std::string escaped(const std::string& text) {
+    std::string html;
+    for (const char c : text) switch (c) {
+            case '&':
+                html += "&amp;";
+                break;
+            case '<':
+                html += "&lt;";
+                break;
+            case '>':
+                html += "&gt;";
+                break;
+            case '"':
+                html += "&quot;";
+                break;
+            default:
+                html += c;
+        }
+    return html;
+}
+
+// JSON within a script element, which "</script>" or "<!--" in a string must not end. Whatever is no UTF-8,
+// as a file's name may be, is replaced.
+std::string script_json(const Json& json) {
+    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::string safe;
+    safe.reserve(text.size());
+    for (const char c : text)
+        if (c == '<')
+            safe += "\\u003c";
+        else
+            safe += c;
+    return safe;
+}
+
+std::string html_of(const Page& page) {
+    const Json data{{"kind", page.kind},   {"title", page.title},       {"version", version()},
+                    {"facts", page.facts}, {"notes", Json(page.notes)}, {"sections", page.sections}};
+    return page_html(escaped(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
+}
+
+Report report_within(const fs::path& folder, std::size_t bytes) {
+    const Page page = page_of(folder, bytes);
+    return {.kind = page.kind, .html = html_of(page), .surfaces = page.surfaces};
+}
+
+}  // namespace
+
+Report make_report(const fs::path& folder) {
+    std::error_code failure;
+    if (!fs::exists(folder, failure))
+        throw FileError(fmt::format("{}: no such folder: check the path", folder.string()));
+    if (!fs::is_directory(folder, failure))
+        throw FileError(
+            fmt::format("{}: is a file: name the folder of results that holds it", folder.string()));
+    try {
+        Report report = report_within(folder, view_bytes());
+        // Texts and tables were longer than expected: the view gets what they leave.
+        if (const std::size_t size = report.html.size(); size > kMostPageBytes)
+            report = report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes));
+        if (report.html.size() > kMostPageBytes)
+            throw FileError(fmt::format("{}: its page would take {} bytes, over {}: report one of its runs",
+                                        folder.string(), report.html.size(), kMostPageBytes));
+        return report;
+    } catch (const nlohmann::json::exception& error) {
+        throw FileError(
+            fmt::format("{}: its JSON is not what this program writes ({}): it is damaged or of another "
+                        "version; make the results again",
+                        folder.string(), error.what()));
+    }
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,249 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "app/common/folder_lock.hpp"
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+#include "app/report/parts.hpp"
+#include "app/report/view.hpp"
+#include "app/results/result.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostPoints = 1000;  // of a curve
+
+bool is_there(const fs::path& path) {
+    std::error_code failure;
+    return fs::exists(path, failure);
+}
+
+// What a time step made of a run: curves over process time.
+class Timeline {
+  public:
+    Timeline(const fs::path& path, const Json& summary) : summary_(summary) {
+        if (is_there(path)) table_ = read_text_table(path);
+        time_ = table_.column("time").value_or(0);
+    }
+
+    const TextTable& table() const { return table_; }
+    std::string time_label() const { return with_unit("time", name_and_unit(table_.names[time_]).second); }
+
+    /// Points of a column; the summary has a measure's value at the end, which no row has.
+    Json points(std::size_t column) const {
+        Json all = Json::array();
+        const std::size_t stride =
+            std::max<std::size_t>(1, (table_.rows.size() + kMostPoints - 1) / kMostPoints);
+        for (std::size_t r = 0; r < table_.rows.size(); r += stride) add(table_.rows[r], column, all);
+        if (stride > 1) add(table_.rows.back(), column, all);
+        const std::string name = name_and_unit(table_.names[column]).first;
+        if (summary_.contains("metrology") && summary_["metrology"].contains(name) &&
+            summary_.contains("time"))
+            all.push_back(Json::array({summary_["time"], summary_["metrology"][name]}));
+        return all;
+    }
+
+    /// Where steps begin, if they are few.
+    Json marks() const {
+        constexpr std::size_t kMost = 20;
+        Json marks = Json::array();
+        const auto name = table_.column("name");
+        for (std::size_t r = 1; name && r < table_.rows.size(); ++r)
+            if (table_.rows[r][*name] != table_.rows[r - 1][*name])
+                marks.push_back(Json::array({field_json(table_.rows[r][time_]), table_.rows[r][*name]}));
+        return marks.size() > kMost ? Json::array() : marks;
+    }
+
+    Json chart(const std::string& title, const std::string& y,
+               const std::vector<std::pair<std::string, std::string>>& columns) const {
+        Json chart{
+            {"title", title}, {"x", time_label()}, {"y", y}, {"marks", marks()}, {"series", Json::array()}};
+        for (const auto& [column, name] : columns)
+            if (const auto k = table_.column(column))
+                chart["series"].push_back(Json{{"name", name}, {"points", points(*k)}});
+        return chart;
+    }
+
+  private:
+    void add(const std::vector<std::string>& row, std::size_t column, Json& all) const {
+        all.push_back(Json::array({field_json(row[time_]), field_json(row[column])}));
+    }
+
+    const Json& summary_;
+    TextTable table_;
+    std::size_t time_ = 0;
+};
+
+// Measures that share a chart: those of a film, of a step coverage, of openings at several depths.
+std::string family_of(const std::string& name) {
+    for (const char* start : {"film_", "step_coverage_", "cd_at_", "scallop_"})
+        if (name.starts_with(start)) {
+            std::string family = std::string(start).substr(0, std::string(start).size() - 1);
+            if (family == "cd_at") return "opening (cd)";
+            std::replace(family.begin(), family.end(), '_', ' ');
+            return family;
+        }
+    std::string plain = name;
+    std::replace(plain.begin(), plain.end(), '_', ' ');
+    return plain;
+}
+
+Json measure_charts(const Timeline& timeline) {
+    const TextTable& table = timeline.table();
+    Json charts = Json::array();
+    const std::size_t first = table.column("relative_error").value_or(table.names.size()) + 1;
+    std::map<std::string, std::size_t> place;
+    for (std::size_t k = first; k < table.names.size(); ++k) {
+        const auto [name, unit] = name_and_unit(table.names[k]);
+        const std::string family = family_of(name);
+        const auto [at, fresh] = place.try_emplace(family, charts.size());
+        if (fresh) charts.push_back(timeline.chart(family, with_unit(family, unit), {}));
+        charts[at->second]["series"].push_back(Json{{"name", name}, {"points", timeline.points(k)}});
+    }
+    return charts;
+}
+
+Json numerics_charts(const Timeline& timeline) {
+    const auto speed = timeline.table().column("max_speed");
+    const std::string unit = speed ? name_and_unit(timeline.table().names[*speed]).second : "";
+    const std::string time = name_and_unit(timeline.table().names[*timeline.table().column("time")]).second;
+    return Json::array(
+        {timeline.chart("mesh size", "triangles",
+                        {{"raw_triangles", "extracted"}, {"simplified_triangles", "traced"}}),
+         timeline.chart("flux error", "relative standard error",
+                        {{"relative_error", "largest of all species"}}),
+         timeline.chart("time step", with_unit("time step", time), {{"dt", "time step"}}),
+         timeline.chart("largest speed", with_unit("speed", unit), {{"max_speed", "largest speed"}})});
+}
+
+Json phases_section(const Json& timing) {
+    Json rows = Json::array();
+    double rest =
+        timing.contains("total") && timing["total"].is_number() ? timing["total"].get<double>() : 0.0;
+    for (const auto& [phase, seconds] : timing.items()) {
+        if (phase == "total" || !seconds.is_number()) continue;
+        rest -= seconds.get<double>();
+        rows.push_back(Json::array({phase, seconds}));
+    }
+    rows.push_back(Json::array({"other", number_or_null(std::max(0.0, rest), 4)}));
+    return Json{
+        {"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"names", {"seconds"}}, {"rows", rows}};
+}
+
+Json plain_table(const std::string& title, const std::vector<std::string>& columns, Json rows) {
+    Json section{{"type", "table"}, {"title", title}, {"columns", Json::array()}, {"rows", std::move(rows)}};
+    for (const std::string& name : columns) section["columns"].push_back(Json{{"name", name}, {"unit", ""}});
+    return section;
+}
+
+void add_summary_tables(const Json& summary, Page& page) {
+    Json rows = Json::array();
+    if (summary.contains("metrology"))
+        for (const auto& [name, value] : summary["metrology"].items())
+            rows.push_back(Json::array({name, value, shown_unit(text_at(summary["metrology_units"], name))}));
+    page.sections.push_back(
+        plain_table("Measures at the end", {"measure", "value", "unit"}, std::move(rows)));
+    const std::string time = text_at(summary, "time_unit"),
+                      volume = shown_unit(text_at(summary, "volume_unit"));
+    const auto list = [&](const char* key, const std::string& title, const std::vector<std::string>& columns,
+                          const std::vector<std::string>& names) {
+        if (!summary.contains(key) || summary[key].empty()) return;
+        Json all = Json::array();
+        for (const Json& item : summary[key]) {
+            Json row = Json::array();
+            for (const std::string& name : names) row.push_back(item.value(name, Json()));
+            all.push_back(std::move(row));
+        }
+        page.sections.push_back(plain_table(title, columns, std::move(all)));
+    };
+    list("steps", "Steps",
+         {"step", "model", fmt::format("asked [{}]", time), fmt::format("took [{}]", time), "ended by",
+          "time steps"},
+         {"name", "model", "asked_duration", "duration", "stopped_by", "time_steps"});
+    list("events", "Events", {"what", fmt::format("time [{}]", time), "step", "material"},
+         {"kind", "time", "name", "material"});
+    list("flux", "Fluxes of the last time step",
+         {"species", "method", "rays", "segments", "leaked", "relative error"},
+         {"species", "method", "rays", "segments", "leaked", "relative_error"});
+    if (!summary.contains("volumes") || summary["volumes"].empty()) return;
+    Json volumes = Json::array();
+    for (const auto& [name, v] : summary["volumes"].items())
+        volumes.push_back(Json::array({name, v["net"], v["gross_added"], v["gross_removed"]}));
+    page.sections.push_back(
+        plain_table("Volumes since the start",
+                    {"material", fmt::format("net [{}]", volume), fmt::format("added [{}]", volume),
+                     fmt::format("removed [{}]", volume)},
+                    std::move(volumes)));
+}
+
+void add_facts(const Json& summary, Page& page) {
+    const std::string length = shown_unit(text_at(summary, "length_unit")),
+                      time = text_at(summary, "time_unit");
+    page.fact("Recipe", text_at(summary, "recipe"));
+    page.fact("Process time", fmt::format("{} {}", number_text(summary.value("time", Json())), time));
+    page.fact("Time steps", number_text(summary.value("time_steps", Json()), 9));
+    page.fact("Grid spacing",
+              fmt::format("{} {}", number_text(summary.value("grid_spacing", Json())), length));
+    if (summary.contains("timing"))
+        page.fact("Run time",
+                  fmt::format("{} s on {} threads", number_text(summary["timing"].value("total", Json()), 3),
+                              number_text(summary.value("threads", Json()))));
+    page.fact("Seed", number_text(summary.value("seed", Json()), 19));
+    page.fact("Version", text_at(summary, "version"));
+}
+
+}  // namespace
+
+Page run_page(const fs::path& folder, std::size_t bytes) {
+    Page page("run", fs::absolute(folder).lexically_normal().filename().string());
+    Json summary = Json::object();
+    if (is_there(folder / "summary.json")) {
+        summary = read_summary(folder);
+        add_facts(summary, page);
+    } else {
+        const auto holder = lock_holder(folder);
+        page.notes.push_back(
+            holder ? fmt::format("This run is still under way ({}): the page tells how far it had come.",
+                                 *holder)
+                   : "This run has not ended: the page tells how far it came.");
+    }
+    if (is_there(folder / "surface.pvd")) {
+        std::vector<ViewFrame> frames;
+        std::vector<SavedSurface> saved_ones = saved_surfaces(folder);
+        surface::MeshMetadata metadata;
+        surface::read_mesh(saved_ones.front().file, &metadata);
+        const std::string unit = metadata_text(metadata, "time_unit", "");
+        frames.reserve(saved_ones.size());
+        for (SavedSurface& saved : saved_ones)
+            frames.push_back({fmt::format("t = {:.6g} {}", saved.time, unit), folder, std::move(saved)});
+
+        View view = make_view(std::move(frames), planes_of(folder / "recipe.toml"), bytes);
+        page.surfaces = view.shown;
+        page.sections.push_back(std::move(view.section));
+        page.sections.push_back(Json{{"type", "charts"},
+                                     {"title", "Profiles over time"},
+                                     {"wide", true},
+                                     {"charts", std::move(view.profiles)}});
+    } else {
+        page.notes.emplace_back("It has saved no surface yet.");
+    }
+    const Timeline timeline(folder / "timeline.csv", summary);
+    if (!timeline.table().rows.empty()) {
+        page.sections.push_back(
+            Json{{"type", "charts"}, {"title", "Measures over time"}, {"charts", measure_charts(timeline)}});
+        page.sections.push_back(Json{{"type", "charts"},
+                                     {"title", "Meshes, errors and time steps"},
+                                     {"charts", numerics_charts(timeline)}});
+    }
+    if (summary.contains("metrology")) add_summary_tables(summary, page);
+    if (summary.contains("timing")) page.sections.push_back(phases_section(summary["timing"]));
+    page.sections.push_back(recipe_section(folder / "recipe.toml", text_at(summary, "recipe")));
+    return page;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "app/common/json.hpp"
+#include "app/results/result.hpp"
+#include "surface/cut.hpp"
+
+namespace sidewall::app {
+
+/// One state that the page's 3-D view can show.
+struct ViewFrame {
+    std::string label;             ///< e.g. "t = 2 s", or a run's number and keys
+    std::filesystem::path folder;  ///< of the run
+    SavedSurface saved;
+};
+
+/// What the view shows, and sections of the saved surfaces, before they are coarsened.
+struct View {
+    Json section;           ///< type "view": see app/report/viewer.js
+    Json profiles;          ///< a chart for each plane
+    std::size_t shown = 0;  ///< surfaces
+};
+
+/// Reads surfaces and interfaces, coarsens them until their text takes no more than \p bytes, and cuts them.
+/// Deterministic.
+/// \param planes  axis-aligned, of the sections.
+/// \returns a view without frames where nothing fits, with the reason under "note".
+/// \throws FileError naming a file that is damaged.
+View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>& planes, std::size_t bytes);
+
+/// A unit as a page shows it: "um^3" with the letter mu and a raised 3, "" for pure numbers.
+std::string shown_unit(const std::string& unit);
+
+/// "name [unit]", or the name alone.
+std::string with_unit(const std::string& name, const std::string& unit);
+
+}  // namespace sidewall::app

@@ -1,0 +1,238 @@
+#include "app/report/view_mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "app/common/json.hpp"
+#include "app/report/manifold.hpp"
+#include "simplify/simplify.hpp"
+#include "surface/error.hpp"
+#include "surface/ray_scene.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kCrease = 40.0 * std::numbers::pi / 180.0;
+constexpr std::uint16_t kNoValue = 65535;
+constexpr double kAnyLength = 1e6;  // cells
+
+// Corners of a mesh by the vertex that they become: those around a vertex of one material and one side of a
+// crease.
+struct CornerGroups {
+    std::vector<std::uint32_t> of_corner;  // 3 t + k
+    std::vector<std::uint32_t> vertex;     // of each group: the mesh's
+    std::vector<int> material;             // of each group
+};
+
+std::vector<int> materials_of_triangles(const TriangleMesh& mesh) {
+    std::vector<int> ids(mesh.triangles.size(), 0);
+    const Attribute* material = mesh.triangle_attribute("material");
+    if (material && material->components == 1)
+        for (std::size_t t = 0; t < ids.size(); ++t)
+            ids[t] = static_cast<int>(std::clamp(material->values[t], 0.0, 255.0));
+    return ids;
+}
+
+CornerGroups corner_groups(const TriangleMesh& mesh) {
+    struct Group {
+        int material;
+        Vec3 normal;
+        std::uint32_t number;
+    };
+    const std::vector<Vec3> normals = triangle_normals(mesh);
+    const std::vector<int> materials = materials_of_triangles(mesh);
+    const surface::Rows around = surface::vertex_corners(mesh);
+    CornerGroups groups;
+    groups.of_corner.resize(3 * mesh.triangles.size());
+    std::vector<Group> here;
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        here.clear();
+        for (const std::uint32_t corner : around[v]) {
+            const std::size_t t = corner / 3;
+            const auto same = std::find_if(here.begin(), here.end(), [&](const Group& group) {
+                return group.material == materials[t] && group.normal.dot(normals[t]) >= std::cos(kCrease);
+            });
+            if (same != here.end()) {
+                groups.of_corner[corner] = same->number;
+                continue;
+            }
+            const auto number = static_cast<std::uint32_t>(groups.vertex.size());
+            here.push_back({materials[t], normals[t], number});
+            groups.of_corner[corner] = number;
+            groups.vertex.push_back(static_cast<std::uint32_t>(v));
+            groups.material.push_back(materials[t]);
+        }
+    }
+    return groups;
+}
+
+// Means over the triangles of each group, by their areas.
+std::vector<float> group_means(const TriangleMesh& mesh, const CornerGroups& groups,
+                               const Attribute* attribute) {
+    const std::size_t count = groups.vertex.size();
+    if (!attribute || attribute->components != 1)
+        return std::vector<float>(count, std::numeric_limits<float>::quiet_NaN());
+    std::vector<double> sum(count, 0.0), area(count, 0.0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (!std::isfinite(attribute->values[t])) continue;
+        const double weight = triangle_area(mesh, t);
+        for (std::size_t k = 0; k < 3; ++k) {
+            sum[groups.of_corner[3 * t + k]] += weight * attribute->values[t];
+            area[groups.of_corner[3 * t + k]] += weight;
+        }
+    }
+    std::vector<float> means(count);
+    for (std::size_t g = 0; g < count; ++g) means[g] = static_cast<float>(sum[g] / area[g]);
+    return means;
+}
+
+TriangleMesh coarsened(const TriangleMesh& mesh, const ViewDetail& detail, double cell) {
+    simplify::Options options{.method = simplify::Method::region_bounded, .grid_spacing = cell};
+    options.l_max = detail.max_length * cell;
+    options.l0 = options.l_max;  // no features: the error alone grades the mesh
+    options.max_error = detail.max_error * cell;
+    try {
+        return simplify::simplify(mesh, {}, options).mesh;
+    } catch (const GeometryError&) {
+        // Films that touch each other at a point or along a line are no manifold.
+    }
+    try {
+        return simplify::simplify(manifold_parts(mesh), {}, options).mesh;
+    } catch (const GeometryError&) {
+        return mesh;
+    }
+}
+
+ViewMesh split(const TriangleMesh& mesh, const CornerGroups& groups) {
+    ViewMesh view;
+    view.material = groups.material;
+    for (const std::uint32_t v : groups.vertex) view.vertices.push_back(mesh.vertices[v]);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        view.triangles.push_back(
+            {groups.of_corner[3 * t], groups.of_corner[3 * t + 1], groups.of_corner[3 * t + 2]});
+    return view;
+}
+
+// Where each vertex takes its values from: near it, but inside of its own side of a crease or a material's
+// border.
+std::vector<Vec3> sampling_points(const ViewMesh& view) {
+    constexpr double kInward = 0.1;
+    std::vector<Vec3> middle(view.vertices.size(), Vec3::Zero());
+    std::vector<double> count(view.vertices.size(), 0.0);
+    for (const Triangle& t : view.triangles)
+        for (const std::uint32_t v : t) {
+            middle[v] += (view.vertices[t[0]] + view.vertices[t[1]] + view.vertices[t[2]]) / 3.0;
+            count[v] += 1.0;
+        }
+    std::vector<Vec3> points = view.vertices;
+    for (std::size_t v = 0; v < points.size(); ++v)
+        if (count[v] > 0.0) points[v] += kInward * (middle[v] / count[v] - points[v]);
+    return points;
+}
+
+void append(std::string& bytes, std::uint32_t value, int size) {
+    for (int k = 0; k < size; ++k) bytes += static_cast<char>(value >> (8 * k) & 255u);
+}
+
+std::uint32_t steps(double value, double low, double high, double count) {
+    const double share = high > low ? (value - low) / (high - low) : 0.0;
+    return static_cast<std::uint32_t>(std::lround(std::clamp(share, 0.0, 1.0) * count));
+}
+
+}  // namespace
+
+ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& attributes,
+                   const ViewDetail& detail, double cell) {
+    const CornerGroups groups = corner_groups(mesh);
+    std::vector<std::vector<float>> means;
+    means.reserve(attributes.size());
+    for (const std::string& name : attributes)
+        means.push_back(group_means(mesh, groups, mesh.triangle_attribute(name)));
+    if (detail.max_error == 0.0) {
+        ViewMesh view = split(mesh, groups);
+        view.values = std::move(means);
+        return view;
+    }
+    const TriangleMesh coarse = coarsened(mesh, detail, cell);
+    ViewMesh view = split(coarse, corner_groups(coarse));
+    view.values.resize(means.size(), std::vector<float>(view.vertices.size()));
+    if (means.empty()) return view;
+    const surface::RayScene scene(mesh);
+    const std::vector<Vec3> points = sampling_points(view);
+    for (std::size_t v = 0; v < points.size(); ++v) {
+        const auto hit = scene.closest_point(points[v], std::numeric_limits<double>::max());
+        const double weights[3] = {1.0 - hit.u - hit.v, hit.u, hit.v};
+        for (std::size_t a = 0; a < means.size(); ++a) {
+            double value = 0.0;
+            for (std::size_t k = 0; k < 3; ++k)
+                value += weights[k] * static_cast<double>(means[a][groups.of_corner[3 * hit.triangle + k]]);
+            view.values[a][v] = static_cast<float>(value);
+        }
+    }
+    return view;
+}
+
+ViewMesh bare_view_mesh(const TriangleMesh& mesh, const ViewDetail& detail, double cell) {
+    ViewMesh view;
+    if (detail.max_error > 0.0) {
+        // No value varies along its edges.
+        const TriangleMesh coarse = coarsened(mesh, {detail.max_error, kAnyLength}, cell);
+        view.vertices = coarse.vertices;
+        view.triangles = coarse.triangles;
+    } else {
+        view.vertices = mesh.vertices;
+        view.triangles = mesh.triangles;
+    }
+    return view;
+}
+
+std::size_t encoded_size(const ViewMesh& mesh) {
+    const std::size_t index = mesh.vertices.size() > 65536 ? 4 : 2;
+    const std::size_t bytes = mesh.vertices.size() * (6 + 2 * mesh.values.size()) + mesh.material.size() +
+                              3 * index * mesh.triangles.size();
+    return bytes * 4 / 3 + 100;
+}
+
+Json encode(const ViewMesh& mesh, const Box3& box, const std::vector<std::array<double, 2>>& ranges) {
+    std::string positions, indices, materials;
+    for (const Vec3& v : mesh.vertices)
+        for (int axis = 0; axis < 3; ++axis)
+            append(positions, steps(v[axis], box.min[axis], box.max[axis], 65535.0), 2);
+    const bool wide = mesh.vertices.size() > 65536;
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t) append(indices, v, wide ? 4 : 2);
+    for (const int id : mesh.material) append(materials, static_cast<std::uint32_t>(id), 1);
+    Json json{{"n", mesh.vertices.size()}, {"p", base64(positions)}, {"i", base64(indices)}};
+    if (wide) json["wide"] = true;
+    if (!mesh.material.empty()) json["m"] = base64(materials);
+    for (std::size_t a = 0; a < mesh.values.size(); ++a) {
+        std::string values;
+        for (const float value : mesh.values[a])
+            append(
+                values,
+                std::isfinite(value) ? steps(double(value), ranges[a][0], ranges[a][1], 65534.0) : kNoValue,
+                2);
+        json["a"].push_back(base64(values));
+    }
+    return json;
+}
+
+std::string base64(const std::string& bytes) {
+    constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    text.reserve((bytes.size() + 2) / 3 * 4);
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        std::uint32_t group = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+            group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+        for (std::size_t k = 0; k < 4; ++k)
+            text += i + k > bytes.size() ? '=' : kLetters[group >> (18 - 6 * k) & 63u];
+    }
+    return text;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,47 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/common/json_fwd.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::app {
+
+/// A mesh as the page draws it: smooth between creases, so that vertices are split at creases and where materials meet.
+struct ViewMesh {
+    std::vector<Vec3> vertices;
+    std::vector<Triangle> triangles;
+    std::vector<int> material;               ///< of each vertex; empty without materials
+    std::vector<std::vector<float>> values;  ///< by attribute, then vertex; NaN where there is none
+};
+
+/// How much a mesh is coarsened for the page; lengths in cells of the mesh.
+struct ViewDetail {
+    double max_error = 0.0;  ///< bound on the distance to the saved surface; 0: as saved
+    double max_length = 0.0;
+};
+
+/// Coarsens a surface by region-bounded simplification and samples its attributes. A mesh that cannot be simplified
+/// stays as it is.
+/// \param attributes  names of numbers a triangle; one that \p mesh lacks is NaN.
+/// \param cell        of the grid it was extracted on, world units.
+ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& attributes,
+                   const ViewDetail& detail, double cell);
+
+/// The same of a boundary that is only ever cut: positions alone, nothing split.
+ViewMesh bare_view_mesh(const TriangleMesh& mesh, const ViewDetail& detail, double cell);
+
+/// Bytes that encode() makes of it.
+std::size_t encoded_size(const ViewMesh& mesh);
+
+/// Positions in 65535 steps across \p box, values in 65534 steps across \p ranges (65535: none), 16 bits each, little
+/// endian, in base 64: {"n": vertices, "p": positions, "i": indices, "wide": of 32 bits, "m": materials, a byte each,
+/// "a": [values of each attribute]}.
+Json encode(const ViewMesh& mesh, const Box3& box, const std::vector<std::array<double, 2>>& ranges);
+
+/// RFC 4648.
+std::string base64(const std::string& bytes);
+
+}  // namespace sidewall::app

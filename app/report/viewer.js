@@ -1,0 +1,320 @@
+"use strict";
+// The 3-D view: surface, materials on the sides and on a cut, a slider over the saved surfaces. Drawn by three.js, and
+// only when something has changed.
+(() => {
+  const { el, number } = Sidewall, kAxes = "xyz", kViews = {
+    "3-D": [28, 32], Front: [0, 0], Side: [90, 0], Top: [0, 89.9],
+  };
+  const kGrey = [200, 204, 210], kField = 20, kTexture = 1024;
+
+  const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
+
+  class Viewer {
+    constructor(section) {
+      this.section = section;
+      this.min = section.min.slice();
+      this.max = section.max.slice();
+      // A solid goes on a little below its lowest point.
+      this.min[2] -= 0.12 * Math.max(this.max[0] - this.min[0], this.max[1] - this.min[1]);
+      this.box = { min: this.min, max: this.max };
+      this.size = Math.hypot(...this.max.map((v, k) => v - this.min[k])) || 1;
+      this.middle = this.max.map((v, k) => (v + this.min[k]) / 2);
+      this.colours = new Map(section.materials.map((m) => [m.id, rgb(m.colour)]));
+      this.frame = section.frames.length - 1;
+      this.colour = -1;  // by material; else the number of an attribute
+      this.log = false;
+      this.shading = true;
+      this.triangles = false;
+      this.cutAxis = -1;
+      this.cutAt = this.middle.slice();
+      this.decoded = new Map();
+      this.interfaces = new Map();
+      const deep = Math.min(this.max[0] - this.min[0], this.max[1] - this.min[1]) >
+                   0.2 * Math.max(this.max[0] - this.min[0], this.max[1] - this.min[1]);
+      if (section.cut && deep) { this.cutAxis = section.cut.axis; this.cutAt[section.cut.axis] = section.cut.at; }
+      this.camera = { azimuth: kViews["3-D"][0], elevation: kViews["3-D"][1], distance: 1, target: [0, 0, 0] };
+    }
+
+    // Whether a picture can be drawn here at all.
+    start(holder) {
+      const canvas = el("canvas", { tabindex: "0", role: "img", "aria-label": "3-D view: arrow keys turn, plus and minus " +
+        "zoom, shift and arrow keys move, 0 resets" });
+      let context = null;
+      try {
+        const wanted = { antialias: true, alpha: true, preserveDrawingBuffer: true };
+        context = canvas.getContext("webgl", wanted) || canvas.getContext("experimental-webgl", wanted);
+      } catch (error) { context = null; }
+      if (!context) return false;
+      this.canvas = canvas;
+      holder.append(canvas);
+      this.renderer = new THREE.WebGLRenderer({ canvas, context, antialias: true, alpha: true, preserveDrawingBuffer: true });
+      this.renderer.localClippingEnabled = true;
+      this.scene = new THREE.Scene();
+      this.eye = new THREE.PerspectiveCamera(kField, 1, 0.1, 20);
+      this.eye.up.set(0, 0, 1);
+      this.lamp = new THREE.DirectionalLight(0xffffff, 0.55);
+      this.scene.add(new THREE.HemisphereLight(0xffffff, 0x8a8f98, 0.62), this.lamp, this.lamp.target);
+      this.clip = new THREE.Plane(new THREE.Vector3(0, 1, 0), 1e3);
+      this.makeMaterials();
+      this.makeFaces();
+      this.fit();
+      this.listen();
+      Sidewall.fitted(holder, () => this.resize());
+      this.resize();
+      return true;
+    }
+
+    makeMaterials() {
+      const map = new THREE.DataTexture(new Uint8Array(256 * 2 * 4), 256, 2, THREE.RGBAFormat);
+      for (let i = 0; i < 256; ++i) {
+        map.image.data.set([...Sidewall.viridis(i / 255), 255], 4 * i);
+        map.image.data.set([150, 150, 150, 255], 4 * (256 + i));  // no value
+      }
+      map.magFilter = map.minFilter = THREE.LinearFilter;
+      map.needsUpdate = true;
+      const clippingPlanes = [this.clip], side = THREE.DoubleSide;
+      this.looks = {
+        material: new THREE.MeshLambertMaterial({ vertexColors: THREE.VertexColors, clippingPlanes, side }),
+        value: new THREE.MeshLambertMaterial({ map, clippingPlanes, side }),
+        flatMaterial: new THREE.MeshBasicMaterial({ vertexColors: THREE.VertexColors, clippingPlanes, side }),
+        flatValue: new THREE.MeshBasicMaterial({ map, clippingPlanes, side }),
+        triangles: new THREE.LineBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.3, clippingPlanes }),
+      };
+    }
+
+    local(v, k) { return (v - this.middle[k]) / this.size; }
+
+    // Four sides, the bottom and the cut: flat faces that show the materials behind them.
+    makeFaces() {
+      this.faces = [];
+      for (const [axis, high] of [[0, 0], [0, 1], [1, 0], [1, 1], [-1, 0]]) {
+        const canvas = document.createElement("canvas"), texture = new THREE.CanvasTexture(canvas);
+        texture.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
+        // Colours already hold their opacity, so that none darkens towards the clear gas beside it.
+        texture.premultiplyAlpha = true;
+        const look = new THREE.MeshBasicMaterial({
+          map: texture, transparent: true, alphaTest: 0.02, side: THREE.DoubleSide, blending: THREE.CustomBlending,
+          blendSrc: THREE.OneFactor, blendDst: THREE.OneMinusSrcAlphaFactor, clippingPlanes: axis < 0 ? [] : [this.clip],
+        });
+        const face = { axis, high, canvas, texture, mesh: new THREE.Mesh(new THREE.BufferGeometry(), look) };
+        this.scene.add(face.mesh);
+        this.faces.push(face);
+      }
+      const bottom = new THREE.PlaneGeometry((this.max[0] - this.min[0]) / this.size, (this.max[1] - this.min[1]) / this.size);
+      const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, clippingPlanes: [this.clip] });
+      this.bottom = new THREE.Mesh(bottom, material);
+      this.bottom.position.z = this.local(this.min[2], 2);
+      this.scene.add(this.bottom);
+    }
+
+    mesh(number) {
+      if (!this.interfaces.has(number))
+        this.interfaces.set(number, Sidewall.decode(this.section.meshes[number], this.section.min, this.section.max));
+      return this.interfaces.get(number);
+    }
+
+    surface(number) {
+      if (!this.decoded.has(number)) {
+        if (this.decoded.size > 8) this.decoded.delete(this.decoded.keys().next().value);
+        this.decoded.set(number, Sidewall.decode(this.section.frames[number].surface, this.section.min, this.section.max));
+      }
+      return this.decoded.get(number);
+    }
+
+    // From the uppermost down.
+    solids() {
+      const frame = this.section.frames[this.frame];
+      const colour = (id) => {
+        const c = this.colours.get(id) || kGrey;
+        return Sidewall.css(this.colour < 0 ? c : c.map((v, k) => Math.round(0.45 * v + 0.55 * kGrey[k])));
+      };
+      return [{ mesh: this.surface(this.frame), colour: colour(frame.top) },
+              ...frame.layers.slice().reverse().map(([mesh, id]) => ({ mesh: this.mesh(mesh), colour: colour(id) }))];
+    }
+
+    // Where a value lies on the colour bar, from 0 to 1.
+    share(value) {
+      const { low, high } = this.section.attributes[this.colour];
+      if (!this.log) return (value - low) / (high - low);
+      const floor = this.logFloor();
+      return Math.log(Math.max(value, floor) / floor) / Math.log(high / floor);
+    }
+    logFloor() {
+      const { low, high } = this.section.attributes[this.colour];
+      return low > 0 ? low : high * 1e-4;
+    }
+    value(word) {
+      const { low, high } = this.section.attributes[this.colour];
+      return word === 65535 ? NaN : low + word / 65534 * (high - low);
+    }
+
+    showSurface() {
+      const data = this.surface(this.frame), n = data.position.length / 3;
+      const geometry = new THREE.BufferGeometry(), position = new Float32Array(3 * n);
+      for (let i = 0; i < 3 * n; ++i) position[i] = this.local(data.position[i], i % 3);
+      geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
+      geometry.setIndex(new THREE.BufferAttribute(data.index, 1));
+      geometry.computeVertexNormals();
+      if (this.colour < 0) {
+        const colours = new Uint8Array(3 * n);
+        for (let v = 0; v < n; ++v) colours.set(this.colours.get(data.material[v]) || kGrey, 3 * v);
+        geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3, true));
+      } else {
+        const uv = new Float32Array(2 * n);
+        for (let v = 0; v < n; ++v) {
+          const share = this.share(this.value(data.values[this.colour][v]));
+          const known = Number.isFinite(share);
+          uv[2 * v] = 0.5 / 256 + (known ? Math.min(Math.max(share, 0), 1) : 0) * 255 / 256;
+          uv[2 * v + 1] = known ? 0.25 : 0.75;
+        }
+        geometry.setAttribute("uv", new THREE.BufferAttribute(uv, 2));
+      }
+      const look = this.colour < 0 ? (this.shading ? "material" : "flatMaterial") : (this.shading ? "value" : "flatValue");
+      for (const old of [this.shown, this.lines]) if (old) { this.scene.remove(old); old.geometry.dispose(); }
+      this.lines = null;
+      this.shown = new THREE.Mesh(geometry, this.looks[look]);
+      this.scene.add(this.shown);
+      if (this.triangles) {
+        this.lines = new THREE.LineSegments(new THREE.WireframeGeometry(geometry), this.looks.triangles);
+        this.scene.add(this.lines);
+      }
+    }
+
+    placeFace(face, axis, at) {
+      const [a, b] = [[1, 2], [0, 2], [0, 1]][axis];
+      const corner = (u, v) => {
+        const p = [0, 0, 0];
+        p[axis] = this.local(at, axis);
+        p[a] = this.local(u ? this.max[a] : this.min[a], a);
+        p[b] = this.local(v ? this.max[b] : this.min[b], b);
+        return p;
+      };
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(
+        new Float32Array([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat()), 3));
+      geometry.setAttribute("uv", new THREE.BufferAttribute(new Float32Array([0, 0, 1, 0, 1, 1, 0, 1]), 2));
+      geometry.setIndex([0, 1, 2, 0, 2, 3]);
+      face.mesh.geometry.dispose();
+      face.mesh.geometry = geometry;
+      // Powers of two, which alone have coarser versions for a view from afar.
+      const w = this.max[a] - this.min[a], h = this.max[b] - this.min[b], scale = kTexture / Math.max(w, h);
+      const power = (length) => 2 ** Math.max(4, Math.round(Math.log2(length * scale)));
+      face.canvas.width = power(w);
+      face.canvas.height = power(h);
+    }
+
+    showFace(face, axis, at) {
+      this.placeFace(face, axis, at);
+      // A little inside: where a side and a boundary's end coincide, neither is above the other.
+      const inside = Math.min(Math.max(at, this.min[axis] + 1e-5 * (this.max[axis] - this.min[axis])),
+                              this.max[axis] - 1e-5 * (this.max[axis] - this.min[axis]));
+      Sidewall.paintSection(face.canvas, this.painted, axis, inside, this.box);
+      face.texture.needsUpdate = true;
+    }
+
+    showSides() {
+      this.painted = this.solids();
+      for (const face of this.faces)
+        if (face.axis >= 0) this.showFace(face, face.axis, face.high ? this.max[face.axis] : this.min[face.axis]);
+      this.bottom.material.color.set(this.painted[this.painted.length - 1].colour);
+    }
+
+    showCut() {
+      const face = this.faces[4];
+      face.mesh.visible = this.cutAxis >= 0;
+      this.bottom.visible = this.cutAxis !== 2 || !this.aboveCut();
+      if (this.cutAxis >= 0) {
+        this.painted = this.painted || this.solids();
+        this.showFace(face, this.cutAxis, this.cutAt[this.cutAxis]);
+      }
+      this.clipped = null;
+    }
+
+    eyeAt() {
+      const { azimuth, elevation, distance, target } = this.camera, a = azimuth * Math.PI / 180, e = elevation * Math.PI / 180;
+      return [Math.sin(a) * Math.cos(e), -Math.cos(a) * Math.cos(e), Math.sin(e)].map((d, k) => target[k] + distance * d);
+    }
+
+    // The half towards the viewer is taken away.
+    aboveCut() { return this.eyeAt()[this.cutAxis] > this.local(this.cutAt[this.cutAxis], this.cutAxis); }
+
+    placeClip() {
+      if (this.cutAxis < 0) return this.clip.set(new THREE.Vector3(0, 0, 1), 1e3);
+      const sign = this.aboveCut() ? -1 : 1, normal = new THREE.Vector3();
+      normal.setComponent(this.cutAxis, sign);
+      this.clip.set(normal, -sign * this.local(this.cutAt[this.cutAxis], this.cutAxis) + 1e-5);
+      this.bottom.visible = this.cutAxis !== 2 || sign < 0;
+    }
+
+    look() {
+      const [x, y, z] = this.eyeAt(), { target } = this.camera;
+      this.eye.position.set(x, y, z);
+      this.eye.lookAt(target[0], target[1], target[2]);
+      this.eye.updateMatrixWorld();
+    }
+
+    draw() {
+      this.look();
+      const { x, y, z } = this.eye.position, { target } = this.camera;
+      this.eye.near = Math.max(0.02, this.camera.distance - 2);
+      this.eye.far = this.camera.distance + 2;
+      this.eye.updateProjectionMatrix();
+      const right = new THREE.Vector3().setFromMatrixColumn(this.eye.matrixWorld, 0);
+      this.lamp.position.set(x - 0.6 * right.x * this.camera.distance, y - 0.6 * right.y * this.camera.distance,
+                             z + 0.8 * this.camera.distance);
+      this.lamp.target.position.set(target[0], target[1], target[2]);
+      this.placeClip();
+      this.renderer.render(this.scene, this.eye);
+    }
+
+    // What has changed: "frame", "colour", "cut" or only the view.
+    refresh(what) {
+      if (what === "frame" || what === "colour") {
+        this.showSurface();
+        this.showSides();
+      }
+      if (what) this.showCut();
+      if (this.waiting) return;
+      this.waiting = requestAnimationFrame(() => { this.waiting = 0; this.draw(); });
+    }
+
+    // Shows all that the cut leaves, as large as it fits in.
+    fit(name = "3-D") {
+      const { camera } = this;
+      [camera.azimuth, camera.elevation] = kViews[name];
+      camera.target = [0, 0, 0];
+      camera.distance = 4;
+      const low = [0, 1, 2].map((k) => this.local(this.min[k], k)), high = [0, 1, 2].map((k) => this.local(this.max[k], k));
+      if (this.cutAxis >= 0)
+        (this.aboveCut() ? high : low)[this.cutAxis] = this.local(this.cutAt[this.cutAxis], this.cutAxis);
+      camera.target = low.map((v, k) => (v + high[k]) / 2);
+      const tangent = Math.tan(kField * Math.PI / 360), aspect = this.aspect || 1.6;
+      for (let round = 0; round < 10; ++round) {
+        this.look();
+        let most = 0;
+        for (let corner = 0; corner < 8; ++corner) {
+          const p = new THREE.Vector3(...[0, 1, 2].map((k) => (corner >> k & 1 ? high : low)[k]));
+          p.applyMatrix4(this.eye.matrixWorldInverse);
+          most = Math.max(most, Math.abs(p.y / p.z) / tangent, Math.abs(p.x / p.z) / tangent / aspect);
+        }
+        camera.distance = Math.max(0.6, camera.distance * most / 0.93);
+      }
+    }
+
+    resize() {
+      const width = this.canvas.parentNode.clientWidth;
+      if (!width) return;
+      const height = Math.round(Math.min(Math.max(0.58 * width, 280), 560, 0.7 * innerHeight || 560));
+      const first = !this.aspect;
+      this.aspect = width / height;
+      this.renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
+      this.renderer.setSize(width, height);
+      this.eye.aspect = this.aspect;
+      if (first) this.fit();
+      this.refresh();
+    }
+  }
+
+  Sidewall.Viewer = Viewer;
+  Sidewall.viewNames = Object.keys(kViews);
+})();

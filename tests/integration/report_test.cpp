@@ -1,0 +1,114 @@
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/integration/program.hpp"
+
+// Pages of results in a browser, which checks them itself where their address ends in #selftest
+// (app/report/page.js).
+namespace {
+
+using sidewall::test::config;
+using sidewall::test::Folder;
+using sidewall::test::Outcome;
+using sidewall::test::run_command;
+using sidewall::test::run_program;
+
+using Json = nlohmann::ordered_json;
+
+bool has_browser() {
+    const bool there = std::system("command -v chromium >/dev/null 2>&1") == 0;
+    if (!there) WARN("skipped: chromium is not installed");
+    return there;
+}
+
+// What the page says of itself.
+Json selftest(const Folder& folder, const std::string& page, const std::string& options) {
+    const Outcome outcome = run_command(
+        folder.path,
+        "timeout -k 1 300 chromium --headless --no-sandbox --disable-dev-shm-usage --user-data-dir=profile "
+        "--virtual-time-budget=5000 --dump-dom " +
+            options + " 'file://" + (folder.path / page).string() + "#selftest' 2>browser.log");
+    const std::string start = "<pre id=\"selftest\" hidden=\"\">";
+    const std::size_t begin = outcome.output.find(start);
+    INFO(sidewall::test::read_bytes(folder.path / "browser.log"));
+    REQUIRE(begin != std::string::npos);
+    std::string text = outcome.output.substr(begin + start.size());
+    text.resize(text.find("</pre>"));
+    for (const auto& [coded, plain] : {std::pair("&lt;", "<"), {"&gt;", ">"}, {"&amp;", "&"}})
+        for (std::size_t at = 0; (at = text.find(coded, at)) != std::string::npos; ++at)
+            text.replace(at, std::string(coded).size(), plain);
+    return Json::parse(text);
+}
+
+void run_and_report(const Folder& folder) {
+    const Outcome run =
+        run_program(folder.path, "run " + config("quick/sf6o2_hole.toml") + " -o run --quiet", 60);
+    INFO(run.output);
+    REQUIRE(run.exit_code == 0);
+    const Outcome report = run_program(folder.path, "report run -o page.html");
+    INFO(report.output);
+    REQUIRE(report.exit_code == 0);
+}
+
+const std::string kDrawing = "--use-angle=swiftshader --enable-unsafe-swiftshader --window-size=900,700";
+
+}  // namespace
+
+TEST_CASE("a page draws its surfaces in the legend's colours, and slider, keys and cut change the picture",
+          "[slow]") {
+    if (!has_browser()) return;
+    const Folder folder;
+    run_and_report(folder);
+    const Json page = selftest(folder, "page.html", kDrawing);
+    INFO(page.dump(2));
+    CHECK(page["errors"].empty());
+    CHECK(page["requests"] == 0);
+    CHECK(page["not_numbers"] == 0);
+    REQUIRE(page["webgl"] == true);
+    CHECK(page["colours"] > 50);  // of a lit surface; a blank canvas has one
+    CHECK(page["frames"] == 3);
+    for (const char* law :
+         {"slider_changes_picture", "slider_returns_picture", "key_turns_picture", "cut_changes_picture"})
+        CHECK(page[law] == true);
+    // Materials, rate, fluxes and coverages. One place in 50 may lie on an edge that the grid of places
+    // misses.
+    CHECK(page["legend"].size() >= 6);
+    for (const auto& [name, places] : page["legend"].items()) {
+        CAPTURE(name);
+        const int tried = places["tried"], alike = places["alike"];
+        CHECK(tried - places["faces"].get<int>() >= 10);
+        if (name == "material") CHECK(places["faces"].get<int>() >= 10);
+        CHECK(50 * (tried - alike) <= tried);
+    }
+    CHECK(page["charts"] >= 6);
+    CHECK(page["sorts"][0] < page["sorts"][1]);
+    CHECK(page["width"][0] <= page["width"][1]);
+
+    const Json phone = selftest(folder, "page.html", kDrawing + " --window-size=500,800");
+    CHECK(phone["errors"].empty());
+    CHECK(phone["width"][0] <= phone["width"][1]);  // nothing reaches beyond the screen
+}
+
+TEST_CASE("a browser without WebGL shows the page's charts and tables", "[slow]") {
+    if (!has_browser()) return;
+    const Folder folder;
+    run_and_report(folder);
+    const Json page = selftest(folder, "page.html", "--disable-gpu --disable-3d-apis");
+    INFO(page.dump(2));
+    CHECK(page["webgl"] == false);
+    CHECK(page["errors"].empty());
+    CHECK(page["charts"] >= 6);
+    CHECK(page["not_numbers"] == 0);
+}
+
+TEST_CASE("report refuses what it cannot read or write, and names it") {
+    const Folder folder;
+    const Outcome none = run_program(folder.path, "report nowhere -o page.html");
+    CHECK(none.exit_code == 3);
+    CHECK(none.output.find("nowhere: no such folder") != std::string::npos);
+    const Outcome name = run_program(folder.path, "report . -o page.png");
+    CHECK(name.exit_code == 2);
+    CHECK(name.output.find("must end in .html") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(folder.path / "page.html"));
+}
