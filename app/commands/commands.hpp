@@ -22,6 +22,7 @@ void add_simplify_command(CLI::App& program);
 void add_flux_command(CLI::App& program);
 void add_inspect_command(CLI::App& program);
 void add_render_command(CLI::App& program);
+void add_export_command(CLI::App& program);
 void add_completion_command(CLI::App& program);
 void add_man_command(CLI::App& program);
 
