@@ -206,7 +206,7 @@ Vec3 Cutter::crease_point(std::uint32_t a, std::uint32_t b) const {
     const double fa = sa.distance + sa.rise.dot(middle - qa), fb = sb.distance + sb.rise.dot(middle - qb);
     const double det = aa * bb - ab * ab;
     if (det > kParallel * kParallel * aa * bb) {
-        const Vec3 p = middle - (fa * bb - fb * ab) / det * sa.rise - (fb * aa - fa * ab) / det * sb.rise;
+        Vec3 p = middle - (fa * bb - fb * ab) / det * sa.rise - (fb * aa - fa * ab) / det * sb.rise;
         if ((p - middle).norm() < (pb - pa).norm() && std::abs(front_(p).distance) < 0.5 * options_.tolerance)
             return p;
     }
