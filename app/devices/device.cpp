@@ -160,7 +160,8 @@ void add_boundaries(TetMesh& mesh, const Box3& box, int gas) {
         } else if (faces[i].region != faces[i + 1].region) {
             const auto &low = mesh.regions[static_cast<std::size_t>(faces[i].region)],
                        &high = mesh.regions[static_cast<std::size_t>(faces[i + 1].region)];
-            named[faces[i + 1].region == gas ? "surface" : low + "/" + high].push_back(faces[i].corners);
+            named[faces[i + 1].region == gas ? "surface" : fmt::format("{}/{}", low, high)].push_back(
+                faces[i].corners);
         }
     }
     for (const auto& [name, triangles] : named) {
