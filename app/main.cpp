@@ -78,6 +78,7 @@ int run(int argc, char** argv) {
     app::add_inspect_command(program);
     app::add_render_command(program);
     app::add_report_command(program);
+    app::add_export_command(program);
     for (CLI::App* command : program.get_subcommands({})) app::add_threads_option(*command);
     app::add_completion_command(program);
     app::add_man_command(program);

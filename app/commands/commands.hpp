@@ -23,6 +23,7 @@ void add_flux_command(CLI::App& program);
 void add_inspect_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_report_command(CLI::App& program);
+void add_export_command(CLI::App& program);
 void add_completion_command(CLI::App& program);
 void add_man_command(CLI::App& program);
 

@@ -25,8 +25,8 @@ const std::map<std::string, std::vector<std::string>> kLibraries = {
 };
 
 // The rooms of app/: each may include those to its left.
-const std::vector<std::string> kRooms = {"common",   "schema", "models", "recipe",   "results", "process",
-                                         "pictures", "study",  "report", "commands", "python"};
+const std::vector<std::string> kRooms = {"common",   "schema",  "models", "recipe", "results",  "process",
+                                         "pictures", "devices", "study",  "report", "commands", "python"};
 
 struct Include {
     std::string from, to;  // paths from the root

@@ -1,0 +1,213 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <memory>
+
+#include "app/commands/about.hpp"
+#include "app/commands/commands.hpp"
+#include "app/common/json.hpp"
+#include "app/common/progress.hpp"
+#include "app/common/timing.hpp"
+#include "app/devices/device.hpp"
+#include "surface/tet_io.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct Arguments {
+    std::string input, output, json;
+    std::optional<double> time;
+    DeviceOptions options;
+};
+
+enum class Kind { tetrahedra, surface, blocks };
+
+Kind kind_of(const Arguments& arguments) {
+    std::string extension = std::filesystem::path(arguments.output).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    Kind kind = Kind::surface;
+    if (extension == ".vtu" || extension == ".msh")
+        kind = Kind::tetrahedra;
+    else if (extension == ".vtm")
+        kind = Kind::blocks;
+    else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
+        throw RecipeError(fmt::format(
+            "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface) or .vtm (all surfaces)",
+            arguments.output));
+    const DeviceOptions& options = arguments.options;
+    if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas))
+        throw RecipeError(fmt::format(
+            "-o {}: --size, --bottom and --gas are for tetrahedra: name a .vtu or .msh", arguments.output));
+    return kind;
+}
+
+Result read_input(const Arguments& arguments) {
+    const auto saved = saved_surfaces(arguments.input);
+    if (arguments.time) return read_saved(arguments.input, saved_at(saved, *arguments.time));
+    return read_result(arguments.input);
+}
+
+double time_of(const Result& result) {
+    for (const auto& [name, value] : result.metadata.numbers)
+        if (name == "time") return value;
+    return 0.0;
+}
+
+Json quality_json(const Device& device) {
+    const TetQuality quality = measure_tets(device.mesh);
+    Json json;
+    json["vertices"] = device.mesh.vertices.size();
+    json["tetrahedra"] = device.mesh.tetrahedra.size();
+    json["triangles"] = device.mesh.triangles.size();
+    json["size"] = device.size;
+    json["bottom"] = device.bottom;
+    json["quality"] = {{"inverted", quality.inverted},
+                       {"min_dihedral_deg", quality.least_dihedral_deg},
+                       {"mean_min_dihedral_deg", quality.mean_least_dihedral_deg},
+                       {"shortest_edge", quality.shortest_edge},
+                       {"longest_edge", quality.longest_edge}};
+    json["regions"] = Json::array();
+    for (std::size_t r = 0; r < device.volume.size(); ++r)
+        json["regions"].push_back({{"name", device.mesh.regions[r]},
+                                   {"tetrahedra", quality.count[r]},
+                                   {"volume", quality.volume[r]},
+                                   {"volume_by_surfaces", device.volume[r]}});
+    std::vector<std::size_t> triangles(device.mesh.boundaries.size());
+    std::vector<double> area(triangles.size());
+    for (std::size_t t = 0; t < device.mesh.triangles.size(); ++t) {
+        const auto [a, b, c] = device.mesh.triangles[t];
+        const auto& p = device.mesh.vertices;
+        const auto boundary = static_cast<std::size_t>(device.mesh.boundary[t]);
+        ++triangles[boundary];
+        area[boundary] += 0.5 * (p[b] - p[a]).cross(p[c] - p[a]).norm();
+    }
+    json["boundaries"] = Json::array();
+    for (std::size_t b = 0; b < triangles.size(); ++b)
+        json["boundaries"].push_back(
+            {{"name", device.mesh.boundaries[b]}, {"triangles", triangles[b]}, {"area", area[b]}});
+    return json;
+}
+
+void print_device(const Json& json, const std::string& unit) {
+    const auto number = [](const Json& from, const char* key) { return from[key].get<double>(); };
+    fmt::print(
+        "{} tetrahedra, {} vertices, edges {:.3g} to {:.3g} {}, smallest angle between faces {:.1f} degrees\n",
+        json["tetrahedra"].get<std::size_t>(), json["vertices"].get<std::size_t>(),
+        number(json["quality"], "shortest_edge"), number(json["quality"], "longest_edge"), unit,
+        number(json["quality"], "min_dihedral_deg"));
+    for (const Json& region : json["regions"]) {
+        const double volume = number(region, "volume"), exact = number(region, "volume_by_surfaces");
+        const auto name = region["name"].get<std::string>();
+        const auto count = region["tetrahedra"].get<std::size_t>();
+        if (count == 0)
+            fmt::print(
+                "  region    {:<12} none: {:.3g} {}^3 between the saved surfaces are too little to mesh\n",
+                name, exact, unit);
+        else
+            fmt::print(
+                "  region    {:<12} {:>9} tetrahedra, {:.6g} {}^3 ({:+.2f} % of the saved surfaces')\n", name,
+                count, volume, unit, 100.0 * (volume - exact) / std::max(std::abs(exact), 1e-300));
+    }
+    constexpr double kEnough = 5.0;  // degrees
+    if (number(json["quality"], "min_dihedral_deg") < kEnough)
+        fmt::print(
+            "  note: angles below 5 degrees are left, where fronts meet at small angles: another --size may avoid them\n");
+    for (const Json& boundary : json["boundaries"])
+        fmt::print("  boundary  {:<12} {:>9} triangles, {:.6g} {}^2\n", boundary["name"].get<std::string>(),
+                   boundary["triangles"].get<std::size_t>(), number(boundary, "area"), unit);
+}
+
+Json export_tetrahedra(const Arguments& arguments, const Result& result) {
+    const double start = now();
+    ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
+    DeviceOptions options = arguments.options;
+    options.progress = [&](double done) { progress.update(done); };
+    const Device device = about(
+        arguments.input, [&] { return make_device(result, grid_spacing_of(arguments.input), options); });
+    const double made = now();
+    surface::write_tets(arguments.output, device.mesh, result.metadata);
+    Json json = quality_json(device);
+    json["seconds"] = {{"mesh", made - start}, {"total", now() - start}};
+    return json;
+}
+
+Json export_blocks(const Arguments& arguments, const Result& result) {
+    std::vector<std::pair<std::string, const TriangleMesh*>> blocks{{"surface", &result.surface}};
+    for (std::size_t k = 0; k < result.interfaces.size(); ++k)
+        blocks.emplace_back(fmt::format("interface_{}", k), &result.interfaces[k]);
+    surface::write_vtm(arguments.output, blocks, result.metadata);
+    Json json;
+    json["blocks"] = Json::array();
+    for (const auto& [name, mesh] : blocks) {
+        json["blocks"].push_back(mesh_sizes(*mesh));
+        json["blocks"].back()["name"] = name;
+    }
+    return json;
+}
+
+void run(const Arguments& arguments) {
+    const Kind kind = kind_of(arguments);
+    const Result result = read_input(arguments);
+    const std::string length = metadata_text(result.metadata, "length_unit", "");
+    Json json;
+    if (kind == Kind::tetrahedra) {
+        json = export_tetrahedra(arguments, result);
+    } else if (kind == Kind::blocks) {
+        json = export_blocks(arguments, result);
+    } else {
+        surface::write_mesh(arguments.output, result.surface, result.metadata);
+        json = mesh_sizes(result.surface);
+        json["dropped_attributes"] = surface::unwritable(arguments.output, result.surface);
+    }
+    json["file"] = arguments.output;
+    json["source"] = result.source.string();
+    json["time"] = time_of(result);
+    json["length_unit"] = length;
+    if (!arguments.json.empty()) write_json(arguments.json, json);
+    if (arguments.json == "-") return;
+    fmt::print("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(),
+               time_of(result), metadata_text(result.metadata, "time_unit", ""));
+    if (kind == Kind::tetrahedra)
+        print_device(json, length);
+    else
+        fmt::print("  {}\n",
+                   kind == Kind::blocks
+                       ? fmt::format("{} blocks: the surface and the interfaces", json["blocks"].size())
+                       : fmt::format("{} vertices, {} triangles", json["vertices"].get<std::size_t>(),
+                                     json["triangles"].get<std::size_t>()));
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& program) {
+    CLI::App& command = add_command(
+        program, "export", "Write a result for other programs: tetrahedra of all materials, or surfaces");
+    auto arguments = std::make_shared<Arguments>();
+    add_option(command, "input", arguments->input, "DIR", "Folder that `run` wrote", {.required = true});
+    add_option(
+        command, "-o,--output", arguments->output, "FILE",
+        "File to write: tetrahedra as .vtu (VTK) or .msh (Gmsh 2.2), the wafer's surface as .stl, .obj, .ply or "
+        ".vtp, or it and all interfaces as .vtm",
+        {.required = true});
+    add_option(command, "--time", arguments->time, "T",
+               "The saved surface nearest to this process time, in the recipe's unit (default: the last)");
+    add_option(
+        command, "--size", arguments->options.size, "L",
+        "Longest edge of tetrahedra at the surface and interfaces, in the recipe's length unit (default: 2 "
+        "grid spacings); they are shorter where these curve or films are thin, and longer far away");
+    add_option(
+        command, "--bottom", arguments->options.bottom, "Z",
+        "Height of the substrate's underside (default: a quarter of the larger extent below all else)");
+    add_flag(command, "--gas", arguments->options.gas,
+             "Mesh the gas above and in voids, too, as a region `gas`");
+    add_option(
+        command, "--json", arguments->json, "FILE",
+        "Write sizes, regions with volumes, boundaries and quality here; - for standard output, and then "
+        "nothing else there");
+    run_by(command, [arguments] { run(*arguments); });
+}
+
+}  // namespace sidewall::app

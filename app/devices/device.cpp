@@ -1,0 +1,246 @@
+#include "app/devices/device.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "app/common/free_memory.hpp"
+#include "app/common/text.hpp"
+#include "app/pictures/render_scene.hpp"
+#include "surface/error.hpp"
+#include "surface/file.hpp"
+#include "surface/tetrahedralize.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// In grid spacings.
+constexpr double kSize = 2.0;
+constexpr double kLeast = 0.6;       // edges are not divided below
+constexpr double kTolerance = 0.06;  // that fronts may bulge over an edge
+constexpr double kThin = 0.005;      // less of a film is rounding
+
+// Where a region's volume is off by more, edges are divided further. Scraps of a few cells are left as they
+// are.
+constexpr double kVolume = 0.0048, kSmall = 20.0, kFiner = 0.7;
+constexpr int kAttempts = 3;
+
+/// Volume of material under a surface that ends on the box, from its bottom.
+double volume_below(const TriangleMesh& mesh, double bottom) {
+    double volume = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        volume += 0.5 * area_vector(mesh, t).z() * (triangle_centroid(mesh, t).z() - bottom);
+    return volume;
+}
+
+/// Bodies that wrap each other, and their regions: by material instead of by layer.
+struct Regions {
+    std::vector<const RenderLayer*> layers;
+    std::vector<std::string> names;
+    std::vector<int> of_layer;
+};
+
+Regions regions_of(const RenderScene& scene, const Result& result) {
+    const Materials materials = materials_of(result.metadata);
+    Regions regions;
+    for (const RenderLayer& layer : scene.layers()) {
+        if (!layer.body) continue;  // a film that has no thickness yet
+        const auto id = static_cast<std::size_t>(*layer.body);
+        const std::string name = *layer.body >= 0 && id < materials.size()
+                                     ? materials[id].name
+                                     : fmt::format("material {}", *layer.body);
+        const auto found = std::find(regions.names.begin(), regions.names.end(), name);
+        regions.layers.push_back(&layer);
+        regions.of_layer.push_back(static_cast<int>(found - regions.names.begin()));
+        if (found == regions.names.end()) regions.names.push_back(name);
+    }
+    if (regions.layers.empty())
+        throw GeometryError(fmt::format(
+            "{}: does not say which material lies below the surface: run it again", result.source.string()));
+    return regions;
+}
+
+/// The box that is filled: the sides of the surface, and room below and above.
+Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) {
+    Box3 box = bounding_box(result.surface);
+    double lowest = box.min.z();
+    for (const TriangleMesh& mesh : result.interfaces) lowest = std::min(lowest, bounding_box(mesh).min.z());
+    const double room = std::max(4.0 * spacing, 0.25 * std::max(box.size().x(), box.size().y()));
+    box.min.z() = options.bottom.value_or(lowest - room);
+    if (!(box.min.z() <= lowest - spacing))
+        throw RecipeError(fmt::format(
+            "--bottom {:.6g}: must be at least a grid spacing below the lowest front: {:.6g} or less",
+            box.min.z(), lowest - spacing));
+    box.max.z() += options.gas ? room : 2.0 * spacing;
+    return box;
+}
+
+// What tetrahedra take while they are made, and how many the fronts will have at about.
+constexpr double kBytes = 400.0;
+
+double expected_count(const Result& result, const Box3& box, double size) {
+    constexpr double kAtFronts = 45.0;  // for size squared, measured on flat and on patterned wafers
+    double area = total_area(result.surface);
+    for (const TriangleMesh& mesh : result.interfaces) area += total_area(mesh);
+    return kAtFronts * (area + box.size().x() * box.size().y()) / (size * size);
+}
+
+surface::TetOptions tet_options(const Result& result, double spacing, const DeviceOptions& options) {
+    surface::TetOptions tets;
+    tets.size = options.size.value_or(kSize * spacing);
+    if (!(tets.size > 0.0) || !std::isfinite(tets.size))
+        throw RecipeError(fmt::format("--size {}: must be a length above 0", tets.size));
+    tets.box = box_of(result, spacing, options);
+    const double fine = std::min(1.0, tets.size / (kSize * spacing));
+    tets.least = fine * kLeast * spacing;
+    tets.tolerance = fine * kTolerance * spacing;
+    tets.thin = kThin * spacing;
+    tets.outside = options.gas;
+    tets.progress = options.progress;
+    const FreeMemory free = free_memory();
+    const double count = expected_count(result, tets.box, tets.size);
+    if (count * kBytes > free.bytes || count > 1e9)
+        throw RecipeError(fmt::format(
+            "--size {:.4g}: would make about {:.2g} tetrahedra and need about {:.3g} GB, and {:.3g} GB are {}: choose a "
+            "larger one",
+            tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit));
+    tets.most = static_cast<std::size_t>(std::min(1e9, free.bytes / kBytes));
+    return tets;
+}
+
+/// A face of a tetrahedron, out of it.
+struct Face {
+    Triangle sorted, corners;
+    int region;
+};
+
+std::vector<Face> sorted_faces(const TetMesh& mesh) {
+    constexpr std::size_t kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    std::vector<Face> faces;
+    faces.reserve(4 * mesh.tetrahedra.size());
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (const auto& [a, b, c] : kFaces) {
+            const Tetrahedron& tet = mesh.tetrahedra[t];
+            Face face{{}, {tet[a], tet[b], tet[c]}, mesh.region[t]};
+            face.sorted = face.corners;
+            std::sort(face.sorted.begin(), face.sorted.end());
+            faces.push_back(face);
+        }
+    std::sort(faces.begin(), faces.end(), [](const Face& p, const Face& q) {
+        return std::tie(p.sorted, p.region) < std::tie(q.sorted, q.region);
+    });
+    return faces;
+}
+
+/// The side that a face lies on, or "surface".
+std::string outer_name(const TetMesh& mesh, const Face& face, const Box3& box) {
+    constexpr const char* kSides[] = {"x-min", "x-max", "y-min", "y-max", "bottom", "top"};
+    for (int axis = 0; axis < 3; ++axis)
+        for (const bool high : {false, true}) {
+            const double plane = high ? box.max[axis] : box.min[axis];
+            if (std::all_of(face.corners.begin(), face.corners.end(),
+                            [&](std::uint32_t v) { return mesh.vertices[v][axis] == plane; }))
+                return kSides[2 * axis + (high ? 1 : 0)];
+        }
+    return "surface";
+}
+
+/// Adds the faces between regions and on the outside.
+/// \param gas  its region; below 0 if it has none.
+void add_boundaries(TetMesh& mesh, const Box3& box, int gas) {
+    const std::vector<Face> faces = sorted_faces(mesh);
+    std::map<std::string, std::vector<Triangle>> named;
+    for (std::size_t i = 0, j = 0; i < faces.size(); i = j) {
+        j = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted ? i + 2 : i + 1;
+        if (j - i == 1) {
+            named[outer_name(mesh, faces[i], box)].push_back(faces[i].corners);
+        } else if (faces[i].region != faces[i + 1].region) {
+            const auto &low = mesh.regions[static_cast<std::size_t>(faces[i].region)],
+                       &high = mesh.regions[static_cast<std::size_t>(faces[i + 1].region)];
+            named[faces[i + 1].region == gas ? "surface" : fmt::format("{}/{}", low, high)].push_back(
+                faces[i].corners);
+        }
+    }
+    for (const auto& [name, triangles] : named) {
+        mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
+        mesh.boundary.insert(mesh.boundary.end(), triangles.size(), static_cast<int>(mesh.boundaries.size()));
+        mesh.boundaries.push_back(name);
+    }
+}
+
+/// By region, as the surfaces enclose them.
+std::vector<double> enclosed_volumes(const Regions& regions, const surface::TetOptions& tets) {
+    std::vector<double> volumes(regions.names.size(), 0.0);
+    double below = 0.0;
+    for (std::size_t k = 0; k < regions.layers.size(); ++k) {
+        const double here = volume_below(*regions.layers[k]->mesh, tets.box.min.z());
+        volumes[static_cast<std::size_t>(regions.of_layer[k])] += here - below;
+        below = here;
+    }
+    if (tets.outside) volumes.back() = tets.box.size().prod() - below;
+    return volumes;
+}
+
+bool volumes_hold(const Device& device, double small) {
+    const std::vector<double> meshed = measure_tets(device.mesh).volume;
+    for (std::size_t r = 0; r < meshed.size(); ++r)
+        if (device.volume[r] > small && std::abs(meshed[r] - device.volume[r]) > kVolume * device.volume[r])
+            return false;
+    return true;
+}
+
+}  // namespace
+
+Device make_device(const Result& result, double spacing, const DeviceOptions& options) {
+    const RenderScene scene(result, {});
+    if (!scene.solid())
+        throw GeometryError(
+            fmt::format("{}: encloses no material: its edges do not lie on the sides of a rectangle",
+                        result.source.string()));
+    Regions regions = regions_of(scene, result);
+    surface::TetOptions tets = tet_options(result, spacing, options);
+    std::vector<surface::Front> fronts;
+    for (const RenderLayer* layer : regions.layers)
+        fronts.emplace_back([layer](const Vec3& p) { return layer->distance.at(p); });
+
+    if (options.gas) {
+        regions.of_layer.push_back(static_cast<int>(regions.names.size()));
+        regions.names.emplace_back("gas");
+    }
+    Device device;
+    device.size = tets.size;
+    device.bottom = tets.box.min.z();
+    device.volume = enclosed_volumes(regions, tets);
+    const double small = kSmall * spacing * spacing * spacing;
+    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+        device.mesh = surface::tetrahedralize(fronts, tets);
+        for (int& region : device.mesh.region) region = regions.of_layer[static_cast<std::size_t>(region)];
+        device.mesh.regions = regions.names;
+        constexpr double kGrowth = 4.0;  // at most, by the next attempt
+        if (volumes_hold(device, small) ||
+            kGrowth * static_cast<double>(device.mesh.tetrahedra.size()) > static_cast<double>(tets.most))
+            break;
+        tets.least *= kFiner;
+        tets.tolerance *= kFiner * kFiner;
+    }
+    add_boundaries(device.mesh, tets.box, options.gas ? static_cast<int>(regions.names.size()) - 1 : -1);
+    return device;
+}
+
+double grid_spacing_of(const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / "recipe.toml";
+    const std::string text = surface::read_whole_file(file);
+    constexpr std::string_view kKey = "\ngrid_spacing = ";
+    if (const std::size_t at = text.find(kKey); at != std::string::npos) {
+        const std::size_t begin = at + kKey.size();
+        const std::string_view value =
+            std::string_view(text).substr(begin, text.find_first_of(" #\n", begin) - begin);
+        if (const auto spacing = finite_number(value); spacing && *spacing > 0.0) return *spacing;
+    }
+    throw FileError(fmt::format("{}: names no grid_spacing: run the simulation again", file.string()));
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,40 @@
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "app/results/result.hpp"
+#include "surface/tet_mesh.hpp"
+
+// Meshes for device simulators.
+namespace sidewall::app {
+
+struct DeviceOptions {
+    std::optional<double> size;  ///< longest edge at fronts; else 2 grid spacings
+    std::optional<double>
+        bottom;        ///< z of the underside; else a quarter of the larger extent below all fronts
+    bool gas = false;  ///< mesh what is above and in voids, too
+    std::function<void(double)> progress;  ///< gets the share done
+};
+
+/// Tetrahedra of all materials. Regions are materials; boundaries are `x-min`, `x-max`, `y-min`, `y-max`, `bottom`,
+/// `top` of the gas, `surface` between materials and gas, and interfaces such as `Si/SiO2`, the lower one first.
+struct Device {
+    TetMesh mesh;
+    std::vector<double> volume;  ///< by region, as the saved surfaces enclose it
+    double size = 0.0, bottom = 0.0;
+};
+
+/// Where a region of more than a few cells differs from what the surfaces enclose by nearly 0.5 %, it is meshed finer, up to
+/// two times.
+///
+/// \param result   of a run, with its interfaces.
+/// \param spacing  of the grid that it was run on.
+/// \throws RecipeError if the size or the bottom cannot be, or naming both figures if there is not the memory for what
+///         the size asks for; GeometryError if the surfaces enclose no material.
+Device make_device(const Result& result, double spacing, const DeviceOptions& options);
+
+/// The grid spacing of the run that wrote a folder, by its effective recipe.
+/// \throws FileError if there is none.
+double grid_spacing_of(const std::filesystem::path& folder);
+
+}  // namespace sidewall::app

@@ -1,0 +1,19 @@
+#pragma once
+#include <span>
+
+#include "surface/tet_complex.hpp"
+#include "surface/tetrahedralize.hpp"
+
+// The stages of tetrahedralize(), in their order; not for others.
+namespace sidewall::surface {
+
+/// Tetrahedra of the box, all of the region \p outside, fine where fronts are.
+TetComplex bisected_box(std::span<const Front> fronts, const TetOptions& options);
+
+/// Cuts a front into the tetrahedra of region k + 1: those inside it become region k.
+void cut_front(TetComplex& mesh, std::span<const Front> fronts, int k, const TetOptions& options);
+
+/// Widens angles below the target.
+void improve(TetComplex& mesh, std::span<const Front> fronts, const TetOptions& options);
+
+}  // namespace sidewall::surface

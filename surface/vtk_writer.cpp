@@ -1,0 +1,118 @@
+#include "surface/vtk_writer.hpp"
+
+#include <tbb/parallel_for.h>
+#include <zlib.h>
+
+#include "surface/mesh_bytes.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+std::string deflate_block(std::string_view block) {
+    uLongf size = compressBound(static_cast<uLong>(block.size()));
+    std::string out(size, '\0');
+    const int code =
+        compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(block.data()),
+                  static_cast<uLong>(block.size()), 5);
+    if (code != Z_OK) throw IoError("cannot compress a mesh: out of memory");
+    out.resize(size);
+    return out;
+}
+
+/// vtkZLibDataCompressor's layout: block count, block size, last block's size if partial, compressed sizes,
+/// blocks.
+void append_compressed(std::string& appended, std::string_view bytes) {
+    constexpr std::size_t kBlock = 1 << 18;
+    const std::size_t count = (bytes.size() + kBlock - 1) / kBlock;
+    std::vector<std::string> blocks(count);
+    tbb::parallel_for(std::size_t{0}, count,
+                      [&](std::size_t i) { blocks[i] = deflate_block(bytes.substr(i * kBlock, kBlock)); });
+    append_value<std::uint64_t>(appended, count);
+    append_value<std::uint64_t>(appended, kBlock);
+    append_value<std::uint64_t>(appended, bytes.size() % kBlock);
+    for (const std::string& block : blocks) append_value<std::uint64_t>(appended, block.size());
+    for (const std::string& block : blocks) appended += block;
+}
+
+}  // namespace
+
+std::string xml_escape(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&')
+            result += "&amp;";
+        else if (c == '<')
+            result += "&lt;";
+        else if (c == '>')
+            result += "&gt;";
+        else if (c == '"')
+            result += "&quot;";
+        else
+            result += c;
+    }
+    return result;
+}
+
+VtkWriter::VtkWriter(std::string_view type)
+    : xml(fmt::format(
+          "<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" byte_order=\"LittleEndian\" "
+          "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n  <{0}>\n",
+          type)) {}
+
+void VtkWriter::array(const char* type, std::string_view name, int components, std::string_view bytes) {
+    fmt::format_to(std::back_inserter(xml),
+                   "        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
+                   "offset=\"{}\"/>\n",
+                   type, xml_escape(name), components, appended.size());
+    append_compressed(appended, bytes);
+}
+
+void VtkWriter::attributes(const char* element, const std::vector<Attribute>& attributes) {
+    xml += fmt::format("      <{}>\n", element);
+    for (const Attribute& attribute : attributes) {
+        std::string bytes;
+        bytes.reserve(8 * attribute.values.size());
+        for (const double value : attribute.values) append_scalar(bytes, attribute.type, value);
+        const char* type = attribute.type == Scalar::float32   ? "Float32"
+                           : attribute.type == Scalar::float64 ? "Float64"
+                                                               : "Int32";
+        array(type, attribute.name, attribute.components, bytes);
+    }
+    xml += fmt::format("      </{}>\n", element);
+}
+
+void VtkWriter::field_data(const MeshMetadata& metadata) {
+    if (metadata.texts.empty() && metadata.numbers.empty()) return;
+    xml += "    <FieldData>\n";
+    for (const auto& [name, text] : metadata.texts) {
+        // VTK stores strings as the codes of their characters, each string ended by a zero.
+        xml +=
+            fmt::format("      <DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">",
+                        xml_escape(name));
+        for (const char c : text) xml += fmt::format("{} ", static_cast<unsigned char>(c));
+        xml += "0</DataArray>\n";
+    }
+    for (const auto& [name, number] : metadata.numbers)
+        xml += fmt::format(
+            "      <DataArray type=\"Float64\" Name=\"{}\" NumberOfTuples=\"1\" "
+            "format=\"ascii\">{}</DataArray>\n",
+            xml_escape(name), number);
+    xml += "    </FieldData>\n";
+}
+
+void VtkWriter::points(const std::vector<Vec3>& vertices) {
+    std::string bytes;
+    bytes.reserve(24 * vertices.size());
+    for (const Vec3& p : vertices)
+        for (int k = 0; k < 3; ++k) append_value(bytes, p[k]);
+    xml += "      <Points>\n";
+    array("Float64", "Points", 3, bytes);
+    xml += "      </Points>\n";
+}
+
+std::string VtkWriter::file(std::string_view type) const {
+    return fmt::format("{}    </Piece>\n  </{}>\n  <AppendedData encoding=\"raw\">\n   _", xml, type) +
+           appended + "\n  </AppendedData>\n</VTKFile>\n";
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,227 @@
+#include <zlib.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/devices/device.hpp"
+#include "app/results/result.hpp"
+#include "surface/mesh_io.hpp"
+#include "tests/app/result_folder.hpp"
+#include "tests/integration/program.hpp"
+#include "tests/tet_checks.hpp"
+
+// Results for other programs: tetrahedra and surfaces.
+namespace {
+
+using namespace sidewall;
+using nlohmann::json;
+
+void run_recipe(const test::Folder& folder, const std::string& recipe) {
+    const auto ran = test::run_program(
+        folder.path, "run " + test::config("quick/" + recipe + ".toml") + " -o run --quiet", 120);
+    INFO(ran.output);
+    REQUIRE(ran.exit_code == 0);
+}
+
+/// The values of an array of a file whose data are appended, compressed by blocks.
+template <class T>
+std::vector<T> vtu_array(const std::string& file, const std::string& name) {
+    const std::string key = "Name=\"" + name + "\"";
+    const std::size_t offset_at = file.find("offset=\"", file.find(key)) + 8;
+    std::size_t at = file.find("\n   _") + 5 + std::stoull(file.substr(offset_at));
+    const auto word = [&] {
+        std::uint64_t value = 0;
+        std::memcpy(&value, file.data() + at, 8);
+        at += 8;
+        return value;
+    };
+    const std::uint64_t blocks = word(), size = word(), rest = word();
+    std::vector<std::uint64_t> compressed(blocks);
+    for (std::uint64_t& bytes : compressed) bytes = word();
+    std::string data;
+    for (std::size_t b = 0; b < blocks; ++b) {
+        uLongf plain = b + 1 == blocks && rest > 0 ? rest : size;
+        std::string block(plain, '\0');
+        REQUIRE(uncompress(reinterpret_cast<Bytef*>(block.data()), &plain,
+                           reinterpret_cast<const Bytef*>(file.data() + at), compressed[b]) == Z_OK);
+        data += block;
+        at += compressed[b];
+    }
+    std::vector<T> values(data.size() / sizeof(T));
+    std::memcpy(values.data(), data.data(), data.size());
+    return values;
+}
+
+void check_device(const app::Device& device, const app::Result& result, bool gas) {
+    const TetMesh& mesh = device.mesh;
+    Box3 box = bounding_box(result.surface);
+    box.min.z() = device.bottom;
+    for (const Vec3& p : mesh.vertices) box.max.z() = std::max(box.max.z(), p.z());
+    test::check_tets(mesh, box, !gas);
+    const TetQuality quality = measure_tets(mesh);
+    for (std::size_t r = 0; r < mesh.regions.size(); ++r) {
+        CAPTURE(mesh.regions[r]);
+        CHECK(std::abs(quality.volume[r] / device.volume[r] - 1.0) < 0.005);
+    }
+    // Boundaries are exactly the faces of one tetrahedron and those between regions.
+    const auto faces = test::faces_of(mesh);
+    std::size_t expected = 0;
+    for (const auto& [face, regions] : faces) expected += regions.size() == 1 || regions[0] != regions[1];
+    CHECK(mesh.triangles.size() == expected);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        test::Sorted face = mesh.triangles[t];
+        std::sort(face.begin(), face.end());
+        const auto found =
+            std::lower_bound(faces.begin(), faces.end(), face,
+                             [](const test::FaceAt& f, const test::Sorted& s) { return f.face < s; });
+        REQUIRE((found != faces.end() && found->face == face));
+        const auto& regions = found->regions;
+        const std::string& name = mesh.boundaries[static_cast<std::size_t>(mesh.boundary[t])];
+        const auto region = [&](std::size_t k) { return mesh.regions[static_cast<std::size_t>(regions[k])]; };
+        if (name.find('/') != std::string::npos) {
+            REQUIRE(regions.size() == 2);
+            REQUIRE((name == region(0) + "/" + region(1) || name == region(1) + "/" + region(0)));
+        }
+        if (name == "x-max")
+            for (const std::uint32_t v : face) REQUIRE(mesh.vertices[v].x() == box.max.x());
+        if (name == "bottom")
+            for (const std::uint32_t v : face) REQUIRE(mesh.vertices[v].z() == device.bottom);
+        if (name == "surface") REQUIRE(regions.size() == (gas ? 2u : 1u));
+    }
+}
+
+void check_result(const std::filesystem::path& folder, double spacing, bool gas) {
+    CHECK(app::grid_spacing_of(folder) == spacing);
+    const app::Result result = app::read_result(folder);
+    check_device(app::make_device(result, spacing, {.gas = gas}), result, gas);
+}
+
+}  // namespace
+
+TEST_CASE("a fin's materials become tetrahedra that share their interfaces", "[slow]") {
+    const test::Folder folder;
+    run_recipe(folder, "fin_sequence");
+    for (const bool gas : {false, true}) check_result(folder.path / "run", 2.0, gas);
+}
+
+TEST_CASE("a scalloped hole with a polymer of a fraction of a cell becomes tetrahedra", "[slow]") {
+    const test::Folder folder;
+    run_recipe(folder, "bosch_hole");
+    check_result(folder.path / "run", 0.125, false);
+    // At first the polymer has no thickness.
+    const auto early = test::run_program(folder.path, "export run -o early.vtu --time 0 --size 0.5 --json -");
+    INFO(early.output);
+    REQUIRE(early.exit_code == 0);
+    const json told = json::parse(early.output);
+    CHECK(told["time"] == 0.0);
+    CHECK(told["regions"].size() == 2);
+    CHECK(told["quality"]["inverted"] == 0);
+    CHECK(told["quality"]["min_dihedral_deg"] > 5.0);
+}
+
+TEST_CASE("the files of tetrahedra hold what was made, and Gmsh reads its own", "[slow]") {
+    const test::Folder folder;
+    run_recipe(folder, "fin_sequence");
+    for (const char* threads : {"1", "2"}) {
+        const auto made = test::run_program(
+            folder.path, std::string("export run -o ") + threads + ".vtu --size 8 --threads " + threads);
+        INFO(made.output);
+        REQUIRE(made.exit_code == 0);
+        CHECK(made.output.find("smallest angle") != std::string::npos);
+        CHECK(made.output.find("Si/SiO2") != std::string::npos);
+    }
+    CHECK(test::read_bytes(folder.path / "1.vtu") == test::read_bytes(folder.path / "2.vtu"));
+    const app::Result result = app::read_result(folder.path / "run");
+    const app::Device device = app::make_device(result, 2.0, {.size = 8.0});
+    const TetMesh& mesh = device.mesh;
+    const std::string vtu = test::read_bytes(folder.path / "1.vtu");
+    const auto points = vtu_array<double>(vtu, "Points");
+    REQUIRE(points.size() == 3 * mesh.vertices.size());
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        REQUIRE(Vec3(points[3 * v], points[3 * v + 1], points[3 * v + 2]) == mesh.vertices[v]);
+    const auto types = vtu_array<std::uint8_t>(vtu, "types");
+    const auto corners = vtu_array<std::int64_t>(vtu, "connectivity"),
+               ends = vtu_array<std::int64_t>(vtu, "offsets");
+    const auto region = vtu_array<std::int32_t>(vtu, "region"),
+               boundary = vtu_array<std::int32_t>(vtu, "boundary");
+    const std::size_t tets = mesh.tetrahedra.size(), cells = tets + mesh.triangles.size();
+    for (const std::size_t size : {types.size(), ends.size(), region.size(), boundary.size()})
+        REQUIRE(size == cells);
+    for (std::size_t c = 0; c < cells; ++c) {
+        const bool tet = c < tets;
+        const auto begin = static_cast<std::size_t>(c == 0 ? 0 : ends[c - 1]);
+        REQUIRE(types[c] == (tet ? 10 : 5));
+        REQUIRE(ends[c] == static_cast<std::int64_t>(begin) + (tet ? 4 : 3));
+        REQUIRE(region[c] == (tet ? mesh.region[c] : -1));
+        REQUIRE(boundary[c] == (tet ? -1 : mesh.boundary[c - tets]));
+        for (std::size_t k = 0; k < (tet ? 4u : 3u); ++k)
+            REQUIRE(corners[begin + k] == (tet ? mesh.tetrahedra[c][k] : mesh.triangles[c - tets][k]));
+    }
+
+    REQUIRE(test::run_program(folder.path, "export run -o device.msh --size 8").exit_code == 0);
+    if (test::run_command(folder.path, "gmsh --version >/dev/null 2>&1").exit_code != 0) {
+        WARN("gmsh is not installed: its reader is not tried");
+        return;
+    }
+    const auto gmsh =
+        test::run_command(folder.path, "gmsh device.msh -check -0 -format msh41 -o back.msh 2>&1");
+    INFO(gmsh.output);
+    CHECK(gmsh.exit_code == 0);
+    CHECK(gmsh.output.find("Error") == std::string::npos);
+    CHECK(gmsh.output.find("Warning") == std::string::npos);
+    CHECK(gmsh.output.find(std::to_string(mesh.vertices.size()) + " nodes") != std::string::npos);
+    CHECK(gmsh.output.find(std::to_string(cells) + " elements") != std::string::npos);
+    const std::string back = test::read_bytes(folder.path / "back.msh");
+    for (const auto* names : {&mesh.regions, &mesh.boundaries})
+        for (const std::string& name : *names) CHECK(back.find('"' + name + '"') != std::string::npos);
+}
+
+TEST_CASE("surfaces leave as STL, OBJ, PLY and one multi-block file") {
+    const test::Folder folder;
+    test::write_result_folder(folder.path / "run");
+    const TriangleMesh surface = app::read_result(folder.path / "run").surface;
+    for (const char* name : {"x.stl", "x.obj", "x.ply", "x.vtp"}) {
+        const auto made = test::run_program(folder.path, std::string("export run -o ") + name);
+        INFO(made.output);
+        REQUIRE(made.exit_code == 0);
+        CHECK(surface::read_mesh(folder.path / name).triangles.size() == surface.triangles.size());
+    }
+    const auto made = test::run_program(folder.path, "export run -o all.vtm --json -");
+    REQUIRE(made.exit_code == 0);
+    const json told = json::parse(made.output);
+    const std::string vtm = test::read_bytes(folder.path / "all.vtm");
+    CHECK(vtm.find("vtkMultiBlockDataSet") != std::string::npos);
+    for (std::size_t k = 0; k < told["blocks"].size(); ++k) {
+        const std::string file = "all/block_" + std::to_string(k) + ".vtp";
+        CHECK(vtm.find("name=\"" + told["blocks"][k]["name"].get<std::string>() + "\" file=\"" + file) !=
+              std::string::npos);
+        CHECK(surface::read_mesh(folder.path / file).triangles.size() == told["blocks"][k]["triangles"]);
+    }
+}
+
+TEST_CASE("what export cannot do is said", "[foreign]") {
+    const test::Folder folder;
+    test::write_result_folder(folder.path / "run");
+    const auto says = [&](const std::string& arguments, int code, const std::string& text) {
+        const auto outcome = test::run_program(folder.path, "export " + arguments);
+        INFO(arguments << "\n" << outcome.output);
+        CHECK(outcome.exit_code == code);
+        CHECK(outcome.output.find(text) != std::string::npos);
+    };
+    says("run -o x.step", 2, "must end in .vtu or .msh");
+    says("run -o x.stl --size 1", 2, "--size");
+    says("nowhere -o x.vtu", 3, "nowhere");
+    says("run -o x.vtu", 3, "recipe.toml");  // not a whole folder
+    std::ofstream(folder.path / "run/recipe.toml") << "[domain]\nextent = [2.0, 2.0]\ngrid_spacing = 0.1\n";
+    says("run -o x.vtu --size 0", 2, "--size 0");
+    says("run -o x.vtu --size nan", 2, "--size");
+    says("run -o x.vtu --size 1e-6", 2, "tetrahedra and need about");
+    says("run -o x.vtu --bottom 5", 2, "--bottom 5");
+    says("run -o x.vtu --time 77", 2, "--time 77");
+    says("run -o nofolder/../run/surface.pvd/x.vtu", 5, "surface.pvd");
+    CHECK_FALSE(std::filesystem::exists(folder.path / "x.vtu"));
+    says("run -o x.vtu", 0, "smallest angle");
+}
