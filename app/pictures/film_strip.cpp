@@ -129,6 +129,7 @@ void render_all(const std::filesystem::path& run, const RenderOptions& options,
     const int width = own.width - static_cast<int>(std::ceil(key_column(key, own.width, own.height).width));
     const int factor = strip_factor(width, own.height, saved.size());
     std::vector<std::string> names;
+    names.reserve(saved.size() + 1);
     for (const SavedSurface& one : saved)
         names.push_back(one.file.filename().replace_extension(".png").string());
     names.emplace_back("strip.png");

@@ -78,6 +78,7 @@ std::vector<InputFile> inputs_of(const Recipe& recipe) {
     for (const Step& step : expanded_steps(recipe)) paths.insert(step.pattern.file);
     paths.erase("");
     std::vector<InputFile> files;
+    files.reserve(paths.size());
     for (const std::string& path : paths) files.push_back({path, digest(surface::read_whole_file(path))});
     return files;
 }

@@ -288,6 +288,7 @@ std::vector<std::size_t> adjoining(const std::vector<Polygon>& polygons, double 
         return k;
     };
     std::vector<Bounds> bounds;
+    bounds.reserve(polygons.size());
     for (const Polygon& polygon : polygons) bounds.push_back(bounds_of(polygon));
     const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].low[0]; });
     double left = 5e7;  // comparisons of edges: of a large layout the rest is taken as it is
