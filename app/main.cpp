@@ -8,6 +8,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <new>
 #include <optional>
 #include <string>
@@ -30,10 +32,11 @@ using namespace sidewall;
 // What libraries throw when the system refuses them a thread is want of memory in nearly all cases.
 bool for_want_of_memory(const std::exception& error) {
     const auto* system = dynamic_cast<const std::system_error*>(&error);
-    if (system != nullptr)
-        return system->code() == std::errc::resource_unavailable_try_again ||
-               system->code() == std::errc::not_enough_memory;
-    return std::string_view(error.what()).find("pthread_create") != std::string_view::npos;
+    if (system != nullptr && (system->code() == std::errc::resource_unavailable_try_again ||
+                              system->code() == std::errc::not_enough_memory))
+        return true;
+    const std::string_view text = error.what();
+    return text.find("pthread_create") != text.npos || text.find("allocation failed") != text.npos;
 }
 
 int say_out_of_memory() {
@@ -42,6 +45,18 @@ int say_out_of_memory() {
         "raise the limit (ulimit -v)\n",
         stderr);
     return 4;
+}
+
+// Libraries allocate in functions that may not throw, such as destructors of JSON and steps through a folder;
+// the latter end here without an exception. What is left half written the next run removes.
+[[noreturn]] void end_in_terminate() {
+    try {
+        if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+    } catch (const std::bad_alloc&) {
+    } catch (...) {
+        std::abort();
+    }
+    std::_Exit(say_out_of_memory());
 }
 
 // CLI11's text, as an error of this program.
@@ -127,6 +142,7 @@ void keep_freed_memory() {
 
 int main(int argc, char** argv) {
     keep_freed_memory();
+    std::set_terminate(end_in_terminate);
     app::secure_standard_streams();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {

@@ -32,34 +32,54 @@ bool has_distance(const Leaf& leaf, float background) {
     return std::any_of(v, v + Leaf::SIZE, [&](float value) { return !(std::abs(value) >= background); });
 }
 
+using Nodes = openvdb::util::NodeMask<Leaf::LOG2DIM>;
+
+// The active nodes of a new leaf that lie inside, by their neighbours of the old band.
+Nodes nodes_inside(const Leaf& leaf, const Grid& grid, const Domain& domain) {
+    const float background = grid.background();
+    const auto accessor = grid.getConstUnsafeAccessor();
+    const openvdb::Coord origin = leaf.origin();
+    Nodes inside;
+    for (auto it = leaf.cbeginValueOn(); it; ++it) {
+        const openvdb::Coord c = it.getCoord();
+        float side = 0.0f;
+        for (int k = 0; k < 6; ++k) {
+            openvdb::Coord q = c;
+            q[k / 2] += k % 2 ? 1 : -1;
+            q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
+            if ((q & ~7) == origin) continue;
+            const Leaf* other = accessor.probeConstLeaf(q);
+            if (!other) continue;
+            const float v = other->getValue(q);
+            if (std::abs(v) < background) side = v;
+        }
+        inside.set(it.pos(), std::signbit(side));
+    }
+    return inside;
+}
+
 // Leaves that growing the band made hold the value of the tile they replace, whose sign means nothing: gives
 // their voxels the side of their neighbours.
 void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
     const float background = grid.background();
+    std::vector<std::uint8_t> is_new(band.leaves.size(), 0);
+    each_awake(
+        band, [&](std::size_t n) { is_new[n] = band.made[n] || !has_distance(*band.leaves[n], background); });
+    std::vector<Leaf*> leaves;
+    for (std::size_t n = 0; n < is_new.size(); ++n)
+        if (is_new[n]) leaves.push_back(band.leaves[n]);
+    // All are read before any is written: a voxel just reached has a neighbour of the old band, and another
+    // new leaf's is to count for nothing whichever comes first.
+    std::vector<Nodes> inside(leaves.size());
+    tbb::parallel_for(std::size_t{0}, leaves.size(),
+                      [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], grid, domain); });
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
-    // Each reads old leaves only, besides itself: a voxel just reached has a neighbour of the old band.
-    each_awake(band, [&](std::size_t n) {
-        if (!band.made[n] && has_distance(*band.leaves[n], background)) return;
-        Leaf& leaf = *band.leaves[n];
-        const auto accessor = grid.getConstUnsafeAccessor();
-        const openvdb::Coord origin = leaf.origin();
-        for (auto it = leaf.beginValueOn(); it; ++it) {
-            const openvdb::Coord c = it.getCoord();
-            float side = 0.0f;
-            for (int k = 0; k < 6; ++k) {
-                openvdb::Coord q = c;
-                q[k / 2] += k % 2 ? 1 : -1;
-                q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
-                if ((q & ~7) == origin) continue;
-                const Leaf* other = accessor.probeConstLeaf(q);
-                if (!other) continue;
-                const float v = other->getValue(q);
-                if (std::abs(v) < background) side = v;
-            }
-            // Just inside the background, so that the flood takes it for known.
-            it.setValue(std::copysign(std::nextafter(background, 0.0f), side));
-        }
-        if (!leaf.isEmpty()) flood(leaf);
+    // Just inside the background, so that the flood takes it for known.
+    const float known = std::nextafter(background, 0.0f);
+    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t k) {
+        for (auto it = leaves[k]->beginValueOn(); it; ++it)
+            it.setValue(inside[k].isOn(it.pos()) ? -known : known);
+        if (!leaves[k]->isEmpty()) flood(*leaves[k]);
     });
 }
 

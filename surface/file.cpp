@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <new>
 
 #include "surface/error.hpp"
 
@@ -22,6 +23,7 @@ std::string read_whole_file(const std::filesystem::path& path) {
             fmt::format("{}: is a pipe, a socket or a device: name a regular file", path.string()));
     errno = 0;
     std::ifstream in(path, std::ios::binary);
+    if (!in && errno == ENOMEM) throw std::bad_alloc();
     std::string bytes;
     bytes.reserve(std::filesystem::file_size(path, failure));
     char block[1 << 16];

@@ -33,11 +33,6 @@ template CLI::Option& add_option(CLI::App&, Text, std::optional<long long>&, Tex
 template CLI::Option& add_option(CLI::App&, Text, std::optional<std::size_t>&, Text, Text, const OptionRule&);
 template CLI::Option& add_option(CLI::App&, Text, std::vector<std::string>&, Text, Text, const OptionRule&);
 
-CLI::Option& add_option(CLI::App& command, const std::string& names, std::vector<double>& values, int count,
-                        const std::string& type, const std::string& doc) {
-    return *command.add_option(names, values, doc)->delimiter(',')->expected(count)->type_name(type);
-}
-
 CLI::Option& add_repeated(CLI::App& command, const std::string& names,
                           const std::function<void(const std::string&)>& take, const std::string& type,
                           const std::string& doc) {

@@ -36,10 +36,6 @@ template <class T>
 CLI::Option& add_option(CLI::App& command, const std::string& names, T& value, const std::string& type,
                         const std::string& doc, const OptionRule& rule = {});
 
-/// One whose value is \p count numbers with commas between.
-CLI::Option& add_option(CLI::App& command, const std::string& names, std::vector<double>& values, int count,
-                        const std::string& type, const std::string& doc);
-
 /// One that may be repeated: \p take gets each value as soon as it is read.
 CLI::Option& add_repeated(CLI::App& command, const std::string& names,
                           const std::function<void(const std::string&)>& take, const std::string& type,

@@ -10,6 +10,7 @@
 #include "app/commands/commands.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
+#include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
@@ -21,16 +22,24 @@ namespace sidewall::app {
 namespace {
 
 struct Arguments {
-    std::string input, output, method = "region-bounded", json, feature_parameter = "0.5";
-    std::vector<double> weights;
+    std::string input, output, method = "region-bounded", json, feature_parameter = "0.5", weights;
     simplify::Options options;
 };
+
+simplify::Weights parse_weights(const std::string& text) {
+    std::vector<double> values;
+    for (const std::string& part : split(text, ','))
+        if (const auto value = finite_number(part)) values.push_back(*value);
+    if (values.size() != 3 || split(text, ',').size() != 3)
+        throw RecipeError(
+            fmt::format("--weights '{}': must be three numbers V,B,S, such as 0.5,0.5,0", text));
+    return {values[0], values[1], values[2]};
+}
 
 simplify::Options resolve(const Arguments& arguments) {
     simplify::Options options = arguments.options;
     options.method = simplify::method_from_string(arguments.method);
-    if (!arguments.weights.empty())
-        options.weights = {arguments.weights[0], arguments.weights[1], arguments.weights[2]};
+    if (!arguments.weights.empty()) options.weights = parse_weights(arguments.weights);
     return options;
 }
 
@@ -154,7 +163,7 @@ void add_simplify_command(CLI::App& program) {
     add_option(command, "--l-max", a->options.l_max, "LENGTH",
                "No longer edge collapses (length; default: regions 3, lindstrom-turk 2 times --l0's default; "
                "lindstrom-turk with a target: none)");
-    add_option(command, "--weights", a->weights, 3, "V,B,S",
+    add_option(command, "--weights", a->weights, "V,B,S",
                "Lindstrom-Turk weights of volume, boundary and shape (default: 0.5,0.5,0; 0.4,0.3,0.3 gives "
                "rounder triangles at a larger distance)");
     add_option(command, "--max-error", a->options.max_error, "LENGTH",

@@ -11,6 +11,7 @@ namespace sidewall::app {
 CsvColumns read_csv(const std::filesystem::path& path, std::size_t most_rows) {
     std::ifstream in(path, std::ios::binary);
     if (!in) throw FileError(fmt::format("{}: cannot be read", path.string()));
+    in.exceptions(std::ios::badbit);  // want of memory is no end of the file
     CsvColumns table;
     std::size_t number = 0;
     const auto refuse = [&](const std::string& rule) {

@@ -11,7 +11,7 @@ double now() {
 }
 
 Json to_json(const Timing& timing) {
-    Json json;
+    Json json = Json::object();
     for_each_phase([&](const char* name, double Timing::*phase) { json[name] = timing.*phase; });
     return json;
 }

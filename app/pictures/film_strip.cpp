@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/common/files.hpp"
+#include "app/common/text.hpp"
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -42,6 +45,25 @@ PictureScale common_scale(const std::filesystem::path& run, const std::vector<Sa
         if (common.colouring.scalar) options.color = common.colouring.attribute;
     }
     return common;
+}
+
+// Names that a line each of FOLDER/pictures.txt lists.
+constexpr const char* kList = "pictures.txt";
+
+/// Removes pictures that an earlier call wrote, as its list says, and that this one will not replace; then lists
+/// those that it will write.
+void begin_pictures(const std::filesystem::path& folder, const std::vector<std::string>& names) {
+    std::error_code failure;
+    if (std::filesystem::exists(folder / kList, failure))
+        for (const std::string& name : split(surface::read_whole_file(folder / kList), '\n')) {
+            const std::filesystem::path file(name);
+            if (file.filename() == file && file.extension() == ".png" &&
+                std::find(names.begin(), names.end(), name) == names.end())
+                std::filesystem::remove(folder / file, failure);
+        }
+    std::string text;
+    for (const std::string& name : names) text += name + "\n";
+    write_file(folder / kList, text);
 }
 
 /// The left \p width pixels, each square of \p factor by its mean; what is left over is dropped.
@@ -106,6 +128,12 @@ void render_all(const std::filesystem::path& run, const RenderOptions& options,
     const PictureKey key = key_of(scale);
     const int width = own.width - static_cast<int>(std::ceil(key_column(key, own.width, own.height).width));
     const int factor = strip_factor(width, own.height, saved.size());
+    std::vector<std::string> names;
+    names.reserve(saved.size() + 1);
+    for (const SavedSurface& one : saved)
+        names.push_back(one.file.filename().replace_extension(".png").string());
+    names.emplace_back("strip.png");
+    begin_pictures(output, names);
     std::vector<Picture> cells;
     for (const SavedSurface& one : saved) {
         const Result result = read_saved(run, one);

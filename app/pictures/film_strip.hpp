@@ -11,7 +11,8 @@ namespace sidewall::app {
 std::string name_and_time(const Result& result);
 
 /// Draws every surface that a run saved, all on one scale: FOLDER/surface_NNNN.png for surface_NNNN.vtp, and
-/// FOLDER/strip.png with all of them, made smaller, row by row with their times.
+/// FOLDER/strip.png with all of them, made smaller, row by row with their times. FOLDER/pictures.txt lists them, and what an
+/// earlier list names beyond them is removed.
 ///
 /// \param tell  receives a line for every picture once it is written.
 /// \throws FileError if \p run is no run's folder, RecipeError as render(), if no surface has the attribute,

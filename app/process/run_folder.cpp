@@ -96,7 +96,10 @@ RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
     if (listed) names_ = *listed;
     // A run that was killed before its first checkpoint goes on at time 0.
     if (listed && holds() == Held::nothing) goes_on_ = false;
-    if (options.overwrite) return;
+    if (options.overwrite) {
+        take_over(listed.has_value());
+        return;
+    }
     if (!goes_on_ || listed) refuse_foreign_files(listed.has_value());
     if (!goes_on_) refuse_other_runs();
 }
@@ -133,6 +136,22 @@ void RunFolder::refuse_foreign_files(bool has_manifest) const {
             fmt::format("{}: the run would write over this file, which is in no list of what a "
                         "run wrote there ({}): choose another folder with -o, or --overwrite it",
                         (options_.output / foreign).string(), kManifest));
+}
+
+// Of a folder to overwrite without a list of what a run wrote there: what its surface.pvd tells, and what
+// this run would write over.
+void RunFolder::take_over(bool has_manifest) {
+    if (has_manifest) return;
+    const fs::path pvd = options_.output / "surface.pvd";
+    const std::string told = fs::is_regular_file(pvd) ? surface::read_whole_file(pvd) : "";
+    const std::size_t above = above_saved(recipe_);
+    for (const auto& entry : fs::directory_iterator(options_.output)) {
+        const std::string name = entry.path().filename().string();
+        const std::optional<std::size_t> number = saved_number(name);
+        if (number && (*number < above ||
+                       told.find(fmt::format("file=\"surface_{:04}.vtp\"", *number)) != std::string::npos))
+            names_.insert(name);
+    }
 }
 
 void RunFolder::refuse_other_runs() const {

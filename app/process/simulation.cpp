@@ -4,6 +4,7 @@
 #include <tbb/tick_count.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -282,6 +283,39 @@ std::string how_to_go_on(const Run& run, const RunState& state) {
                                                       : "go on with: " + options.resume_command);
 }
 
+// What to do when a finished run's extension fails: the checkpoint may still be the finished run's.
+void tell_way_back(const RunOptions& options, std::filesystem::file_time_type before) {
+    std::error_code failure;
+    const bool untouched =
+        std::filesystem::last_write_time(options.output / "checkpoint.vdb", failure) == before;
+    std::fputs(
+        fmt::format("{}: the extension of the finished run there failed: {}\n", options.output.string(),
+                    untouched ? "its checkpoint is as it was: --resume with the recipe as it was makes "
+                                "the finished run's files again"
+                              : "its checkpoint is of a later time: only this recipe or a longer one goes "
+                                "on from there, with --resume")
+            .c_str(),
+        stderr);
+}
+
+// Ends the run, or says how to go on.
+RunResult make_run(const Run& run, RunState& state) {
+    const RunOptions& options = run.options;
+    try {
+        make_steps(run, state);
+        return finish(run, state);
+    } catch (const Interrupted&) {
+        // Thrown while tracing or between time steps: the state is that of the last whole one.
+        run.count_seconds(state.timing);
+        run.folder.checkpoint(state);
+        throw Interrupted(how_to_go_on(run, state));
+    } catch (const IoError& error) {
+        if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
+            throw;
+        throw IoError(fmt::format("{}; then go on with: {}", error.what(), options.resume_command));
+    }
+}
+
 }  // namespace
 
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
@@ -294,23 +328,23 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         return {levelset::extract_surface(state.stack.top(), state.stack.domain),
                 timing_from_json(summary.at("timing")), summary};
     }
-    folder.begin(state);
-    ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
-                         {.from = time_done(steps, state), .tenths = true});
-    std::set<std::string> told;
-    const Run run{recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total, told};
+    // When the checkpoint was written, of a finished run that is extended.
+    std::optional<std::filesystem::file_time_type> extended;
+    if (folder.goes_on() && folder.finished())
+        extended = std::filesystem::last_write_time(options.output / "checkpoint.vdb");
     try {
-        make_steps(run, state);
-        return finish(run, state);
+        folder.begin(state);
+        ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
+                             {.from = time_done(steps, state), .tenths = true});
+        std::set<std::string> told;
+        return make_run(
+            {recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total, told},
+            state);
     } catch (const Interrupted&) {
-        // Thrown while tracing or between time steps: the state is that of the last whole one.
-        run.count_seconds(state.timing);
-        folder.checkpoint(state);
-        throw Interrupted(how_to_go_on(run, state));
-    } catch (const IoError& error) {
-        if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
-            throw;
-        throw IoError(fmt::format("{}; then go on with: {}", error.what(), options.resume_command));
+        throw;
+    } catch (...) {
+        if (extended) tell_way_back(options, *extended);
+        throw;
     }
 }
 

@@ -6,15 +6,19 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <set>
 
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/process/events.hpp"
 #include "app/process/extension.hpp"
 #include "app/process/start.hpp"
 #include "app/recipe/differences.hpp"
 #include "app/recipe/layers.hpp"
+#include "app/schema/keys.hpp"
 #include "levelset/checkpoint.hpp"
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 #include "surface/printable.hpp"
 
 namespace sidewall::app {
@@ -66,8 +70,43 @@ levelset::MaterialStack stack_of_layers(const Recipe& recipe) {
 
 }  // namespace
 
+namespace {
+
+std::vector<InputFile> inputs_of(const Recipe& recipe) {
+    std::set<std::string> paths;
+    for (const Layer& layer : recipe.layers) paths.insert(layer.file);
+    for (const Step& step : expanded_steps(recipe)) paths.insert(step.pattern.file);
+    paths.erase("");
+    std::vector<InputFile> files;
+    files.reserve(paths.size());
+    for (const std::string& path : paths) files.push_back({path, digest(surface::read_whole_file(path))});
+    return files;
+}
+
+// The recipe of a checkpoint, whose files may have been moved since: they are known by their bytes.
+std::string with_files_as_now(std::string text, const std::vector<InputFile>& then,
+                              const std::vector<InputFile>& now) {
+    for (const InputFile& old : then) {
+        const auto same = std::find_if(now.begin(), now.end(),
+                                       [&](const InputFile& file) { return file.digest == old.digest; });
+        const auto name = [](const InputFile& file) { return std::filesystem::path(file.path).filename(); };
+        const auto namesake = std::find_if(now.begin(), now.end(),
+                                           [&](const InputFile& file) { return name(file) == name(old); });
+        if (same == now.end() && namesake != now.end())
+            throw FileError(fmt::format("{} is not what it was", namesake->path));
+        if (same == now.end() || same->path == old.path) continue;
+        const std::string from = toml_text(old.path), to = toml_text(same->path);
+        for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+            text.replace(at, from.size(), to);
+    }
+    return text;
+}
+
+}  // namespace
+
 RunState initial_state(const Recipe& recipe) {
     RunState state;
+    state.inputs = inputs_of(recipe);
     state.stack = recipe.start.from.empty() ? stack_of_layers(recipe) : stack_of_run(recipe);
     state.enter(0);
     state.history = begin_history(state.stack, recipe.materials.size());
@@ -129,6 +168,10 @@ RunState state_from_json(const Json& json) {
     for (const Json& stack : json.at("stacks"))
         state.stacks.push_back({stack.at("time").get<double>(), stack.at("step").get<std::size_t>(),
                                 stack.at("materials").get<std::vector<int>>()});
+    if (json.contains("inputs"))  // of earlier versions none
+        for (const Json& file : json.at("inputs"))
+            state.inputs.push_back(
+                {file.at("path").get<std::string>(), file.at("digest").get<std::string>()});
     state.history = history_from_json(json.at("history"), json.at("materials").size(), state.step);
     state.timing = timing_from_json(json.at("timing"));
     return state;
@@ -157,9 +200,12 @@ Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& re
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe) {
     const std::string advice = "choose another folder with -o, or start anew with --overwrite";
     Checkpoint checkpoint = read_checkpoint(folder, recipe, advice);
-    if (checkpoint.recipe == effective_recipe(recipe)) return std::move(checkpoint.state);
     try {
-        const Recipe began_with = parse_recipe(checkpoint.recipe, (folder / "recipe.toml").string());
+        const std::vector<InputFile> inputs = inputs_of(recipe);
+        const std::string text = with_files_as_now(checkpoint.recipe, checkpoint.state.inputs, inputs);
+        checkpoint.state.inputs = inputs;
+        if (text == effective_recipe(recipe)) return std::move(checkpoint.state);
+        const Recipe began_with = parse_recipe(text, (folder / "recipe.toml").string());
         extend(checkpoint.state, recipe, began_with);
         fit(checkpoint.state.history, recipe.materials.size());
     } catch (const Error& error) {
@@ -169,7 +215,9 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
 }
 
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state) {
-    Json files = Json::array(), stacks = Json::array(), methods = Json::array();
+    Json files = Json::array(), stacks = Json::array(), methods = Json::array(), inputs = Json::array();
+    for (const InputFile& file : state.inputs)
+        inputs.push_back(Json{{"path", file.path}, {"digest", file.digest}});
     for (const SavedFile& file : state.files)
         files.push_back(Json{{"time", file.time}, {"part", file.part}, {"file", file.name}});
     for (const SavedStack& stack : state.stacks)
@@ -193,6 +241,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"methods", methods},
                     {"files", files},
                     {"stacks", stacks},
+                    {"inputs", inputs},
                     {"history", to_json(state.history)},
                     {"timing", to_json(state.timing)}};
     const std::vector<std::uint8_t> bytes = Json::to_cbor(json);

@@ -27,6 +27,12 @@ struct SavedStack {
     std::vector<int> materials;  ///< of the layers, bottom up
 };
 
+/// A mesh, layout or profile that the recipe names.
+struct InputFile {
+    std::string path;    ///< absolute
+    std::string digest;  ///< of its bytes
+};
+
 /// Everything a run carries from one time step to the next; a checkpoint holds it all.
 struct RunState {
     levelset::MaterialStack stack;
@@ -43,6 +49,7 @@ struct RunState {
     std::vector<SpeciesMethod> methods;   ///< of the step at hand's species; empty before its first trace
     std::vector<SavedFile> files;         ///< what surface.pvd lists
     std::vector<SavedStack> stacks;       ///< of the surfaces written
+    std::vector<InputFile> inputs;        ///< that the recipe names
     History history;                      ///< what summary.json will tell of it all
     Timing timing;
 

@@ -25,7 +25,7 @@ double settled(double volume, const levelset::Domain& domain) {
 }
 
 Json seconds_json(const Timing& timing) {
-    Json json;
+    Json json = Json::object();
     for_each_phase([&](const char* name, double Timing::*phase) {
         json[name] = number_or_null(timing.*phase, kErrorDigits);
     });

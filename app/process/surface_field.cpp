@@ -54,7 +54,7 @@ Json blob(std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T> || std::is_same_v<T, Vec3>);
     std::vector<std::uint8_t> bytes(values.size() * sizeof(T));
     if (!bytes.empty()) std::memcpy(bytes.data(), static_cast<const void*>(values.data()), bytes.size());
-    return Json::binary(std::move(bytes));
+    return Json(Json::binary_t(std::move(bytes)));  // Json::binary crashes for want of memory
 }
 
 template <class T>

@@ -20,10 +20,17 @@ struct Bounds {
     Corner low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     Corner high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
     double size() const { return std::max(high[0] - low[0], high[1] - low[1]); }
-    bool meets(const Bounds& other) const {
+    /// Negative \p reach: to overlap by as much; positive: to be as near.
+    bool meets(const Bounds& other, double reach = 0.0) const {
         for (std::size_t a = 0; a < 2; ++a)
-            if (low[a] >= other.high[a] || high[a] <= other.low[a]) return false;
+            if (low[a] >= other.high[a] + reach || high[a] <= other.low[a] - reach) return false;
         return true;
+    }
+    void take_in(const Bounds& other) {
+        for (std::size_t a = 0; a < 2; ++a) {
+            low[a] = std::min(low[a], other.low[a]);
+            high[a] = std::max(high[a], other.high[a]);
+        }
     }
 };
 
@@ -47,15 +54,11 @@ double signed_area(const Polygon& polygon) {
     return 0.5 * twice;
 }
 
-// Width of the rectangle of the same area and perimeter: exact for rectangles, however they are turned, near
-// for lines with bends.
-double width_of(const Polygon& polygon) {
+double perimeter_of(const Polygon& polygon) {
     double perimeter = 0.0;
     for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
         perimeter += std::hypot(polygon[k][0] - polygon[j][0], polygon[k][1] - polygon[j][1]);
-    const double area = std::abs(signed_area(polygon)), half = 0.5 * perimeter;
-    const double root = std::sqrt(std::max(0.0, half * half - 4.0 * area));
-    return half > 0.0 ? 2.0 * area / (half + root) : 0.0;
+    return perimeter;
 }
 
 // Distance of \p p from the line through \p a and \p b, positive on its left.
@@ -216,25 +219,122 @@ bool reaches(const Corner& a, const Corner& b, const levelset::Domain& domain) {
     return from < to;
 }
 
-// The same, but across it alone where the outline reaches from side to side: the domain may be thin.
-double width_in(const Polygon& polygon, const levelset::Domain& domain) {
-    const Bounds bounds = bounds_of(polygon);
-    double width = width_of(polygon);
+// Outlines that adjoin, as the one that they are together.
+struct Piece {
+    double area = 0.0, perimeter = 0.0;
+    Bounds bounds;
+};
+
+// How long a part of the edge from \p a to \p b lies on the one from \p c to \p d.
+double shared_length(const Corner& a, const Corner& b, const Corner& c, const Corner& d, double tiny) {
+    const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+    if (std::abs(side_of(a, b, c)) > tiny || std::abs(side_of(a, b, d)) > tiny) return 0.0;
+    const auto along = [&](const Corner& p) {
+        return ((p[0] - a[0]) * (b[0] - a[0]) + (p[1] - a[1]) * (b[1] - a[1])) / length;
+    };
+    const auto [low, high] = std::minmax({along(c), along(d)});
+    return std::max(0.0, std::min(high, length) - std::max(low, 0.0));
+}
+
+double shared_length(const Polygon& one, const Polygon& other, double tiny) {
+    double length = 0.0;
+    for (std::size_t k = 0, j = one.size() - 1; k < one.size(); j = k++)
+        for (std::size_t l = 0, i = other.size() - 1; l < other.size(); i = l++)
+            length += shared_length(one[j], one[k], other[i], other[l], tiny);
+    return length;
+}
+
+// A side of the domain that mirrors adds the image of what lies on it.
+void mirror(Piece& piece, const std::vector<const Polygon*>& parts, const levelset::Domain& domain,
+            double tiny) {
     for (std::size_t a = 0; a < 2; ++a)
-        if (bounds.high[a] - bounds.low[a] >= (1.0 - kRounding) * (domain.max[a] - domain.min[a]))
-            width = std::max(width, bounds.high[1 - a] - bounds.low[1 - a]);
+        for (const double side : {domain.min[a], domain.max[a]}) {
+            if (domain.side[a] != levelset::Side::reflective) continue;
+            Corner from{}, to{};
+            from[a] = to[a] = side;
+            from[1 - a] = domain.min[1 - a];
+            to[1 - a] = domain.max[1 - a];
+            double on_it = 0.0;
+            for (const Polygon* part : parts) on_it += shared_length({from, to}, *part, tiny) / 2.0;
+            if (on_it <= tiny) continue;
+            piece.area *= 2.0;
+            piece.perimeter = 2.0 * (piece.perimeter - on_it);
+            const double width = piece.bounds.high[a] - piece.bounds.low[a];
+            (side == domain.min[a] ? piece.bounds.low[a] : piece.bounds.high[a]) +=
+                side == domain.min[a] ? -width : width;
+        }
+}
+
+// Width of the rectangle of the same area and perimeter: exact for rectangles, however they are turned, near
+// for lines with bends. Across it alone where it reaches from side to side: the domain may be thin.
+double width_in(const Piece& piece, const levelset::Domain& domain) {
+    const double half = 0.5 * piece.perimeter;
+    const double root = std::sqrt(std::max(0.0, half * half - 4.0 * piece.area));
+    double width = half > 0.0 ? 2.0 * piece.area / (half + root) : 0.0;
+    for (std::size_t a = 0; a < 2; ++a)
+        if (piece.bounds.high[a] - piece.bounds.low[a] >= (1.0 - kRounding) * (domain.max[a] - domain.min[a]))
+            width = std::max(width, piece.bounds.high[1 - a] - piece.bounds.low[1 - a]);
     return width;
 }
 
-// The widths of those with an edge in the domain; infinite for the others.
+// Numbers the outlines so that those that adjoin have one number, and tells what their common edges take off
+// the perimeter of each.
+std::vector<std::size_t> adjoining(const std::vector<Polygon>& polygons, double tiny,
+                                   std::vector<double>& common) {
+    std::vector<std::size_t> group(polygons.size());
+    std::iota(group.begin(), group.end(), std::size_t{0});
+    const auto root = [&](std::size_t k) {
+        while (group[k] != k) k = group[k] = group[group[k]];
+        return k;
+    };
+    std::vector<Bounds> bounds;
+    bounds.reserve(polygons.size());
+    for (const Polygon& polygon : polygons) bounds.push_back(bounds_of(polygon));
+    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].low[0]; });
+    double left = 5e7;  // comparisons of edges: of a large layout the rest is taken as it is
+    for (std::size_t i = 0; i < order.size() && left > 0.0; ++i)
+        for (std::size_t j = i + 1; j < order.size() && left > 0.0; ++j) {
+            const std::size_t a = order[i], b = order[j];
+            left -= 1.0;
+            if (bounds[b].low[0] > bounds[a].high[0] + tiny) break;
+            if (polygons[a].size() < 3 || polygons[b].size() < 3 || !bounds[a].meets(bounds[b], tiny))
+                continue;
+            left -= static_cast<double>(polygons[a].size()) * static_cast<double>(polygons[b].size());
+            const double shared = shared_length(polygons[a], polygons[b], tiny);
+            if (shared <= tiny) continue;
+            common[a] += shared;
+            common[b] += shared;
+            group[root(a)] = root(b);
+        }
+    for (std::size_t k = 0; k < group.size(); ++k) group[k] = root(k);
+    return group;
+}
+
+// The widths of those with an edge in the domain, with what adjoins them and mirrored; infinite for the
+// others.
 std::vector<double> widths_in(const std::vector<Polygon>& polygons, const levelset::Domain& domain) {
+    const double tiny = kRounding * std::max(domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
+    std::vector<double> common(polygons.size(), 0.0);
+    const std::vector<std::size_t> group = adjoining(polygons, tiny, common);
+    std::vector<Piece> pieces(polygons.size());
+    std::vector<std::vector<const Polygon*>> parts(polygons.size());
+    for (std::size_t k = 0; k < polygons.size(); ++k) {
+        if (polygons[k].size() < 3) continue;  // a layout may hold outlines of one or two different corners
+        Piece& piece = pieces[group[k]];
+        piece.area += std::abs(signed_area(polygons[k]));
+        piece.perimeter += perimeter_of(polygons[k]) - common[k];
+        piece.bounds.take_in(bounds_of(polygons[k]));
+        parts[group[k]].push_back(&polygons[k]);
+    }
+    for (std::size_t k = 0; k < pieces.size(); ++k) mirror(pieces[k], parts[k], domain, tiny);
     std::vector<double> widths;
-    for (const Polygon& polygon : polygons) {
-        bool any = false;  // a layout may hold outlines of one or two different corners
+    for (std::size_t n = 0; n < polygons.size(); ++n) {
+        const Polygon& polygon = polygons[n];
+        bool any = false;
         for (std::size_t k = 0, j = polygon.size() - 1; polygon.size() > 2 && k < polygon.size() && !any;
              j = k++)
             any = reaches(polygon[j], polygon[k], domain);
-        widths.push_back(any ? width_in(polygon, domain) : std::numeric_limits<double>::infinity());
+        widths.push_back(any ? width_in(pieces[group[n]], domain) : std::numeric_limits<double>::infinity());
     }
     return widths;
 }

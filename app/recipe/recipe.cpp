@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <sstream>
 
 #include "app/recipe/figures.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
+#include "surface/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -243,11 +242,7 @@ Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::str
         throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
     if (std::filesystem::file_size(path, failure) > kMostBytes)
         throw FileError(fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostBytes));
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    if (!in) throw FileError(fmt::format("{}: cannot be read: check its permissions", name));
-    return parse_recipe(text.str(), name, overrides);
+    return parse_recipe(surface::read_whole_file(path), name, overrides);
 }
 
 levelset::Domain domain_of(const Recipe& recipe) {

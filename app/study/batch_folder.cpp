@@ -22,12 +22,6 @@ std::string differing(const Json& now, const Json& there) {
 
 }  // namespace
 
-std::string digest(const std::string& text) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    return fmt::format("{:016x}", hash);
-}
-
 void open_batch_folder(const std::filesystem::path& folder, const std::string& file, const std::string& what,
                        const Json& plan, bool resume) {
     std::error_code failure;

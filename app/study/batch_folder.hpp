@@ -6,9 +6,6 @@
 
 namespace sidewall::app {
 
-/// 64 bits of FNV-1a as hexadecimal digits, to tell texts apart.
-std::string digest(const std::string& text);
-
 /// Finds that DIR is empty of results, or may be gone on with; removes what a killed program left half written.
 /// \pre no other process writes there.
 /// \param file    in DIR, e.g. sweep.json, with the digest of what made it.

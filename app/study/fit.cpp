@@ -8,6 +8,7 @@
 #include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/recipe/written_number.hpp"
 #include "app/study/batch_folder.hpp"

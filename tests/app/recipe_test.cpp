@@ -261,6 +261,15 @@ TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of th
     CHECK(notes("reflective", mask + "[{ points = [-1, -1, 0, -1, 0, 1, -1, 1] }, "
                                      "{ points = [0, -1, 1, -1, 1, 1, 0, 1] }]\n")
               .empty());
+    // Together, with what adjoins them or with their mirror image, these are wide enough; alone each is not.
+    CHECK(notes("reflective", mask + "[{ points = [-1, -1, -0.9, -1, -0.9, 1, -1, 1] }, "
+                                     "{ points = [-0.9, -1, 0, -1, 0, 1, -0.9, 1] }]\n")
+              .empty());
+    CHECK(notes("reflective", mask + "[{ points = [-2, -1, -1.7, -1, -1.7, 1, -2, 1] }]\n").empty());
+    CHECK(notes("reflective", mask + "[{ points = [-2, -1, -1.8, -1, -1.8, 1, -2, 1] }]\n")[0].find(
+              "is 4 cells wide") != std::string::npos);
+    CHECK_THROWS_WITH(notes("periodic", mask + "[{ points = [-2, -1, -1.9, -1, -1.9, 1, -2, 1] }]\n"),
+                      Catch::Contains("only 1 cells wide"));
     const auto turned = notes("reflective", mask + "[{ points = [0, 0, 1, 1, 0.7, 1.3, -0.3, 0.3] }]\n");
     REQUIRE(turned.size() == 1);
     CHECK(turned[0].starts_with("layer[1].polygons[0].points: the narrowest outline is 4.24 cells wide: "));

@@ -331,7 +331,18 @@ TEST_CASE("render --all draws every saved surface in one view and one range, and
     std::set<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(in + "/film"))
         names.insert(entry.path().filename().string());
-    CHECK(names == std::set<std::string>{"strip.png", "surface_0000.png", "surface_0001.png"});
+    CHECK(names ==
+          std::set<std::string>{"pictures.txt", "strip.png", "surface_0000.png", "surface_0001.png"});
+    // Pictures of a longer run go; what no list names stays.
+    const auto write = [&](const std::string& name, const std::string& text) {
+        std::ofstream(in + "/film/" + name) << text;
+    };
+    write("pictures.txt", "strip.png\nsurface_0001.png\nsurface_0002.png\n../recipe.toml\n../away.png\n");
+    for (const std::string name : {"surface_0002.png", "surface_0003.png", "../away.png"}) write(name, "old");
+    command(in + " --all -o " + in + "/film --size 96x72 --cut y=0 --color flux");
+    CHECK_FALSE(std::filesystem::exists(in + "/film/surface_0002.png"));
+    CHECK(std::filesystem::exists(in + "/film/surface_0003.png"));
+    CHECK(std::filesystem::exists(in + "/away.png"));
 
     RenderOptions options;
     options.width = options.height = 64;

@@ -1,6 +1,6 @@
 // Damages the checkpoint of a small run, see mutate.hpp. Two kinds: bytes of the file changed, which the seal
 // must notice; and the run's state changed under a seal that fits, which the reader must refuse or make a
-// sound state of. Refusals are FileErrors in printable text that name the file.
+// sound state of (kind 1). Refusals are FileErrors in printable text that name the file.
 #include <stdlib.h>
 
 #include <algorithm>
@@ -81,17 +81,17 @@ int main(int argc, char** argv) {
     app::save_state(folder, recipe, seed_state(recipe));
     const std::string whole = surface::read_whole_file(path);
     const levelset::Checkpoint seed = levelset::load_checkpoint(path, app::domain_of(recipe));
-    const int code =
-        fuzz::run(argc, argv, {whole, seed.text}, {}, [&](const std::string& bytes, std::size_t chosen) {
-            if (chosen == 1) {
-                levelset::save_checkpoint(path, seed.stack, bytes);
-                return read(folder, recipe);
-            }
-            std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
-            const bool taken = read(folder, recipe);
-            fuzz::expect(!taken || bytes == whole, "a damaged file is refused");
-            return taken;
-        });
+    const int code = fuzz::run(argc, argv, {{whole, 0}, {seed.text, 1}}, {},
+                               [&](const std::string& bytes, std::size_t kind) {
+                                   if (kind == 1) {
+                                       levelset::save_checkpoint(path, seed.stack, bytes);
+                                       return read(folder, recipe);
+                                   }
+                                   std::ofstream(path, std::ios::binary | std::ios::trunc) << bytes;
+                                   const bool taken = read(folder, recipe);
+                                   fuzz::expect(!taken || bytes == whole, "a damaged file is refused");
+                                   return taken;
+                               });
     fs::remove_all(folder);
     return code;
 }

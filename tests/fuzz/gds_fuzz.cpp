@@ -37,11 +37,11 @@ int main(int argc, char** argv) {
                                    test::gds_path(2, 5, 20, {0, 0, 200, 0, 200, 50}));
     const std::string array = test::gds_array("UNIT", 3, 2, {0, 0, 900, 0, 0, 800}),
                       turned = test::gds_reference("UNIT", {5000, 0}, true, 2.0, 90.0);
-    const std::vector<std::string> seeds{
-        test::gds_library(unit + test::gds_cell("TOP", array + turned)),
-        test::gds_library(unit + test::gds_cell("A", array) +
-                          test::gds_cell("B", test::gds_reference("A", {0, 0})) +
-                          test::gds_cell("TOP", test::gds_array("B", 9, 9, {0, 0, 9, 0, 0, 9})))};
+    const std::vector<fuzz::Seed> seeds{
+        {test::gds_library(unit + test::gds_cell("TOP", array + turned))},
+        {test::gds_library(unit + test::gds_cell("A", array) +
+                           test::gds_cell("B", test::gds_reference("A", {0, 0})) +
+                           test::gds_cell("TOP", test::gds_array("B", 9, 9, {0, 0, 9, 0, 0, 9})))}};
     const std::vector<std::string> words{unit,
                                          array,
                                          turned,

@@ -1,6 +1,6 @@
 // Damaged mesh files of every format: a reader refuses them with a FileError that names the file, or keeps
-// what read_mesh promises. By itself mesh_io_fuzz [SECONDS [SEED]] (mutate.hpp); with libFuzzer the first
-// byte picks the format and the others are the file.
+// what read_mesh promises: mesh_io_fuzz [SECONDS [SEED]] (mutate.hpp). The kinds are the formats in the order
+// below.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -47,16 +47,6 @@ bool attempt(std::string_view bytes, std::size_t format) {
     }
 }
 
-}  // namespace
-
-#ifdef SIDEWALL_LIBFUZZER
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    if (size > 0) attempt({reinterpret_cast<const char*>(data) + 1, size - 1}, data[0] % 4);
-    return 0;
-}
-#else
-namespace {
-
 // Two squares, with attributes of all kinds.
 TriangleMesh small_mesh() {
     TriangleMesh mesh;
@@ -76,7 +66,7 @@ TriangleMesh small_mesh() {
 
 int main(int argc, char** argv) {
     const TriangleMesh mesh = small_mesh();
-    std::vector<std::string> seeds{
+    std::vector<std::string> files{
         surface::encode_vtp(mesh, {{{"unit", "um"}}, {{"time", 1.0}}, {}}),
         surface::encode_ply(mesh),
         surface::encode_stl(mesh),
@@ -90,7 +80,7 @@ int main(int argc, char** argv) {
     std::vector<std::size_t> format{0, 1, 2, 3, 1, 2, 3};
     for (const auto& entry : std::filesystem::directory_iterator(SIDEWALL_SOURCE_DIR "/tests/assets/vtp")) {
         std::ifstream in(entry.path(), std::ios::binary);
-        seeds.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+        files.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
         format.push_back(0);
     }
     const std::vector<std::string> words{"nan",
@@ -118,8 +108,7 @@ int main(int argc, char** argv) {
                                          "f 1 2 3\n",
                                          "v 0 0 0\n",
                                          "endfacet\n"};
-    return fuzz::run(argc, argv, seeds, words, [&](const std::string& bytes, std::size_t seed) {
-        return attempt(bytes, format[seed]);
-    });
+    std::vector<fuzz::Seed> seeds;
+    for (std::size_t k = 0; k < files.size(); ++k) seeds.push_back({files[k], format[k]});
+    return fuzz::run(argc, argv, seeds, words, attempt);
 }
-#endif

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
+#include <fstream>
 #include <random>
 #include <string>
 #include <vector>
@@ -17,6 +19,10 @@
 //   NAME [SECONDS [SEED [ROUND]]]
 // Round k of a seed is always the same bytes. Whatever goes wrong, a sanitizer's report included, ends with
 // the command that repeats it; with ROUND that round alone is run.
+//
+// With libFuzzer (SIDEWALL_LIBFUZZER), which keeps what reaches new code, files are of one kind a run:
+//   NAME seeds FOLDER [KIND]    the good files, to begin with, and their dictionary FOLDER.words
+//   NAME fuzz KIND [OPTIONS]    e.g. -max_total_time=900 -rss_limit_mb=2000 -dict=FOLDER.words FOLDER
 
 // A sanitizer's finding is to end in the handler below.
 extern "C" inline const char* __asan_default_options() {  // NOLINT(bugprone-reserved-identifier)
@@ -29,6 +35,12 @@ extern "C" inline const char* __ubsan_default_options() {  // NOLINT(bugprone-re
 namespace sidewall::fuzz {
 
 using Random = std::mt19937_64;
+
+/// A good file, and the kind that tells a harness with several readers which one it is for.
+struct Seed {
+    std::string bytes;
+    std::size_t kind = 0;
+};
 
 inline std::uint64_t current_seed = 0, current_round = 0;
 inline const char* current_program = "";
@@ -109,11 +121,54 @@ inline std::string mutate(std::string bytes, const std::string& other,
     return bytes;
 }
 
-/// Runs \p attempt on damaged \p seeds: attempt(bytes, number of the seed) returns whether the reader took them,
+#ifdef SIDEWALL_LIBFUZZER
+extern "C" int LLVMFuzzerRunDriver(int* argc, char*** argv,
+                                   int (*callback)(const std::uint8_t* data, std::size_t size));
+
+/// See the head of this file.
+template <class Attempt>
+int run(int argc, char** argv, const std::vector<Seed>& seeds, const std::vector<std::string>& dictionary,
+        const Attempt& attempt) {
+    static const Attempt* const reader = &attempt;
+    static std::size_t kind = 0;
+    const std::string mode = argc > 2 ? argv[1] : "";
+    if (mode == "seeds") {
+        const std::filesystem::path folder = argv[2];
+        std::filesystem::create_directories(folder);
+        for (std::size_t k = 0; k < seeds.size(); ++k)
+            if (argc < 4 || seeds[k].kind == std::strtoull(argv[3], nullptr, 10))
+                std::ofstream(folder / std::to_string(k), std::ios::binary) << seeds[k].bytes;
+        std::ofstream words(folder.string() + ".words");
+        for (const std::string& word : dictionary) {
+            words << '"';
+            for (const char c : word) {
+                char code[8];
+                std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(c));
+                words << code;
+            }
+            words << "\"\n";
+        }
+        return words.good() ? 0 : 1;
+    }
+    if (mode != "fuzz") {
+        std::fprintf(stderr, "%s seeds FOLDER [KIND] | %s fuzz KIND [options]\n", argv[0], argv[0]);
+        return 2;
+    }
+    kind = std::strtoull(argv[2], nullptr, 10);
+    argv[2] = argv[0];
+    argv += 2;
+    argc -= 2;
+    return LLVMFuzzerRunDriver(&argc, &argv, [](const std::uint8_t* data, std::size_t size) {
+        (*reader)(std::string(reinterpret_cast<const char*>(data), size), kind);
+        return 0;
+    });
+}
+#else
+/// Runs \p attempt on damaged \p seeds: attempt(bytes, kind of the seed) returns whether the reader took them,
 /// and aborts if it broke a promise. No attempt may take over 20 seconds of the processor or the program over 2 GB.
 template <class Attempt>
-int run(int argc, char** argv, const std::vector<std::string>& seeds,
-        const std::vector<std::string>& dictionary, const Attempt& attempt) {
+int run(int argc, char** argv, const std::vector<Seed>& seeds, const std::vector<std::string>& dictionary,
+        const Attempt& attempt) {
     constexpr double kLongest = 20.0;
     constexpr long kMostKilobytes = 2'000'000;
     current_program = argv[0];
@@ -146,9 +201,10 @@ int run(int argc, char** argv, const std::vector<std::string>& seeds,
         std::seed_seq key{current_seed, round};
         Random random(key);
         const std::size_t chosen = random() % seeds.size();
-        const std::string bytes = mutate(seeds[chosen], seeds[random() % seeds.size()], dictionary, random);
+        const std::string bytes =
+            mutate(seeds[chosen].bytes, seeds[random() % seeds.size()].bytes, dictionary, random);
         const std::clock_t begin = std::clock();
-        taken += attempt(bytes, chosen) ? 1 : 0;
+        taken += attempt(bytes, seeds[chosen].kind) ? 1 : 0;
         longest = std::max(longest, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
         expect(longest < kLongest, "a file is read or refused within 20 seconds of the processor");
         rusage usage{};
@@ -159,5 +215,6 @@ int run(int argc, char** argv, const std::vector<std::string>& seeds,
                 static_cast<unsigned long long>(rounds), static_cast<unsigned long long>(taken), longest);
     return 0;
 }
+#endif
 
 }  // namespace sidewall::fuzz

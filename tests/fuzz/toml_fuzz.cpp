@@ -45,8 +45,8 @@ int main(int argc, char** argv) {
     for (const auto& entry : fs::directory_iterator(kFolder))
         if (entry.path().extension() == ".toml") files.push_back(entry.path());
     std::sort(files.begin(), files.end());  // a round is the same everywhere
-    std::vector<std::string> seeds;
-    for (const fs::path& file : files) seeds.push_back(surface::read_whole_file(file));
+    std::vector<fuzz::Seed> seeds;
+    for (const fs::path& file : files) seeds.push_back({surface::read_whole_file(file)});
     const std::vector<std::string> words{"nan",
                                          "inf",
                                          "-1",

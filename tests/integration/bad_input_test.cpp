@@ -481,6 +481,7 @@ TEST_CASE("bad options of simplify and flux are refused by name", "[foreign]") {
         row("simplify mesh.ply -o out.vtp --l0 nan", "l0"),
         row("simplify mesh.ply -o out.vtp --weights 0,0,0", "weights"),
         row("simplify mesh.ply -o out.vtp --weights 1,1", "weights"),
+        row("simplify mesh.ply -o out.vtp --weights 1,1,", "weights"),
         row("flux mesh.ply -o out.vtp --sticking 1.5", "sticking"),
         row("flux mesh.ply -o out.vtp --rays 0", "rays"),
         row("flux mesh.ply -o out.vtp --source-exponent -1", "source"),

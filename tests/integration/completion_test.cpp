@@ -117,7 +117,8 @@ TEST_CASE("a word is completed by what stands there: files, folders, models, met
     CHECK(candidates("models lay") == Words{"layer"});
     CHECK(candidates("completion ''") == Words{"bash", "fish", "zsh"});
     CHECK(candidates("run x.toml --qu") == Words{"--quiet"});
-    CHECK(candidates("simplify --weights 1 2 ''").empty());
+    CHECK(candidates("simplify --weights ''").empty());
+    CHECK(candidates("simplify --weights 1,2,3 ''") == candidates("simplify ''"));
 }
 
 TEST_CASE("after --set the keys of the recipe named before it are offered, and the values they may have") {

@@ -147,31 +147,6 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
     CHECK(resumes > 10);
 }
 
-TEST_CASE("memory refused at any time of a run ends it with exit code 4 and a message, files whole",
-          "[slow]") {
-    const Folder folder;
-    std::ofstream(folder.path / "quick.toml") << kQuick;
-    const std::string run = "run quick.toml --threads 1 --quiet -o ";
-    REQUIRE(run_program(folder.path, run + "whole").exit_code == 0);
-    const Files whole = files_in(folder.path / "whole");
-    const fs::path out = folder.path / "out";
-    // The first ones are made before main; a run makes a hundred thousand.
-    int runs = 0, finished = 0;
-    // A single allocation that is asked for again ends nothing; two in a row are beyond the last one.
-    for (int allocation = 64; finished < 2; allocation += 1 + allocation / 6, ++runs) {
-        REQUIRE(allocation < 100'000'000);
-        fs::remove_all(out);
-        const Outcome outcome = run_with_fault(folder, "memory " + std::to_string(allocation), run + "out");
-        CAPTURE(allocation, outcome.output);
-        finished = outcome.exit_code == 0 ? finished + 1 : 0;
-        if (finished > 0) continue;
-        CHECK(outcome.exit_code == 4);
-        CHECK(outcome.output.find("sidewall: out of memory: use a larger grid_spacing") != std::string::npos);
-        if (fs::exists(out)) check_whole(files_in(out), whole);
-    }
-    CHECK(runs > 30);
-}
-
 TEST_CASE("a damaged checkpoint is refused by name within a second and 200 MB", "[foreign]") {
     const Folder folder;
     std::ofstream(folder.path / "quick.toml") << kQuick;

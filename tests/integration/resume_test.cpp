@@ -240,6 +240,16 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
         CHECK(run_program(folder.path, kRun + "out --overwrite").exit_code == 0);
         CHECK(read_bytes(out / name) != "mine");
     }
+    // Of an earlier version's result, which lists its files in surface.pvd alone, nothing is left in the way.
+    fs::remove(out / "manifest.txt");
+    write(out / "surface.pvd", "<DataSet timestep=\"9\" part=\"0\" file=\"surface_0040.vtp\"/>");
+    for (const char* name :
+         {"surface_0040.vtp", "interface_0040_0.vtp", "profile_0040.csv", "surface_0041.vtp"})
+        write(out / name, "old");
+    REQUIRE(run_program(folder.path, kRun + "out --overwrite").exit_code == 0);
+    for (const char* name : {"surface_0040.vtp", "interface_0040_0.vtp", "profile_0040.csv"})
+        CHECK_FALSE(fs::exists(out / name));
+    CHECK(read_bytes(out / "surface_0041.vtp") == "old");
     // A manifest leads nowhere but to the folder's files.
     write(folder.path / "precious", "mine");
     std::ofstream(out / "manifest.txt", std::ios::app) << "../precious\n..\n.\n\nsurface_9";
@@ -311,6 +321,47 @@ TEST_CASE("a finished run goes on with a longer last step, and not with a shorte
     refuses("layer[0].depth=0.6", "layer[0].depth = 0.6 (there 0.5)");
     refuses("step[1].stop_depth=0.1", "step 2 (2 isotropic): an earlier stop_depth");
     CHECK(files(folder.path / "extended") == before);
+}
+
+TEST_CASE("a moved project goes on: files that the recipe names are known by what is in them") {
+    const Folder folder;
+    const fs::path home = folder.path / "home";
+    fs::create_directory(home);
+    write(home / "ridge.csv", "x,z\n-1,0\n-0.5,0\n-0.5,0.5\n0.5,0.5\n0.5,0\n1,0\n");
+    write(home / "recipe", kDomain +
+                               "[[layer]]\nmaterial = \"SiO2\"\nshape = \"profile\"\nfile = \"ridge.csv\"\n" +
+                               kDeposit + kEtch);
+    REQUIRE(run_program(home, kRun + "whole").exit_code == 0);
+    leave_unfinished(home, "stopped");
+    const fs::path there = folder.path / "there";
+    fs::rename(home, there);
+    write(there / "ridge.csv", read_bytes(there / "ridge.csv") + "# another\n");
+    const auto changed = run_program(there, kRun + "stopped --resume");
+    INFO(changed.output);
+    CHECK(changed.exit_code == 3);
+    CHECK(holds(changed, "ridge.csv is not what it was"));
+    std::string profile = read_bytes(there / "ridge.csv");
+    write(there / "ridge.csv", profile.substr(0, profile.find('#')));
+    const auto resumed = run_program(there, kRun + "stopped --resume");
+    INFO(resumed.output);
+    REQUIRE(resumed.exit_code == 0);
+    CHECK(unequal(there / "stopped", there / "whole") == "recipe.toml ");  // which names the file
+}
+
+TEST_CASE("an extension of a finished run that fails says how to get back") {
+    const Folder folder;
+    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
+    fs::copy(folder.path / "whole", folder.path / "out");
+    const std::string longer = kRun + "out --resume --set step[1].duration=0.4";
+    const auto failed =
+        run_command(folder.path, "SIDEWALL_FAULT='full 12' '" SIDEWALL_FAULTS "' " + longer + " 2>&1");
+    INFO(failed.output);
+    CHECK(failed.exit_code == 5);
+    CHECK(holds(failed, "its checkpoint is as it was: --resume with the recipe as it was"));
+    REQUIRE_FALSE(fs::exists(folder.path / "out" / "summary.json"));
+    REQUIRE(run_program(folder.path, kRun + "out --resume").exit_code == 0);
+    CHECK(unequal(folder.path / "out", folder.path / "whole") == "");
 }
 
 TEST_CASE("a closed terminal ends a run like Ctrl-C: it can be resumed") {

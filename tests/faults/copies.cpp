@@ -1,0 +1,213 @@
+// SIDEWALL_FAULT="each memory DEPTH STRIDE" or "each file DEPTH STRIDE": a copy for every STRIDE-th chain of
+// the DEPTH innermost callers, from main on. The program runs in the folder work of a folder that also holds
+// expected/: what work holds after a whole run. Copies run in copy/, and their ends are counted in
+// report.txt: what went wrong is told there with its callers, and copy/ is kept as copy-N/.
+#include "tests/faults/copies.hpp"
+
+#include <dlfcn.h>
+#include <execinfo.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <unordered_set>
+
+namespace sidewall::faults {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kDeepest = 64;
+constexpr unsigned kSeconds = 60;  // in which a copy must have ended
+
+struct Survey {
+    std::string kind;
+    int depth = 16, stride = 1;
+    pid_t process = 0;
+    fs::path root;  // that holds work and expected
+    std::unordered_set<std::size_t> seen;
+    std::map<std::string, int> ends;  // by what came of it
+    int copies = 0, wrong = 0;
+};
+
+Survey* survey = nullptr;
+bool busy = false;  // the survey's own calls do not fail
+
+std::string read(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// In a copy: files that are open for writing are those of its own folder from now on.
+void move_into(const fs::path& folder) {
+    const std::string work = (survey->root / "work").string() + "/";
+    for (int file = 3; file < 256; ++file) {
+        const int flags = ::fcntl(file, F_GETFL);
+        std::array<char, 4096> name{};
+        if (flags < 0 || ::readlink(("/proc/self/fd/" + std::to_string(file)).c_str(), name.data(), 4095) < 0)
+            continue;
+        if (!std::string(name.data()).starts_with(work) || fs::is_directory(name.data())) continue;
+        const fs::path own = folder / (name.data() + work.size());
+        const off_t place = ::lseek(file, 0, SEEK_CUR);
+        const int opened = ::open(own.c_str(), flags & (O_ACCMODE | O_APPEND));
+        if (opened < 0) ::_exit(99);
+        ::lseek(opened, place, SEEK_SET);
+        ::dup3(opened, file, O_CLOEXEC);
+        ::close(opened);
+    }
+    fs::current_path(folder);
+    const int said = ::open("said.txt", O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    ::dup2(said, 1);
+    ::dup2(said, 2);
+    ::close(said);
+}
+
+// Surfaces, interfaces and recipes are the same whenever and wherever they are written.
+bool repeats(const fs::path& path) {
+    return path.extension() == ".vtp" || path.extension() == ".toml" || path.filename() == "notes.txt";
+}
+
+// What is wrong with the files of a copy that has ended; empty if nothing is.
+std::string judge_files(const fs::path& folder, bool ended_well) {
+    const fs::path expected = survey->root / "expected";
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        const fs::path name = fs::relative(entry.path(), folder);
+        if (entry.is_directory() || name == "said.txt" || name.filename() == ".sidewall.lock") continue;
+        if (!fs::exists(expected / name)) return "has left " + name.string();
+        if (name.filename() == "timeline.csv" ? !read(expected / name).starts_with(read(entry.path()))
+                                              : repeats(name) && read(entry.path()) != read(expected / name))
+            return "has damaged " + name.string();
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(expected)) {
+        const fs::path name = fs::relative(entry.path(), expected);
+        // What the run does not write is there whatever happens.
+        if ((ended_well || !name.string().starts_with("out/")) && !fs::exists(folder / name))
+            return "has lost " + name.string();
+    }
+    return "";
+}
+
+// blosc, which compresses for OpenVDB, uses the memory that it is refused; glibc ends the program itself
+// where it cannot note the destructor of a thread's variable.
+bool in_blosc(void* const* callers, int depth) {
+    for (int k = 0; k < depth; ++k) {
+        Dl_info place{};
+        if (::dladdr(callers[k], &place) != 0 && std::strstr(place.dli_fname, "libblosc") != nullptr)
+            return true;
+    }
+    return false;
+}
+
+// How a copy ended, as a heading of the count; "WRONG: ..." if not as it should.
+std::string judge(int status, const fs::path& folder, bool blosc) {
+    const std::string said = read(folder / "said.txt");
+    if (blosc && WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV) return "ended by blosc";
+    if (WIFSIGNALED(status) && said.starts_with("Fatal glibc error: ") &&
+        said.find("out of memory") != std::string::npos)
+        return "ended by glibc";
+    if (WIFSIGNALED(status))
+        return "WRONG: " + std::string(WTERMSIG(status) == SIGALRM ? "hangs" : strsignal(WTERMSIG(status)));
+    const int code = WEXITSTATUS(status);
+    if (const std::string wrong = judge_files(folder, code == 0); !wrong.empty()) return "WRONG: " + wrong;
+    if (code == 0) return "does without";
+    const bool told = said.starts_with("sidewall: ") && std::count(said.begin(), said.end(), '\n') <= 2 &&
+                      (survey->kind == "file" || said.find("memory") != std::string::npos);
+    const bool coded = survey->kind == "memory" ? code == 4 || code == 5 : code == 5 || code == 3;
+    if (!told) return "WRONG: exit code " + std::to_string(code) + ", says " + said;
+    return (coded ? "" : "WRONG: ") + ("exit code " + std::to_string(code));
+}
+
+void write_report() {
+    std::ofstream report(survey->root / "report.txt");
+    report << survey->copies << " copies of " << survey->seen.size() << " chains of callers\n";
+    for (const auto& [end, count] : survey->ends) report << count << " " << end << "\n";
+}
+
+void tell(const std::string& end, const char* what, void* const* callers, int depth) {
+    ++survey->wrong;
+    std::ofstream(survey->root / "wrong.txt", std::ios::app)
+        << "copy " << survey->copies << ": " << what << ": " << end << "\n";
+    if (survey->wrong > 200) return;
+    const fs::path kept = survey->root / ("copy-" + std::to_string(survey->copies));
+    fs::rename(survey->root / "copy", kept);
+    const int file = ::open((kept / "callers.txt").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    ::backtrace_symbols_fd(callers, depth, file);
+    ::close(file);
+}
+
+// In the copy: true.
+bool copied(const char* what, void* const* callers, int depth) {
+    const fs::path folder = survey->root / "copy";
+    fs::remove_all(folder);
+    fs::copy(survey->root / "work", folder, fs::copy_options::recursive);
+    ++survey->copies;
+    const pid_t copy = ::fork();
+    if (copy == 0) {
+        ::alarm(kSeconds);
+        move_into(folder);
+        return true;
+    }
+    int status = 0;
+    if (copy < 0 || ::waitpid(copy, &status, 0) != copy) ::_exit(98);
+    const std::string end = judge(status, folder, in_blosc(callers, depth));
+    ++survey->ends[end];
+    if (end.starts_with("WRONG")) tell(end, what, callers, depth);
+    return false;
+}
+
+// Threads of libraries have not been copied and must not be waited for.
+void end(int status, void*) {
+    busy = true;
+    if (survey != nullptr) return write_report();
+    std::fflush(nullptr);
+    ::_exit(status);
+}
+
+}  // namespace
+
+bool fails_here(const char* kind, const char* what) {
+    if (survey == nullptr || busy || survey->kind != kind || ::gettid() != survey->process) return false;
+    const int before = errno;
+    busy = true;
+    std::array<void*, kDeepest> callers{};
+    const int depth = ::backtrace(callers.data(), std::min(survey->depth + 2, kDeepest));
+    std::size_t key = 14695981039346656037u;
+    for (int k = 2; k < depth; ++k)
+        key = (key ^ reinterpret_cast<std::size_t>(callers[static_cast<std::size_t>(k)])) * 1099511628211u;
+    const bool fails = survey->seen.insert(key).second &&
+                       survey->seen.size() % static_cast<std::size_t>(survey->stride) == 0 &&
+                       copied(what, callers.data(), depth);
+    if (fails) survey = nullptr;
+    busy = false;
+    errno = before;
+    return fails;
+}
+
+void begin_survey() {
+    const char* text = std::getenv("SIDEWALL_FAULT");
+    std::string each;
+    auto asked = std::make_unique<Survey>();
+    std::istringstream(text == nullptr ? "" : text) >> each >> asked->kind >> asked->depth >> asked->stride;
+    if (each != "each") return;
+    asked->process = ::getpid();
+    asked->root = fs::current_path().parent_path();
+    std::array<void*, kDeepest> first{};
+    ::backtrace(first.data(), kDeepest);  // loads what it needs
+    ::on_exit(end, nullptr);
+    survey = asked.release();  // lives as long as the process
+}
+
+}  // namespace sidewall::faults

@@ -1,0 +1,143 @@
+// The C library's functions that allocate and that change files, as tests/faults/copies.hpp lets them fail.
+// What stands here takes the place of the library's own, for shared libraries, too.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdarg>
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/faults/copies.hpp"
+
+extern "C" {
+void* __libc_malloc(std::size_t size);                           // NOLINT
+void* __libc_calloc(std::size_t count, std::size_t size);        // NOLINT
+void* __libc_realloc(void* memory, std::size_t size);            // NOLINT
+void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT
+}
+
+namespace {
+
+bool no_memory(const char* what) {
+    if (!sidewall::faults::fails_here("memory", what)) return false;
+    errno = ENOMEM;
+    return true;
+}
+
+bool no_file(const char* what, int error) {
+    if (!sidewall::faults::fails_here("file", what)) return false;
+    errno = error;
+    return true;
+}
+
+// The function that this file hides.
+template <class Function>
+Function* hidden(Function*, const char* name) {
+    return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+extern "C" {
+
+void* malloc(std::size_t size) noexcept {
+    return no_memory("malloc") ? nullptr : __libc_malloc(size);
+}
+
+void* calloc(std::size_t count, std::size_t size) noexcept {
+    return no_memory("calloc") ? nullptr : __libc_calloc(count, size);
+}
+
+void* realloc(void* memory, std::size_t size) noexcept {
+    return no_memory("realloc") ? nullptr : __libc_realloc(memory, size);
+}
+
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+    return no_memory("aligned_alloc") ? nullptr : __libc_memalign(alignment, size);
+}
+
+void* memalign(std::size_t alignment, std::size_t size) noexcept {
+    return no_memory("memalign") ? nullptr : __libc_memalign(alignment, size);
+}
+
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
+    if (no_memory("posix_memalign")) return ENOMEM;
+    *memory = __libc_memalign(alignment, size);
+    return *memory == nullptr ? ENOMEM : 0;
+}
+
+ssize_t write(int file, const void* bytes, std::size_t size) {
+    static const auto real = hidden(&write, "write");
+    return file > 2 && no_file("write", ENOSPC) ? -1 : real(file, bytes, size);
+}
+
+ssize_t pwrite(int file, const void* bytes, std::size_t size, off_t place) {
+    static const auto real = hidden(&pwrite, "pwrite");
+    return no_file("pwrite", ENOSPC) ? -1 : real(file, bytes, size, place);
+}
+
+ssize_t pread(int file, void* bytes, std::size_t size, off_t place) {
+    static const auto real = hidden(&pread, "pread");
+    return no_file("pread", EIO) ? -1 : real(file, bytes, size, place);
+}
+
+int open(const char* path, int flags, ...) {
+    static const auto real = hidden(&open, "open");
+    va_list rest;
+    va_start(rest, flags);
+    const mode_t mode = flags & O_CREAT ? va_arg(rest, mode_t) : 0;
+    va_end(rest);
+    return no_file("open", flags & O_CREAT ? ENOSPC : EMFILE) ? -1 : real(path, flags, mode);
+}
+
+FILE* fopen(const char* path, const char* mode) {
+    static const auto real = hidden(&fopen, "fopen");
+    return no_file("fopen", EMFILE) ? nullptr : real(path, mode);
+}
+
+FILE* fopen64(const char* path, const char* mode) {
+    static const auto real = hidden(&fopen64, "fopen64");
+    return no_file("fopen64", EMFILE) ? nullptr : real(path, mode);
+}
+
+// Nothing here outlives the machine: a disk's time is saved.
+int fsync(int) {
+    return no_file("fsync", EIO) ? -1 : 0;
+}
+
+int close(int file) {
+    static const auto real = hidden(&close, "close");
+    // As the kernel's, it closes the file whatever it tells.
+    const int result = real(file);
+    return no_file("close", EIO) ? -1 : result;
+}
+
+int rename(const char* from, const char* to) noexcept {
+    static const auto real = hidden(&rename, "rename");
+    return no_file("rename", ENOSPC) ? -1 : real(from, to);
+}
+
+int mkdir(const char* path, mode_t mode) noexcept {
+    static const auto real = hidden(&mkdir, "mkdir");
+    return no_file("mkdir", ENOSPC) ? -1 : real(path, mode);
+}
+
+int ftruncate(int file, off_t size) noexcept {
+    static const auto real = hidden(&ftruncate, "ftruncate");
+    return no_file("ftruncate", EIO) ? -1 : real(file, size);
+}
+
+int unlink(const char* path) noexcept {
+    static const auto real = hidden(&unlink, "unlink");
+    return no_file("unlink", EACCES) ? -1 : real(path);
+}
+
+int flock(int file, int operation) noexcept {
+    static const auto real = hidden(&flock, "flock");
+    return no_file("flock", ENOLCK) ? -1 : real(file, operation);
+}
+}
