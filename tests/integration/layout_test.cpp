@@ -93,7 +93,7 @@ TEST_CASE("no include runs upward between the rooms of app/") {
     }
 }
 
-TEST_CASE("OpenVDB is named in levelset/ and in marching cubes alone, CGAL in simplify/") {
+TEST_CASE("OpenVDB is named in levelset/ and in the extraction of surface/ alone, CGAL in simplify/") {
     const auto named = [](const std::string& folder, const std::string& text) {
         std::vector<std::string> files;
         for (const fs::path& file : sources(folder)) {
@@ -109,7 +109,7 @@ TEST_CASE("OpenVDB is named in levelset/ and in marching cubes alone, CGAL in si
     CHECK(named("levelset", "#include <openvdb/").size() > 3);
     for (const char* folder : {"simplify", "flux", "app"}) CHECK(named(folder, "#include <openvdb/").empty());
     for (const std::string& file : named("surface", "#include <openvdb/"))
-        CHECK(file.find("marching_cubes") != std::string::npos);
+        CHECK((file.find("marching_cubes") != std::string::npos || file == "surface/leaf_table.hpp"));
     CHECK_FALSE(named("simplify", "#include <CGAL/").empty());
     for (const char* folder : {"surface", "levelset", "flux", "app"})
         CHECK(named(folder, "#include <CGAL/").empty());
