@@ -43,7 +43,7 @@ Etching|wet_etch_pit|--cut y=0 --view 25,35
 Etching|cantilever|--view 30,45
 Etching|gds_masked_etch|--view 30,40
 Sequences|fin_sequence|--view 25,25
-Sequences|finfet|--cut y=0 --view 25,30|quick
+Sequences|finfet|--cut y=0 --view 25,30
 Sequences|nanowires|--cut y=0 --view 25,25
 Sequences|quadruple_patterning|--view 25,35
 TABLE
