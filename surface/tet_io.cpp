@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "surface/mesh_bytes.hpp"
 #include "surface/output_file.hpp"
@@ -92,7 +93,8 @@ std::string encode_msh(const TetMesh& mesh) {
 }
 
 void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata) {
-    const std::string extension = path.extension().string();
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     if (extension != ".vtu" && extension != ".msh")
         throw FileError(fmt::format("{}: extension '{}' is no format of tetrahedra: use .vtu or .msh",
                                     path.string(), extension));

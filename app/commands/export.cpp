@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "app/commands/about.hpp"
@@ -42,6 +43,28 @@ Kind kind_of(const Arguments& arguments) {
         throw RecipeError(fmt::format(
             "-o {}: --size, --bottom and --gas are for tetrahedra: name a .vtu or .msh", arguments.output));
     return kind;
+}
+
+/// Nothing of a run's folder may be replaced, nor one output by the other.
+void check_outputs(const Arguments& arguments, Kind kind) {
+    namespace fs = std::filesystem;
+    const auto whole = [](const fs::path& path) {
+        std::error_code none;
+        return fs::weakly_canonical(fs::absolute(path), none);
+    };
+    const fs::path input = whole(arguments.input), output = whole(arguments.output);
+    const bool has_json = !arguments.json.empty() && arguments.json != "-";
+    const fs::path json = has_json ? whole(arguments.json) : fs::path();
+    const fs::path blocks = output.parent_path() / output.stem();
+    const auto refuse = [](const char* option, const std::string& file, const char* why) {
+        throw RecipeError(fmt::format("{} {}: {}: choose another name", option, file, why));
+    };
+    if (output.parent_path() == input || (kind == Kind::blocks && blocks == input))
+        refuse("-o", arguments.output, "would write among the run's own files");
+    if (has_json && json.parent_path() == input)
+        refuse("--json", arguments.json, "would write among the run's own files");
+    if (has_json && json == output) refuse("--json", arguments.json, "is the file of -o, too");
+    if (fs::is_directory(output)) refuse("-o", arguments.output, "is a folder");
 }
 
 Result read_input(const Arguments& arguments) {
@@ -150,6 +173,7 @@ Json export_blocks(const Arguments& arguments, const Result& result) {
 
 void run(const Arguments& arguments) {
     const Kind kind = kind_of(arguments);
+    check_outputs(arguments, kind);
     const Result result = read_input(arguments);
     const std::string length = metadata_text(result.metadata, "length_unit", "");
     Json json;

@@ -10,6 +10,7 @@
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/process/state.hpp"
+#include "app/recipe/figures.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
@@ -174,7 +175,14 @@ Json measured(const Result& result, const std::string& input, const std::vector<
     Recipe recipe = load_recipe(folder / "recipe.toml");
     const RunState state = resume_state(folder, recipe);
     recipe.metrology.measures.clear();
-    for (const std::string& name : names) want_measure(recipe, name, "--measure");
+    for (const std::string& name : names) {
+        if (word_of(recipe, name) == "")
+            throw RecipeError(
+                fmt::format("--measure {}: is found while a run goes on; inspect prints it under "
+                            "metrology",
+                            name));
+        want_measure(recipe, name, "--measure");
+    }
     Json json = Json::object();
     const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
     for (const Measure& measure : measure(recipe, state.stack, surface))

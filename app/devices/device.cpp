@@ -85,7 +85,10 @@ double expected_count(const Result& result, const Box3& box, double size) {
     constexpr double kAtFronts = 45.0;  // for size squared, measured on flat and on patterned wafers
     double area = total_area(result.surface);
     for (const TriangleMesh& mesh : result.interfaces) area += total_area(mesh);
-    return kAtFronts * (area + box.size().x() * box.size().y()) / (size * size);
+    const Vec3 extent = box.size();
+    const double cube = std::min({16.0 * size, extent.x(), extent.y(), extent.z()});  // far from the fronts
+    return kAtFronts * (area + extent.x() * extent.y()) / (size * size) +
+           6.0 * extent.prod() / (cube * cube * cube);
 }
 
 surface::TetOptions tet_options(const Result& result, double spacing, const DeviceOptions& options) {
@@ -100,6 +103,12 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     tets.thin = kThin * spacing;
     tets.outside = options.gas;
     tets.progress = options.progress;
+    const Vec3 extent = tets.box.size();
+    constexpr double kDeepest = 100.0;  // of the wafer's width: far below what any device reaches
+    if (options.bottom && !(extent.z() < kDeepest * std::max(extent.x(), extent.y())))
+        throw RecipeError(
+            fmt::format("--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
+                        *options.bottom, kDeepest));
     const FreeMemory free = free_memory();
     const double count = expected_count(result, tets.box, tets.size);
     if (count * kBytes > free.bytes || count > 1e9)

@@ -97,15 +97,17 @@ std::string nearest_figure(const Recipe& recipe, const std::string& name) {
     for (const auto& [word, figures] : kFigures) known.insert(known.end(), figures.begin(), figures.end());
     const auto always = figures_of_all(recipe);
     known.insert(known.end(), always.begin(), always.end());
-    // The place as it is written, and each material.
+    // The place in the one form there is, and each material.
     const std::size_t at = name.rfind("_at_");
-    const std::string place = at == std::string::npos ? "_at_0.5" : name.substr(at);
+    const auto number = at == std::string::npos ? std::nullopt : finite_number(name.substr(at + 4));
+    const std::string place = fmt::format("_at_{:g}", number.value_or(0.5));
     for (const Form& form : kForms) {
         const std::string end = form.place ? place : "";
         if (!form.material) known.push_back(form.prefix + end);
         for (std::size_t m = 0; form.material && m < recipe.materials.size(); ++m)
             known.push_back(fmt::format("{}_{}{}", form.prefix, recipe.materials[m].name, end));
     }
+    std::erase(known, name);  // it was refused
     return did_you_mean(": ", name, known, "; see sidewall models metrology");
 }
 
@@ -123,6 +125,10 @@ void require_measure(const Recipe& recipe, const std::string& name, const std::s
         if (!(std::abs(figure->at) < half))
             throw KeyError(key, fmt::format("{}: lies outside the domain, which ends at +-{:g}", name, half));
     }
+    const auto word = word_of(recipe, name);
+    if (!figure && word && *word != name)
+        throw KeyError(key, word->empty() ? fmt::format("{}: the summary of every run has it", name)
+                                          : fmt::format("{}: is measured by \"{}\"", name, *word));
     if (!figure && !contains(measure_names(), name))
         throw KeyError(key, fmt::format("{}: must be one of {}, or a figure such as cd_SiO2_at_0.5{}", name,
                                         fmt::join(measure_names(), ", "), nearest_figure(recipe, name)));

@@ -23,7 +23,7 @@ bool is_there(const fs::path& path) {
 }
 
 std::string name_of(const fs::path& folder) {
-    return fs::absolute(folder).lexically_normal().filename().string();
+    return folder_name(folder);
 }
 
 // Keys of --vary texts: KEY=LO:HI... or KEY=V1,V2.
@@ -137,10 +137,10 @@ std::size_t failures(const TextTable& table) {
 // Values with their intervals, within the bounds that were searched.
 Json parameters_section(const Json& fit) {
     Json section{{"type", "intervals"}, {"title", "Parameters"}, {"rows", Json::array()}};
-    for (const auto& [key, parameter] : fit["parameters"].items()) {
+    for (const auto& [key, parameter] : fit.at("parameters").items()) {
         Json row{{"name", key},
-                 {"value", parameter["value"]},
-                 {"interval", parameter["interval95"]},
+                 {"value", parameter.at("value")},
+                 {"interval", parameter.at("interval95")},
                  {"at_bound", parameter.contains("at_bound")}};
         for (const Json& text : fit.value("vary", Json::array())) {
             const auto parts = split(text.get<std::string>(), '=');
@@ -162,15 +162,15 @@ Json residuals_section(const Json& fit) {
                                  Json{{"name", "residual"}}, Json{{"name", "sigma"}},
                                  Json{{"name", "residual / sigma"}}, Json{{"name", "unit"}}})},
         {"rows", Json::array()}};
-    for (const auto& [name, r] : fit["residuals"].items()) {
-        const bool known = r["asked"].is_number() && r["got"].is_number();
+    for (const auto& [name, r] : fit.at("residuals").items()) {
+        const bool known = r.at("asked").is_number() && r.at("got").is_number();
         const Json residual =
-            known ? number_or_null(r["got"].get<double>() - r["asked"].get<double>(), 4) : Json();
-        const Json scaled = known && r["sigma"].is_number()
-                                ? number_or_null(residual.get<double>() / r["sigma"].get<double>(), 4)
+            known ? number_or_null(r.at("got").get<double>() - r.at("asked").get<double>(), 4) : Json();
+        const Json scaled = known && r.at("sigma").is_number()
+                                ? number_or_null(residual.get<double>() / r.at("sigma").get<double>(), 4)
                                 : Json();
-        section["rows"].push_back(Json::array(
-            {name, r["asked"], r["got"], residual, r["sigma"], scaled, shown_unit(text_at(r, "unit"))}));
+        section["rows"].push_back(Json::array({name, r.at("asked"), r.at("got"), residual, r.at("sigma"),
+                                               scaled, shown_unit(text_at(r, "unit"))}));
     }
     return section;
 }

@@ -90,7 +90,7 @@ Json distances(const Json& comparison) {
 }  // namespace
 
 Page comparison_page(const fs::path& folder, std::size_t bytes) {
-    Page page("comparison", fs::absolute(folder).lexically_normal().filename().string());
+    Page page("comparison", folder_name(folder));
     const Json comparison = read_json(folder / "compare.json", "make the comparison again");
     page.fact("Recipe", text_at(comparison, "recipe"));
     page.fact("Grid spacing", fmt::format("{} {}", number_text(comparison.at("grid_spacing")),

@@ -113,6 +113,11 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
     return section;
 }
 
+std::string folder_name(const std::filesystem::path& folder) {
+    const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
+    return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
 std::string number_text(const Json& json, int digits) {
     return json.is_number() ? fmt::format("{:.{}g}", json.get<double>(), digits) : "-";
 }

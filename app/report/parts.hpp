@@ -41,6 +41,9 @@ std::vector<surface::Plane> planes_of(const std::filesystem::path& effective);
 /// \param units  of columns by name; may lack some.
 Json table_section(const std::string& title, const TextTable& table, const Json& units);
 
+/// A folder's own name, also of "." and with a slash behind.
+std::string folder_name(const std::filesystem::path& folder);
+
 /// A number as a person reads it, "-" where it is none.
 std::string number_text(const Json& json, int digits = 5);
 

@@ -28,6 +28,9 @@ class Timeline {
   public:
     Timeline(const fs::path& path, const Json& summary) : summary_(summary) {
         if (is_there(path)) table_ = read_text_table(path);
+        if (!table_.names.empty() && !table_.column("time"))
+            throw FileError(fmt::format("{}: has no column time, it is damaged: run the simulation again",
+                                        path.string()));
         time_ = table_.column("time").value_or(0);
     }
 
@@ -143,9 +146,10 @@ Json plain_table(const std::string& title, const std::vector<std::string>& colum
 
 void add_summary_tables(const Json& summary, Page& page) {
     Json rows = Json::array();
+    const Json units = summary.value("metrology_units", Json::object());
     if (summary.contains("metrology"))
         for (const auto& [name, value] : summary["metrology"].items())
-            rows.push_back(Json::array({name, value, shown_unit(text_at(summary["metrology_units"], name))}));
+            rows.push_back(Json::array({name, value, shown_unit(text_at(units, name))}));
     page.sections.push_back(
         plain_table("Measures at the end", {"measure", "value", "unit"}, std::move(rows)));
     const std::string time = text_at(summary, "time_unit"),
@@ -173,7 +177,7 @@ void add_summary_tables(const Json& summary, Page& page) {
     if (!summary.contains("volumes") || summary["volumes"].empty()) return;
     Json volumes = Json::array();
     for (const auto& [name, v] : summary["volumes"].items())
-        volumes.push_back(Json::array({name, v["net"], v["gross_added"], v["gross_removed"]}));
+        volumes.push_back(Json::array({name, v.at("net"), v.at("gross_added"), v.at("gross_removed")}));
     page.sections.push_back(
         plain_table("Volumes since the start",
                     {"material", fmt::format("net [{}]", volume), fmt::format("added [{}]", volume),
@@ -200,7 +204,7 @@ void add_facts(const Json& summary, Page& page) {
 }  // namespace
 
 Page run_page(const fs::path& folder, std::size_t bytes) {
-    Page page("run", fs::absolute(folder).lexically_normal().filename().string());
+    Page page("run", folder_name(folder));
     Json summary = Json::object();
     if (is_there(folder / "summary.json")) {
         summary = read_summary(folder);

@@ -29,6 +29,10 @@ Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const 
     Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}};
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
+        profile.middle += 0.5 * (domain.min[a] + domain.max[a]) * profile.along[axis];
+    }
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
         if (std::abs(profile.along[axis]) < 1.0 - 1e-9 || domain.side[a] != levelset::Side::reflective)
             continue;
         for (const double side : {domain.min[a], domain.max[a]})
@@ -84,12 +88,24 @@ Stretches without(const Stretches& a, const Stretches& b) {
     return rest;
 }
 
-std::pair<double, double> widest_opening(const Profile& profile, double z) {
+Stretches openings(const Profile& profile, double z) {
     const Stretches solid = solid_at(profile, z);
+    Stretches open;
+    for (std::size_t k = 0; k + 1 < solid.size(); ++k) open.emplace_back(solid[k].second, solid[k + 1].first);
+    return open;
+}
+
+std::pair<double, double> widest_opening(const Profile& profile, double z) {
     std::pair<double, double> widest{kNone, kNone};
-    for (std::size_t k = 0; k + 1 < solid.size(); ++k)
-        if (!(solid[k + 1].first - solid[k].second <= widest.second - widest.first))
-            widest = {solid[k].second, solid[k + 1].first};
+    const auto off_middle = [&](const auto& of) {
+        return std::abs(of.first + of.second - 2.0 * profile.middle);
+    };
+    for (const auto& open : openings(profile, z)) {
+        const double more = open.second - open.first - (widest.second - widest.first);
+        const double alike = 1e-6 * (open.second - open.first);  // but for rounding
+        if (std::abs(more) <= alike ? off_middle(open) < off_middle(widest) - alike : !(more < 0.0))
+            widest = open;
+    }
     return widest;
 }
 

@@ -13,6 +13,7 @@ struct Profile {
     std::vector<surface::Polyline> lines;
     Vec3 along;                   // horizontal axis in the plane
     std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
+    double middle = 0.0;          // of the domain, along the profile
 
     template <class Use>
     void each_segment(Use&& use) const {
@@ -38,7 +39,11 @@ Stretches solid_below(const Profile& profile, double along);
 /// What of \p a is not in \p b.
 Stretches without(const Stretches& a, const Stretches& b);
 
-/// The widest opening at a height, between two stretches of material; NaN, NaN if there is none.
+/// The openings at a height, between two stretches of material.
+Stretches openings(const Profile& profile, double z);
+
+/// The widest; of equally wide ones, such as a mirrored copy, the one nearest to the domain's middle; NaN, NaN if there
+/// is none.
 std::pair<double, double> widest_opening(const Profile& profile, double z);
 
 /// Its width; NaN if there is none.

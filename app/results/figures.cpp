@@ -80,8 +80,9 @@ double on_walls(const Cuts& cuts, int material, double z) {
     return std::isfinite(sum) ? 0.5 * sum : kNone;
 }
 
-// Half of how much wider the opening is on average where the material bounds it on both sides than where it
-// is narrowest.
+// Half of how much wider the opening is where the material bounds it on both sides, by the median of the
+// heights (beside its neighbours' corners the boundary is slanted), than where it is narrowest. The floor,
+// where an opening begins that is still less than 80 degrees steep, does not count.
 double recess(const Cuts& cuts, int material) {
     const double dx = cuts.stack.domain.spacing, touching = levelset::kExposed * dx;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -89,23 +90,28 @@ double recess(const Cuts& cuts, int material) {
         low = std::min({low, p.z(), q.z()});
         high = std::max({high, p.z(), q.z()});
     });
-    double sum = 0.0, heights = 0.0, narrowest = kNone;
+    std::vector<double> widths;
+    double narrowest = kNone, below = 0.0;
+    bool floor = true;
     if (!(high > low)) return kNone;
     const int count = static_cast<int>(std::ceil(4.0 * (high - low) / dx));
     for (int k = 0; k < count; ++k) {
         const double z = low + (k + 0.5) * (high - low) / count;
         const auto [left, right] = widest_opening(cuts.surface(), z);
         if (!std::isfinite(right - left)) continue;
+        constexpr double kSteep = 5.67;  // tan(80 degrees)
+        floor = floor && right - left - below > 2.0 * (high - low) / count / kSteep;
+        below = right - left;
+        if (floor) continue;
         const Stretches own = cuts.of_material(material, [&](const Profile& p) { return solid_at(p, z); });
         const bool both =
             behind(own, left, true, touching) > 0.0 && behind(own, right, false, touching) > 0.0;
-        if (both) {
-            sum += right - left;
-            heights += 1.0;
-        }
+        if (both) widths.push_back(right - left);
         narrowest = std::fmin(narrowest, right - left);
     }
-    return 0.5 * (sum / heights - narrowest);
+    if (widths.empty()) return kNone;
+    std::sort(widths.begin(), widths.end());
+    return 0.5 * (0.5 * (widths[(widths.size() - 1) / 2] + widths[widths.size() / 2]) - narrowest);
 }
 
 double volume(const levelset::MaterialStack& stack, int material) {
@@ -124,18 +130,34 @@ double variance(const std::vector<double>& values) {
     return sum / (n - 1.0);
 }
 
-// Three standard deviations along the line of the place of its edges, the mean of both, or of its width.
+// Of a row's openings the one that lies most over another row's.
+std::pair<double, double> opening_over(const Profile& profile, double z,
+                                       const std::pair<double, double>& other) {
+    std::pair<double, double> most{kNone, kNone};
+    double shared = 0.0;
+    for (const auto& open : openings(profile, z)) {
+        const double here = std::min(open.second, other.second) - std::max(open.first, other.first);
+        if (!(here > shared)) continue;
+        shared = here;
+        most = open;
+    }
+    return most;
+}
+
+// Three standard deviations along the line of the place of its edges, the mean of both, or of its width: of
+// the opening that is widest in the recipe's cut.
 double roughness(const Recipe& recipe, bool of_width, double z, const levelset::MaterialStack& stack,
                  const TriangleMesh& surface) {
     surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
     const int across = plane.normal.x() != 0.0 ? 0 : 1;
     const auto a = static_cast<std::size_t>(across);
     const levelset::Domain& domain = stack.domain;
+    const std::pair<double, double> line = widest_opening(profile_of(surface, plane, domain), z);
     std::vector<double> left, right, width;
     for (int row = 0; row < domain.cells[a]; ++row) {
         const double at = domain.min[a] + (row + 0.5) * domain.spacing;
         plane.offset = at * plane.normal[across];
-        const auto [from, to] = widest_opening(profile_of(surface, plane, domain), z);
+        const auto [from, to] = opening_over(profile_of(surface, plane, domain), z, line);
         if (!std::isfinite(to - from)) continue;
         left.push_back(from);
         right.push_back(to);

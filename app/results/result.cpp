@@ -43,6 +43,9 @@ std::optional<std::size_t> interface_number(const std::filesystem::path& file,
 std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
     const std::string text = surface::read_whole_file(path);
     std::vector<PvdEntry> entries;
+    if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
+        throw FileError(
+            fmt::format("{}: ends too early, it is damaged: run the simulation again", path.string()));
     for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
          at = text.find("<DataSet", at + 1)) {
         const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at);

@@ -267,6 +267,13 @@ TEST_CASE("folders without results and damaged ones are refused by name", "[fore
     write(folder.path / "compare.json", R"({"variants": 3})");
     refused("is not what this program writes");
     std::filesystem::remove(folder.path / "compare.json");
+    for (const char* fit :
+         {R"({"parameters": {"a": {}}})",
+          R"({"parameters": {"a": {"value": 1, "interval95": [0, 1]}}, "residuals": {"q": {}}})"}) {
+        write(folder.path / "fit.json", fit);
+        refused("is not what this program writes");
+        std::filesystem::remove(folder.path / "fit.json");
+    }
     write(folder.path / "sweep.json", R"({"vary": ["a=1"], "rows": 2})");
     write(folder.path / "sweep.csv", "run,a,status\n0001,1\n0002,1,ok\n");
     refused("row 1 has 2 values under 3 names");

@@ -223,5 +223,14 @@ TEST_CASE("what export cannot do is said", "[foreign]") {
     says("run -o x.vtu --time 77", 2, "--time 77");
     says("run -o nofolder/../run/surface.pvd/x.vtu", 5, "surface.pvd");
     CHECK_FALSE(std::filesystem::exists(folder.path / "x.vtu"));
-    says("run -o x.vtu", 0, "smallest angle");
+    says("run -o x.vtu --bottom=-1e9", 2, "--bottom -1e+09: must lie less than");
+    // Nothing of the run is replaced, nor one output by the other.
+    says("run -o run/surface_0001.vtp", 2, "among the run's own files");
+    says("run -o run.vtm", 2, "among the run's own files");
+    says("run -o x.stl --json run/recipe.toml", 2, "among the run's own files");
+    says("run -o x.vtu --json x.vtu", 2, "is the file of -o, too");
+    says("run -o X.VTU", 0, "smallest angle");
+    const std::string list = test::read_bytes(folder.path / "run/surface.pvd");
+    std::ofstream(folder.path / "run/surface.pvd") << list.substr(0, list.size() / 2);
+    says("run -o x.vtu", 3, "surface.pvd: ends too early");
 }

@@ -92,6 +92,17 @@ TEST_CASE("a layer's recess is how far it stands back behind its neighbours") {
     // Within a cell of a corner the boundary of two materials is slanted, and either may be at the wall.
     CHECK(wafer("recess_Si") == Approx(0.0).margin(0.05));
     CHECK(std::isnan(wafer("recess_W")));
+
+    // A mask that nothing etches does not stand back, however narrow the pit's floor begins.
+    const Json pit =
+        run(kDomain + "[metrology]\nmeasures = [\"recess_Mask\", \"wall_Mask_at_-0.2\", \"cd_at_-0.2\"]\n" +
+            kSilicon +
+            "[[layer]]\nmaterial = \"Mask\"\nshape = \"trench\"\nthickness = 0.4\nwidth = 1.0\n"
+            "[[step]]\nmodel = \"isotropic\"\nduration = 0.5\nrate = { Si = -1.0 }\n")["metrology"];
+    CHECK(pit["recess_Mask"].get<double>() == Approx(0.0).margin(0.5 * 0.05));
+    // From its opening to the next one, in the mirrored wafer.
+    CHECK(pit["cd_at_-0.2"].get<double>() == Approx(1.0).margin(0.1 * 0.05));
+    CHECK(pit["wall_Mask_at_-0.2"].get<double>() == Approx(3.0).margin(0.1 * 0.05));
 }
 
 TEST_CASE("roughness is three standard deviations of edges and width") {
@@ -127,6 +138,14 @@ TEST_CASE("roughness is three standard deviations of edges and width") {
     CHECK(together("lwr_at_-0.2") == Approx(0.0).margin(slack));
     CHECK(against("ler_at_-0.2") == Approx(edge).margin(slack));
     CHECK(against("lwr_at_-0.2") == Approx(2.0 * edge).margin(2.0 * slack));
+
+    // Mirrored copies of an opening and its equals are not hopped between.
+    const Wafer straight(
+        "[domain]\nextent = [4.0, 2.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 0.8\n"
+        "depth = 1.0\nposition = [-1.0, 0.0]\n[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = 0.8\ndepth = 1.0\n"
+        "position = [1.0, 0.0]\n" +
+        kStep);
+    CHECK(straight("ler_at_0.5") == Approx(0.0).margin(1e-3 * 0.1));
 }
 
 TEST_CASE("a step ends where a figure passes a value, within a twentieth of a cell of the front's way") {
