@@ -16,19 +16,28 @@ using sidewall::test::run_program;
 
 using Json = nlohmann::ordered_json;
 
+const std::string kBrowser =
+    "chromium --headless --no-sandbox --disable-dev-shm-usage --user-data-dir=profile ";
+
 bool has_browser() {
-    const bool there = std::system("command -v chromium >/dev/null 2>&1") == 0;
-    if (!there) WARN("skipped: chromium is not installed");
-    return there;
+    const Folder folder;
+    const auto succeeds = [&](const std::string& command) {
+        return run_command(folder.path, command + " >/dev/null 2>&1").exit_code == 0;
+    };
+    if (!succeeds("command -v chromium"))
+        WARN("skipped: chromium is not installed");
+    else if (!succeeds("timeout -k 1 120 " + kBrowser + "--dump-dom about:blank"))
+        WARN("skipped: chromium does not start here");
+    else
+        return true;
+    return false;
 }
 
 // What the page says of itself.
 Json selftest(const Folder& folder, const std::string& page, const std::string& options) {
     const Outcome outcome = run_command(
-        folder.path,
-        "timeout -k 1 300 chromium --headless --no-sandbox --disable-dev-shm-usage --user-data-dir=profile "
-        "--virtual-time-budget=5000 --dump-dom " +
-            options + " 'file://" + (folder.path / page).string() + "#selftest' 2>browser.log");
+        folder.path, "timeout -k 1 300 " + kBrowser + "--virtual-time-budget=5000 --dump-dom " + options +
+                         " 'file://" + (folder.path / page).string() + "#selftest' 2>browser.log");
     const std::string start = "<pre id=\"selftest\" hidden=\"\">";
     const std::size_t begin = outcome.output.find(start);
     INFO(sidewall::test::read_bytes(folder.path / "browser.log"));
