@@ -52,13 +52,8 @@ Nodes release(Leaf* layer, const Leaf& surface, const float* old, float mark) {
 class Keeper {
   public:
     Keeper(const Domain& domain, std::span<Leaf* const> leaves, const float* before,
-           const std::vector<Nodes>& nodes, float mark)
-        : domain_(domain),
-          leaves_(leaves),
-          before_(before),
-          nodes_(nodes),
-          table_(std::vector<Leaf*>(leaves.begin(), leaves.end())),
-          mark_(mark) {}
+           const std::vector<Nodes>& nodes, const surface::LeafTable& table, float mark)
+        : domain_(domain), leaves_(leaves), before_(before), nodes_(nodes), table_(table), mark_(mark) {}
 
     using Place = std::pair<std::size_t, openvdb::Index>;
 
@@ -109,7 +104,7 @@ class Keeper {
     const std::span<Leaf* const> leaves_;
     const float* before_;
     const std::vector<Nodes>& nodes_;
-    const surface::LeafTable table_;
+    const surface::LeafTable& table_;
     const float mark_;
 };
 
@@ -117,6 +112,7 @@ class Keeper {
 
 void release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const float* before) {
     const float mark = -2.0f * stack.top().background();
+    const surface::LeafTable table(std::vector<Leaf*>(leaves.begin(), leaves.end()));
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
         auto& tree = stack.layers[k].phi->tree();
         std::vector<Nodes> nodes(leaves.size());
@@ -124,7 +120,7 @@ void release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const 
             nodes[n] =
                 release(tree.probeLeaf(leaves[n]->origin()), *leaves[n], before + n * Leaf::SIZE, mark);
         });
-        const Keeper keeper(stack.domain, leaves, before, nodes, mark);
+        const Keeper keeper(stack.domain, leaves, before, nodes, table, mark);
         std::vector<std::vector<Keeper::Place>> kept(nodes.size());
         each(nodes.size(), [&](std::size_t n) { kept[n] = keeper.beside(n); });
         for (const auto& places : kept)

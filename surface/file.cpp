@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -33,6 +34,12 @@ std::string read_whole_file(const std::filesystem::path& path) {
         throw FileError(fmt::format("{}: cannot read: {}; check its permissions", path.string(),
                                     errno ? std::strerror(errno) : "read error"));
     return bytes;
+}
+
+std::string lower_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension;
 }
 
 }  // namespace sidewall::surface

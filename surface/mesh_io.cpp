@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cmath>
 
 #include "surface/file.hpp"
@@ -15,8 +14,7 @@ namespace {
 enum class Format { vtp, ply, stl, obj };
 
 Format format_of(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lower_extension(path);
     if (extension == ".vtp") return Format::vtp;
     if (extension == ".ply") return Format::ply;
     if (extension == ".stl") return Format::stl;

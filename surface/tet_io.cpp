@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
+#include "surface/file.hpp"
 #include "surface/mesh_bytes.hpp"
 #include "surface/output_file.hpp"
 #include "surface/vtk_writer.hpp"
@@ -93,8 +93,7 @@ std::string encode_msh(const TetMesh& mesh) {
 }
 
 void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata) {
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lower_extension(path);
     if (extension != ".vtu" && extension != ".msh")
         throw FileError(fmt::format("{}: extension '{}' is no format of tetrahedra: use .vtu or .msh",
                                     path.string(), extension));

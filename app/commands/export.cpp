@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -12,6 +11,7 @@
 #include "app/common/progress.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
+#include "surface/file.hpp"
 #include "surface/tet_io.hpp"
 
 namespace sidewall::app {
@@ -26,9 +26,7 @@ struct Arguments {
 enum class Kind { tetrahedra, surface, blocks };
 
 Kind kind_of(const Arguments& arguments) {
-    std::string extension = std::filesystem::path(arguments.output).extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = surface::lower_extension(arguments.output);
     Kind kind = Kind::surface;
     if (extension == ".vtu" || extension == ".msh")
         kind = Kind::tetrahedra;
@@ -74,9 +72,7 @@ Result read_input(const Arguments& arguments) {
 }
 
 double time_of(const Result& result) {
-    for (const auto& [name, value] : result.metadata.numbers)
-        if (name == "time") return value;
-    return 0.0;
+    return metadata_number(result.metadata, "time").value_or(0.0);
 }
 
 Json quality_json(const Device& device) {

@@ -87,13 +87,13 @@ Result read_input(const Arguments& arguments) {
 }
 
 // A strip of one cell, as of a profile in x and z, is seen from its side.
-void show_section(const Arguments& arguments, const Result& result, RenderOptions& options) {
-    if (arguments.view.empty() && is_strip(result.surface)) options.azimuth_deg = options.elevation_deg = 0.0;
+void show_section(const Result& result, RenderOptions& options) {
+    if (is_strip(result.surface)) options.azimuth_deg = options.elevation_deg = 0.0;
 }
 
 void draw_one(const Arguments& arguments, RenderOptions options) {
     const Result result = read_input(arguments);
-    show_section(arguments, result, options);
+    if (arguments.view.empty()) show_section(result, options);
     write_png(arguments.output, render(result, options));
 }
 
@@ -107,7 +107,7 @@ void run(const Arguments& arguments) {
             arguments.all    ? "--all"
             : arguments.time ? "--time"
                              : "--frame"));
-    if (arguments.all) show_section(arguments, read_input(arguments), options);
+    if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {
             fmt::print("{}\n", line);

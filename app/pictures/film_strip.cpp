@@ -15,10 +15,8 @@ namespace {
 
 /// "48 s"; empty for a mesh that says no time.
 std::string time_text(const Result& result) {
-    for (const auto& [name, number] : result.metadata.numbers)
-        if (name == "time")
-            return fmt::format("{:.6g} {}", number, metadata_text(result.metadata, "time_unit", ""));
-    return {};
+    const std::optional<double> time = metadata_number(result.metadata, "time");
+    return time ? fmt::format("{:.6g} {}", *time, metadata_text(result.metadata, "time_unit", "")) : "";
 }
 
 /// The scale that holds for all. \p options get the attribute's full name: where `flux` stands for a species'

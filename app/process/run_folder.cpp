@@ -97,7 +97,7 @@ RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
     // A run that was killed before its first checkpoint goes on at time 0.
     if (listed && holds() == Held::nothing) goes_on_ = false;
     if (options.overwrite) {
-        take_over(listed.has_value());
+        if (!listed) take_over();
         return;
     }
     if (!goes_on_ || listed) refuse_foreign_files(listed.has_value());
@@ -140,8 +140,7 @@ void RunFolder::refuse_foreign_files(bool has_manifest) const {
 
 // Of a folder to overwrite without a list of what a run wrote there: what its surface.pvd tells, and what
 // this run would write over.
-void RunFolder::take_over(bool has_manifest) {
-    if (has_manifest) return;
+void RunFolder::take_over() {
     const fs::path pvd = options_.output / "surface.pvd";
     const std::string told = fs::is_regular_file(pvd) ? surface::read_whole_file(pvd) : "";
     const std::size_t above = above_saved(recipe_);

@@ -41,7 +41,7 @@ class RunFolder {
   private:
     enum class Held { nothing, run, result, other_run, other_result };  // of this recipe or another one
     Held holds() const;
-    void take_over(bool has_manifest);
+    void take_over();
     void refuse_foreign_files(bool has_manifest) const;
     void refuse_other_runs() const;
     void begin_anew();

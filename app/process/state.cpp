@@ -68,10 +68,6 @@ levelset::MaterialStack stack_of_layers(const Recipe& recipe) {
     return levelset::make_stack(domain_of(recipe), bodies);
 }
 
-}  // namespace
-
-namespace {
-
 std::vector<InputFile> inputs_of(const Recipe& recipe) {
     std::set<std::string> paths;
     for (const Layer& layer : recipe.layers) paths.insert(layer.file);

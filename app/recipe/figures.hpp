@@ -17,7 +17,7 @@ enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volum
 /// - cd_MATERIAL_at_D: the widest stretch of the material at that depth that ends on both sides
 /// - thickness_MATERIAL_at_X: of the material along the vertical at X
 /// - wall_MATERIAL_at_D: horizontally, of the material on the walls of the widest opening at a depth, mean of both
-/// - recess_MATERIAL: how far the material, where it is on both walls of the opening, stands back on average behind its narrowest place
+/// - recess_MATERIAL: how far the material, where it is on both walls of the opening, stands back behind its narrowest place, by the median of its heights above the floor
 /// - ler_at_D, lwr_at_D: three standard deviations, across the cut, of the opening's edges and of its width
 /// - volume_MATERIAL: in the domain; of the substrate above z = 0, less what is missing below
 struct Figure {

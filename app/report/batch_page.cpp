@@ -6,7 +6,6 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
-#include "app/report/view.hpp"
 #include "app/report/view_mesh.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
@@ -69,19 +68,6 @@ std::vector<ViewFrame> final_surfaces(const fs::path& folder, const TextTable& t
         if (auto frame = last_frame(folder / "runs" / row[*run], label)) frames.push_back(*std::move(frame));
     }
     return frames;
-}
-
-void add_view(std::vector<ViewFrame> frames, const fs::path& recipe, std::size_t bytes, Page& page) {
-    if (frames.empty()) return;
-
-    View view = make_view(std::move(frames), planes_of(recipe), bytes);
-    page.surfaces = view.shown;
-    view.section["title"] = "Final surfaces";
-    page.sections.push_back(std::move(view.section));
-    page.sections.push_back(Json{{"type", "charts"},
-                                 {"title", "Final profiles"},
-                                 {"wide", true},
-                                 {"charts", std::move(view.profiles)}});
 }
 
 // The measures of a table: its columns between the keys and the seconds.
@@ -235,7 +221,8 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
     if (table.rows.empty()) return page;
     add_table(table, plan, units, "Response curves", page);
     const fs::path first = folder / "runs" / table.rows[0][table.column("run").value_or(0)] / "recipe.toml";
-    add_view(final_surfaces(folder, table, varied_keys(plan)), first, bytes, page);
+    add_view(final_surfaces(folder, table, varied_keys(plan)), first, bytes, "Final surfaces",
+             "Final profiles", page);
     page.sections.push_back(recipe_section(first, text_at(plan, "recipe")));
     page.sections.back()["title"] = "Recipe of the first run";
     return page;
@@ -271,7 +258,8 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
             if (frame.label.starts_with("run " + best + ",") && frame.label != shown.front().label)
                 shown.push_back(frame);
         if (shown.size() == 2) shown[1].label = "best: " + shown[1].label;
-        add_view(std::move(shown), folder / "runs" / table.rows[0][0] / "recipe.toml", bytes, page);
+        add_view(std::move(shown), folder / "runs" / table.rows[0][0] / "recipe.toml", bytes,
+                 "Final surfaces", "Final profiles", page);
         Json units = Json::object();
         const fs::path any = folder / "runs" / (best.empty() ? table.rows[0][0] : best);
         if (is_there(any / "summary.json"))

@@ -3,7 +3,6 @@
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
 #include "app/report/parts.hpp"
-#include "app/report/view.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -110,16 +109,8 @@ Page comparison_page(const fs::path& folder, std::size_t bytes) {
         if (fs::exists(run / "surface.pvd", failure))
             frames.push_back({shown_method(variant), run, saved_surfaces(run).back()});
     }
-    if (!frames.empty()) {
-        View view = make_view(std::move(frames), planes_of(folder / "none" / "recipe.toml"), bytes);
-        page.surfaces = view.shown;
-        view.section["title"] = "Final surfaces";
-        page.sections.push_back(std::move(view.section));
-        page.sections.push_back(Json{{"type", "charts"},
-                                     {"title", "Final profiles"},
-                                     {"wide", true},
-                                     {"charts", std::move(view.profiles)}});
-    }
+    add_view(std::move(frames), folder / "none" / "recipe.toml", bytes, "Final surfaces", "Final profiles",
+             page);
     page.sections.push_back(recipe_section(folder / "none" / "recipe.toml", text_at(comparison, "recipe")));
     page.sections.back()["title"] = "Recipe of the raw run";
     return page;

@@ -93,6 +93,17 @@ std::vector<surface::Plane> planes_of(const std::filesystem::path& effective) {
     return planes;
 }
 
+void add_view(std::vector<ViewFrame> frames, const std::filesystem::path& effective, std::size_t bytes,
+              const std::string& title, const std::string& profiles_title, Page& page) {
+    if (frames.empty()) return;
+    View view = make_view(std::move(frames), planes_of(effective), bytes);
+    page.surfaces = view.shown;
+    if (!title.empty()) view.section["title"] = title;
+    page.sections.push_back(std::move(view.section));
+    page.sections.push_back(Json{
+        {"type", "charts"}, {"title", profiles_title}, {"wide", true}, {"charts", std::move(view.profiles)}});
+}
+
 Json table_section(const std::string& title, const TextTable& table, const Json& units) {
     Json section{{"type", "table"}, {"title", title}, {"columns", Json::array()}, {"rows", Json::array()}};
     for (const std::string& heading : table.names) {

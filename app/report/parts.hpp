@@ -5,6 +5,7 @@
 
 #include "app/common/json.hpp"
 #include "app/report/table.hpp"
+#include "app/report/view.hpp"
 #include "surface/cut.hpp"
 
 // What the kinds of folders put on a page: lists of sections, which app/report/page.js draws by their "type".
@@ -36,6 +37,11 @@ Json recipe_section(const std::filesystem::path& effective, const std::string& s
 
 /// The planes that a folder's recipe asks to be cut: its profiles, else that of its metrology, else y = 0.
 std::vector<surface::Plane> planes_of(const std::filesystem::path& effective);
+
+/// Puts surfaces into the page's 3-D view, and under it their profiles in the planes of a recipe; nothing if there are none.
+/// \param title  of the view; empty: its own.
+void add_view(std::vector<ViewFrame> frames, const std::filesystem::path& effective, std::size_t bytes,
+              const std::string& title, const std::string& profiles_title, Page& page);
 
 /// A table, whose numbers are right-aligned and which sorts by any column.
 /// \param units  of columns by name; may lack some.

@@ -7,7 +7,6 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
-#include "app/report/view.hpp"
 #include "app/results/result.hpp"
 #include "surface/error.hpp"
 
@@ -226,13 +225,7 @@ Page run_page(const fs::path& folder, std::size_t bytes) {
         for (SavedSurface& saved : saved_ones)
             frames.push_back({fmt::format("t = {:.6g} {}", saved.time, unit), folder, std::move(saved)});
 
-        View view = make_view(std::move(frames), planes_of(folder / "recipe.toml"), bytes);
-        page.surfaces = view.shown;
-        page.sections.push_back(std::move(view.section));
-        page.sections.push_back(Json{{"type", "charts"},
-                                     {"title", "Profiles over time"},
-                                     {"wide", true},
-                                     {"charts", std::move(view.profiles)}});
+        add_view(std::move(frames), folder / "recipe.toml", bytes, "", "Profiles over time", page);
     } else {
         page.notes.emplace_back("It has saved no surface yet.");
     }

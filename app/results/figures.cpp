@@ -15,42 +15,6 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// The cuts of all layers' boundaries, bottom up.
-struct Cuts {
-    const levelset::MaterialStack& stack;
-    std::vector<Profile> layers;
-
-    Cuts(const levelset::MaterialStack& of, const TriangleMesh& surface, const surface::Plane& plane)
-        : stack(of) {
-        for (std::size_t k = 0; k + 1 < of.layers.size(); ++k)
-            layers.push_back(
-                profile_of(levelset::extract_surface(*of.layers[k].phi, of.domain), plane, of.domain));
-        layers.push_back(profile_of(surface, plane, of.domain));
-    }
-    const Profile& surface() const { return layers.back(); }
-
-    // Where a material is on a line, which solid() finds on a profile.
-    template <class Solid>
-    Stretches of_material(int material, Solid&& solid) const {
-        Stretches all;
-        for (std::size_t k = 0; k < layers.size(); ++k) {
-            if (stack.layers[k].material != material) continue;
-            const Stretches own = k == 0 ? solid(layers[0]) : without(solid(layers[k]), solid(layers[k - 1]));
-            all.insert(all.end(), own.begin(), own.end());
-        }
-        std::sort(all.begin(), all.end());
-        // Layers of one material that touch are one.
-        const double touching = levelset::kExposed * stack.domain.spacing;
-        Stretches joined;
-        for (const auto& [from, to] : all)
-            if (!joined.empty() && from <= joined.back().second + touching)
-                joined.back().second = std::max(joined.back().second, to);
-            else
-                joined.emplace_back(from, to);
-        return joined;
-    }
-};
-
 double widest(const Stretches& stretches) {
     double most = kNone;
     for (const auto& [from, to] : stretches)
@@ -71,6 +35,7 @@ double behind(const Stretches& stretches, double wall, bool left, double touchin
     return 0.0;
 }
 
+template <class Cuts>
 double on_walls(const Cuts& cuts, int material, double z) {
     const auto [left, right] = widest_opening(cuts.surface(), z);
     if (!std::isfinite(right - left)) return kNone;
@@ -83,6 +48,7 @@ double on_walls(const Cuts& cuts, int material, double z) {
 // Half of how much wider the opening is where the material bounds it on both sides, by the median of the
 // heights (beside its neighbours' corners the boundary is slanted), than where it is narrowest. The floor,
 // where an opening begins that is still less than 80 degrees steep, does not count.
+template <class Cuts>
 double recess(const Cuts& cuts, int material) {
     const double dx = cuts.stack.domain.spacing, touching = levelset::kExposed * dx;
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -167,49 +133,95 @@ double roughness(const Recipe& recipe, bool of_width, double z, const levelset::
     return 3.0 * std::sqrt(of_width ? variance(width) : 0.5 * (variance(left) + variance(right)));
 }
 
-double value_of(const Recipe& recipe, const Figure& figure, const levelset::MaterialStack& stack,
-                const TriangleMesh& surface) {
-    if (figure.kind == FigureKind::volume) return volume(stack, figure.material) / width_of_strip(recipe);
-    if (figure.kind == FigureKind::ler || figure.kind == FigureKind::lwr)
-        return roughness(recipe, figure.kind == FigureKind::lwr, -figure.at, stack, surface);
-    const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
-    if (figure.kind == FigureKind::opening)
-        return opening(profile_of(surface, plane, stack.domain), -figure.at);
-    const Cuts cuts(stack, surface, plane);
-    switch (figure.kind) {
-        case FigureKind::width:
-            return widest(
-                cuts.of_material(figure.material, [&](const Profile& p) { return solid_at(p, -figure.at); }));
-        case FigureKind::thickness: {
-            const double along = figure.at * (cuts.surface().along.x() + cuts.surface().along.y());
-            return total(
-                cuts.of_material(figure.material, [&](const Profile& p) { return solid_below(p, along); }));
-        }
-        case FigureKind::wall:
-            return on_walls(cuts, figure.material, -figure.at);
-        case FigureKind::recess:
-            return recess(cuts, figure.material);
-        default:
-            return kNone;
-    }
-}
-
 }  // namespace
 
-Measure measure_figure(const Recipe& recipe, const Figure& figure, const levelset::MaterialStack& stack,
-                       const TriangleMesh& surface) {
+// The cuts of all layers' boundaries, bottom up.
+struct FigureReader::Cuts {
+    const levelset::MaterialStack& stack;
+    std::vector<Profile> layers;
+
+    Cuts(const levelset::MaterialStack& of, const TriangleMesh& surface, const surface::Plane& plane)
+        : stack(of) {
+        for (std::size_t k = 0; k + 1 < of.layers.size(); ++k)
+            layers.push_back(
+                profile_of(levelset::extract_surface(*of.layers[k].phi, of.domain), plane, of.domain));
+        layers.push_back(profile_of(surface, plane, of.domain));
+    }
+    const Profile& surface() const { return layers.back(); }
+
+    // Where a material is on a line, which solid() finds on a profile.
+    template <class Solid>
+    Stretches of_material(int material, Solid&& solid) const {
+        Stretches all;
+        for (std::size_t k = 0; k < layers.size(); ++k) {
+            if (stack.layers[k].material != material) continue;
+            const Stretches own = k == 0 ? solid(layers[0]) : without(solid(layers[k]), solid(layers[k - 1]));
+            all.insert(all.end(), own.begin(), own.end());
+        }
+        std::sort(all.begin(), all.end());
+        // Layers of one material that touch are one.
+        const double touching = levelset::kExposed * stack.domain.spacing;
+        Stretches joined;
+        for (const auto& [from, to] : all)
+            if (!joined.empty() && from <= joined.back().second + touching)
+                joined.back().second = std::max(joined.back().second, to);
+            else
+                joined.emplace_back(from, to);
+        return joined;
+    }
+};
+
+FigureReader::FigureReader(const Recipe& recipe, const levelset::MaterialStack& stack,
+                           const TriangleMesh& surface)
+    : recipe_(recipe), stack_(stack), surface_(surface) {}
+
+FigureReader::~FigureReader() = default;
+
+const FigureReader::Cuts& FigureReader::cuts() {
+    if (!cuts_)
+        cuts_ = std::make_unique<const Cuts>(stack_, surface_, surface::parse_plane(recipe_.metrology.cut));
+    return *cuts_;
+}
+
+double FigureReader::value_of(const Figure& figure) {
+    const auto level = [&](const Profile& p) { return solid_at(p, -figure.at); };
+    switch (figure.kind) {
+        case FigureKind::opening:
+            return opening(profile_of(surface_, surface::parse_plane(recipe_.metrology.cut), stack_.domain),
+                           -figure.at);
+        case FigureKind::width:
+            return widest(cuts().of_material(figure.material, level));
+        case FigureKind::thickness: {
+            const double along = figure.at * (cuts().surface().along.x() + cuts().surface().along.y());
+            return total(
+                cuts().of_material(figure.material, [&](const Profile& p) { return solid_below(p, along); }));
+        }
+        case FigureKind::wall:
+            return on_walls(cuts(), figure.material, -figure.at);
+        case FigureKind::recess:
+            return recess(cuts(), figure.material);
+        case FigureKind::ler:
+        case FigureKind::lwr:
+            return roughness(recipe_, figure.kind == FigureKind::lwr, -figure.at, stack_, surface_);
+        case FigureKind::volume:
+            return volume(stack_, figure.material) / width_of_strip(recipe_);
+    }
+    return kNone;
+}
+
+Measure FigureReader::at(const Figure& figure) {
     const std::string unit =
-        figure.kind == FigureKind::volume ? volume_unit(recipe) : recipe.domain.length_unit;
-    return {figure.name, value_of(recipe, figure, stack, surface), unit};
+        figure.kind == FigureKind::volume ? volume_unit(recipe_) : recipe_.domain.length_unit;
+    return {figure.name, value_of(figure), unit};
 }
 
 Measure measure_named(const Recipe& recipe, const std::string& name, const levelset::MaterialStack& stack,
                       const TriangleMesh& surface) {
     if (const auto figure = named_figure(name, recipe.materials))
-        return measure_figure(recipe, *figure, stack, surface);
-    Recipe one = recipe;
-    one.metrology.measures = {word_of(recipe, name).value_or(name)};
-    for (const Measure& measure : measure(one, stack, surface))
+        return FigureReader(recipe, stack, surface).at(*figure);
+    MetrologySection one = recipe.metrology;
+    one.measures = {word_of(recipe, name).value_or(name)};
+    for (const Measure& measure : measure(recipe, one, stack, surface))
         if (measure.name == name) return measure;
     return {name, kNone, ""};
 }

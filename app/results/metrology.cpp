@@ -159,18 +159,24 @@ Film film(const Profile& surface, const Profile& below) {
 
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
                              const TriangleMesh& mesh) {
+    return measure(recipe, recipe.metrology, stack, mesh);
+}
+
+std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& section,
+                             const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
     const std::string& length = recipe.domain.length_unit;
     const double dx = stack.domain.spacing;
-    const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
+    const surface::Plane plane = surface::parse_plane(section.cut);
     const Profile profile = profile_of(mesh, plane, stack.domain);
     const double floor = lowest(profile), depth = std::isfinite(floor) ? -floor : kNone;
     const Wall openings = wall(profile, depth, dx);
+    FigureReader figures(recipe, stack, mesh);
     std::vector<Measure> measures;
-    for (const std::string& what : recipe.metrology.measures) {
+    for (const std::string& what : section.measures) {
         if (what == "depth") {
             measures.push_back({"depth", depth, length});
         } else if (what == "cd") {
-            for (const double at : recipe.metrology.cd_depths)
+            for (const double at : section.cd_depths)
                 measures.push_back({fmt::format("cd_at_{:g}", at), opening(profile, -at), length});
         } else if (what == "sidewall_angle") {
             measures.push_back({"sidewall_angle", sidewall_angle(openings), "degree"});
@@ -179,7 +185,7 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
             for (const double w : openings.opening) widest = std::fmax(widest, w);
             measures.push_back({"bow", widest - opening(profile, -dx), length});
         } else if (what == "undercut") {
-            const double z = recipe.metrology.mask_bottom;
+            const double z = section.mask_bottom;
             measures.push_back(
                 {"undercut", 0.5 * (opening(profile, z - dx) - mask_opening(profile, z, dx)), length});
         } else if (what == "aspect_ratio") {
@@ -200,7 +206,7 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
             measures.push_back({"step_coverage_side", t.coverage(t.side, dx), "1"});
             measures.push_back({"step_coverage_bottom", t.coverage(t.bottom, dx), "1"});
         } else if (const auto figure = named_figure(what, recipe.materials)) {
-            measures.push_back(measure_figure(recipe, *figure, stack, mesh));
+            measures.push_back(figures.at(*figure));
         }
     }
     return measures;

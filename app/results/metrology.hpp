@@ -34,6 +34,10 @@ struct Measure {
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
                              const TriangleMesh& surface);
 
+/// The same with measures, depths and a plane other than the recipe's own.
+std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& section,
+                             const levelset::MaterialStack& stack, const TriangleMesh& surface);
+
 /// Material id of every layer, from the substrate up.
 std::vector<int> layer_materials(const levelset::MaterialStack& stack);
 

@@ -164,6 +164,12 @@ std::string metadata_text(const surface::MeshMetadata& metadata, const std::stri
     return otherwise;
 }
 
+std::optional<double> metadata_number(const surface::MeshMetadata& metadata, const std::string& name) {
+    for (const auto& [key, number] : metadata.numbers)
+        if (key == name) return number;
+    return std::nullopt;
+}
+
 Materials materials_of(const surface::MeshMetadata& metadata) {
     const std::string names = metadata_text(metadata, "materials", "");
     if (names.empty()) return default_materials();

@@ -69,6 +69,9 @@ Json read_summary(const std::filesystem::path& folder);
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,
                           const std::string& otherwise);
 
+/// A number of the metadata, such as "time"; none if it has none of that name.
+std::optional<double> metadata_number(const surface::MeshMetadata& metadata, const std::string& name);
+
 /// Names and colours by id: from the metadata's `materials` and `material_colours` (comma separated) where a
 /// file has them, else the built-in table.
 Materials materials_of(const surface::MeshMetadata& metadata);

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
+#include "app/common/timing.hpp"
 #include "app/common/version.hpp"
 #include "app/process/simulation.hpp"
 #include "app/schema/keys.hpp"
@@ -82,7 +82,7 @@ Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
 }
 
 Json validate_case(const ValidationCase& one, const ValidationOptions& options) {
-    const auto began = std::chrono::steady_clock::now();
+    const double began = now();
     const auto run = [&](const char* suffix, const std::vector<std::string>& changes) {
         return run_case(one, options.output / (one.name + suffix), changes, options.overwrite);
     };
@@ -111,8 +111,7 @@ Json validate_case(const ValidationCase& one, const ValidationOptions& options) 
                  {"deviation_percent", number_or_null(100.0 * deviation / reading.reference, 3)},
                  {"within_bars", std::abs(deviation) <= bars}});
     }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - began;
-    json["seconds"] = number_or_null(seconds.count(), 3);
+    json["seconds"] = number_or_null(now() - began, 3);
     return json;
 }
 

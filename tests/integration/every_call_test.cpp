@@ -34,7 +34,7 @@ profiles = ["y=0"]
 )";
 
 struct Ends {
-    int copies = 0, refused = 0, done_without = 0, library = 0;
+    int copies = 0, refused = 0, done_without = 0, in_library = 0;
     std::string report;
 };
 
@@ -64,13 +64,13 @@ Ends fail_each(const std::string& what) {
         if (!(words >> count >> end)) continue;
         if (end == "exit") ends.refused += count;
         if (end == "does") ends.done_without += count;
-        if (end == "ended") ends.library += count;
+        if (end == "ended") ends.in_library += count;
     }
     const fs::path wrong = folder.path / "wrong.txt";
     INFO(ends.report);
     INFO(read_bytes(wrong));
     CHECK_FALSE(fs::exists(wrong));
-    CHECK(ends.refused + ends.done_without + ends.library == ends.copies);
+    CHECK(ends.refused + ends.done_without + ends.in_library == ends.copies);
     return ends;
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("each call on a file that fails ends a run with a message and exit cod
     INFO(ends.report);
     CHECK(ends.copies > 150);
     CHECK(ends.refused > 100);
-    CHECK(ends.library == 0);
+    CHECK(ends.in_library == 0);
 }
 
 // One chain of callers in twelve; of all: SIDEWALL_FAULT_STRIDE=1 build/release/tests/integration_tests "each
@@ -95,7 +95,7 @@ TEST_CASE("each allocation that fails ends a run with a message and exit code 4,
     WARN(ends.report);
     CHECK(ends.copies > 300);
     CHECK(ends.refused > 9 * ends.copies / 10);
-    CHECK(ends.library <= 1 + ends.copies / 500);
+    CHECK(ends.in_library <= 1 + ends.copies / 500);
 }
 
 #endif
