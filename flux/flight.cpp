@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "surface/infinity.hpp"
 
 namespace sidewall::flux {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
 constexpr double kSkin = 0x1p-20;

@@ -10,7 +10,7 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kFar = std::numeric_limits<float>::infinity();
 
 // Geometry in single precision, as the inner loops read it.
 struct Bounds {
@@ -39,7 +39,7 @@ struct alignas(32) Reach {
 inline float distance_to(float low, float high, float position, float direction) {
     const float plane = direction > 0.0f ? high : low;
     const float distance = std::max(0.0f, (plane - position) / direction);
-    return direction == 0.0f ? kInfinity : distance;
+    return direction == 0.0f ? kFar : distance;
 }
 
 inline void reach_of(const Bounds& b, const float* x, const float* y, const float* z, const float* dx,

@@ -14,7 +14,7 @@ namespace sidewall::levelset {
 namespace {
 
 // How far from a node, in cells along an axis, its layer's own distances are looked for.
-constexpr int kReach = 2;
+constexpr int kNodesAround = 2;
 
 // Of a distance that a plane is fitted to.
 constexpr double kLeastSlope = 0.7;
@@ -22,7 +22,7 @@ constexpr double kLeastSlope = 0.7;
 // The corners of a cell that both fronts pass through lie within two cells of either.
 constexpr float kNearFront = 2.5f;
 
-// A layer's own distances at a leaf's nodes and kReach around them; NaN where it does not hold them.
+// A layer's own distances at a leaf's nodes and around them; NaN where it does not hold them.
 class KnownValues {
   public:
     // \param next  the layer above.
@@ -32,9 +32,9 @@ class KnownValues {
         const auto touching = static_cast<float>(kExposed * domain.spacing);
         bool any = false;
         std::size_t n = 0;
-        for (int x = -kReach; x < 8 + kReach; ++x)
-            for (int y = -kReach; y < 8 + kReach; ++y)
-                for (int z = -kReach; z < 8 + kReach; ++z, ++n) {
+        for (int x = -kNodesAround; x < 8 + kNodesAround; ++x)
+            for (int y = -kNodesAround; y < 8 + kNodesAround; ++y)
+                for (int z = -kNodesAround; z < 8 + kNodesAround; ++z, ++n) {
                     value_[n] = std::numeric_limits<float>::quiet_NaN();
                     const openvdb::Coord node(domain.source_node(0, origin.x() + x),
                                               domain.source_node(1, origin.y() + y), origin.z() + z);
@@ -58,9 +58,9 @@ class KnownValues {
         Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
         Eigen::Vector4d right = Eigen::Vector4d::Zero();
         int count = 0;
-        for (int x = -kReach; x <= kReach; ++x)
-            for (int y = -kReach; y <= kReach; ++y)
-                for (int z = -kReach; z <= kReach; ++z) {
+        for (int x = -kNodesAround; x <= kNodesAround; ++x)
+            for (int y = -kNodesAround; y <= kNodesAround; ++y)
+                for (int z = -kNodesAround; z <= kNodesAround; ++z) {
                     const float value = value_[at(local.x() + x, local.y() + y, local.z() + z)];
                     if (std::isnan(value)) continue;
                     const double squared = x * x + y * y + z * z;
@@ -80,9 +80,10 @@ class KnownValues {
     }
 
   private:
-    static constexpr int kSide = 8 + 2 * kReach;
+    static constexpr int kSide = 8 + 2 * kNodesAround;
     static std::size_t at(int x, int y, int z) {
-        return static_cast<std::size_t>(((x + kReach) * kSide + y + kReach) * kSide + z + kReach);
+        return static_cast<std::size_t>(((x + kNodesAround) * kSide + y + kNodesAround) * kSide + z +
+                                        kNodesAround);
     }
     std::array<float, kSide * kSide * kSide> value_;
 };

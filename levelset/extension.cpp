@@ -25,7 +25,7 @@ using B = Block<1>;
 
 // Nodes this near to the front (in dx) have a sample of their own: every foot point, rounded to a node, is
 // within sqrt(3)/2 of the front.
-constexpr double kNear = 0.9;
+constexpr double kNearCells = 0.9;
 
 // Unit gradient by central differences; zero where phi is flat.
 Vec3 gradient_direction(const B& block, int at) {
@@ -220,7 +220,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
                 bool everywhere = true) {
     Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy()), {}};
     const double dx = domain.spacing;
-    const auto near = static_cast<float>(kNear * dx);
+    const auto near = static_cast<float>(kNearCells * dx);
     Leaves leaves(grid.tree());
     Samples samples(*extension.sample_of);
     std::vector<std::uint32_t> first(leaves.leafCount() + 1, 0);

@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
+
+#include "surface/infinity.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 constexpr std::size_t kFewCorners = 32;  // are measured one by one
 constexpr std::uint32_t kLeaf = 8;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 using Point = std::array<double, 2>;
 

@@ -14,7 +14,7 @@ namespace sidewall::levelset {
 namespace {
 
 // Nodes of one leaf of the surface, as a layer below sees them.
-struct Nodes {
+struct LeafNodes {
     Leaf* layer = nullptr;              // its leaf there, if it has one
     bool released = false;              // whether any is
     std::bitset<Leaf::SIZE> overgrown;  // outside the layer, in a film that grows there
@@ -27,8 +27,8 @@ void each(std::size_t count, Use&& use) {
     });
 }
 
-Nodes release(Leaf* layer, const Leaf& surface, const float* old, float mark) {
-    Nodes nodes{layer, false, {}};
+LeafNodes release(Leaf* layer, const Leaf& surface, const float* old, float mark) {
+    LeafNodes nodes{layer, false, {}};
     if (!layer) return nodes;
     const float background = -0.5f * mark;
     const float* moved = surface.buffer().data();
@@ -52,7 +52,7 @@ Nodes release(Leaf* layer, const Leaf& surface, const float* old, float mark) {
 class Keeper {
   public:
     Keeper(const Domain& domain, std::span<Leaf* const> leaves, const float* before,
-           const std::vector<Nodes>& nodes, const surface::LeafTable& table, float mark)
+           const std::vector<LeafNodes>& nodes, const surface::LeafTable& table, float mark)
         : domain_(domain), leaves_(leaves), before_(before), nodes_(nodes), table_(table), mark_(mark) {}
 
     using Place = std::pair<std::size_t, openvdb::Index>;
@@ -103,7 +103,7 @@ class Keeper {
     const Domain& domain_;
     const std::span<Leaf* const> leaves_;
     const float* before_;
-    const std::vector<Nodes>& nodes_;
+    const std::vector<LeafNodes>& nodes_;
     const surface::LeafTable& table_;
     const float mark_;
 };
@@ -115,7 +115,7 @@ void release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const 
     const surface::LeafTable table(std::vector<Leaf*>(leaves.begin(), leaves.end()));
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
         auto& tree = stack.layers[k].phi->tree();
-        std::vector<Nodes> nodes(leaves.size());
+        std::vector<LeafNodes> nodes(leaves.size());
         each(nodes.size(), [&](std::size_t n) {
             nodes[n] =
                 release(tree.probeLeaf(leaves[n]->origin()), *leaves[n], before + n * Leaf::SIZE, mark);

@@ -11,13 +11,13 @@
 #include <boost/optional.hpp>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "simplify/halfedges.hpp"
 #include "simplify/materials.hpp"
 #include "simplify/vertex_kind.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 namespace {
@@ -179,7 +179,6 @@ struct UntouchableEdges {
 };
 
 using Halfedge = Mesh::Halfedge_index;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// CGAL's half-edge structure from ours. Built by hand: its add_face depends on the order of triangles and
 /// searches.

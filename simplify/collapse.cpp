@@ -3,20 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "simplify/collapse_impl.hpp"
 #include "simplify/materials.hpp"
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
 
 CollapseEngine::Impl::Impl(const TriangleMesh& m, const Weights& w, std::span<const std::uint8_t> fixed)
     : input(m), weights(w), mesh(m) {

@@ -1,15 +1,14 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "simplify/collapse_impl.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kTwice = 8;  // buckets an eighth of a power of two wide
 
 }  // namespace

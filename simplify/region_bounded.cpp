@@ -7,12 +7,11 @@
 #include "simplify/collapse.hpp"
 #include "simplify/region.hpp"
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::simplify {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Edges from the nearest feature; the largest number where none can be reached.
 std::vector<std::uint32_t> hops_to_features(const TriangleMesh& mesh,

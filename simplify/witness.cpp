@@ -1,16 +1,11 @@
 #include "simplify/witness.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "simplify/triangle_distance.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
 
 Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<const MovedTriangle> moved,
                         const Vec3& first, const Vec3& second, double enough2) {

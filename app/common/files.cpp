@@ -24,4 +24,9 @@ void make_folder(const std::filesystem::path& folder, std::string_view advice) {
             fmt::format("{}: cannot make the folder: {}; {}", folder.string(), failure.message(), advice));
 }
 
+bool is_there(const std::filesystem::path& path) {
+    std::error_code failure;
+    return std::filesystem::exists(path, failure);
+}
+
 }  // namespace sidewall::app

@@ -17,4 +17,7 @@ void append_to_file(const std::filesystem::path& path, std::string_view text);
 /// \throws IoError naming it and the system's reason; the message ends with \p advice.
 void make_folder(const std::filesystem::path& folder, std::string_view advice);
 
+/// Whether a file or folder exists; false, too, where that cannot be known.
+bool is_there(const std::filesystem::path& path);
+
 }  // namespace sidewall::app

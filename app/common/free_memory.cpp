@@ -6,17 +6,15 @@
 
 #include <algorithm>
 #include <fstream>
-#include <limits>
 #include <optional>
 
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The number after \p word in a file of words and numbers, times \p unit.
 std::optional<double> number_after(const fs::path& file, const std::string& word, double unit) {

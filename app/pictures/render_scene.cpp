@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kThin = 0.02;  // of a cell
+constexpr double kThinnest = 0.02;  // of a cell
 
 Colour material_colour(int id, const Materials& materials) {
     if (id >= 0 && static_cast<std::size_t>(id) < materials.size())
@@ -102,8 +102,8 @@ std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>
 
 double thin_layer(const Result& result) {
     if (result.interfaces.empty()) return 0.0;
-    double thin = kThin * cell_size(result.surface);
-    for (const TriangleMesh& mesh : result.interfaces) thin = std::min(thin, kThin * cell_size(mesh));
+    double thin = kThinnest * cell_size(result.surface);
+    for (const TriangleMesh& mesh : result.interfaces) thin = std::min(thin, kThinnest * cell_size(mesh));
     return thin;
 }
 

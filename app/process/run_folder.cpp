@@ -40,11 +40,6 @@ std::size_t above_saved(const Recipe& recipe) {
     return static_cast<std::size_t>(total_duration(steps) / *recipe.output.every) + 2;
 }
 
-bool is_there(const fs::path& path) {
-    std::error_code failure;
-    return fs::exists(path, failure);
-}
-
 void remove_file(const fs::path& path) {
     std::error_code failure;
     fs::remove(path, failure);

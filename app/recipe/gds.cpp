@@ -11,7 +11,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 1'000'000'000;
+constexpr std::uintmax_t kMostGdsBytes = 1'000'000'000;
 constexpr std::size_t kMostCorners = 50'000'000;  // of what the cells hold
 
 // Record types of the stream format, release 6.
@@ -41,7 +41,7 @@ enum Record : std::uint8_t {
     kBoxType = 0x2e
 };
 
-struct Field {
+struct Entry {
     std::uint8_t type = 0;
     std::string_view data;
     std::size_t at = 0;  // its first byte in the file
@@ -64,7 +64,7 @@ class Parser {
         library_.file = name_;
         if (next().type != kHeader) fail("is not a GDSII file: its first record is no header");
         while (true) {
-            const Field field = next();
+            const Entry field = next();
             if (field.type == kEndLibrary) return std::move(library_);
             if (field.type == kUnits) {
                 if (field.data.size() != 16) fail("units must be two numbers");
@@ -81,14 +81,14 @@ class Parser {
         throw FileError(fmt::format("{}: byte {}: {}; export it again", name_, at_, what));
     }
 
-    Field next() {
+    Entry next() {
         at_ = position_;
         if (bytes_.size() - position_ < 4) fail("the file is cut off");
         const auto byte = [&](std::size_t k) { return static_cast<std::uint8_t>(bytes_[position_ + k]); };
         const std::size_t length = static_cast<std::size_t>(byte(0) << 8 | byte(1));
         if (length < 4 || length % 2 != 0) fail("a record's length is damaged");
         if (length > bytes_.size() - position_) fail("the file is cut off");
-        const Field field{byte(2), bytes_.substr(position_ + 4, length - 4), position_};
+        const Entry field{byte(2), bytes_.substr(position_ + 4, length - 4), position_};
         position_ += length;
         return field;
     }
@@ -126,7 +126,7 @@ class Parser {
         std::string cell_name;
         GdsCell cell;
         while (true) {
-            const Field field = next();
+            const Entry field = next();
             if (field.type == kEndCell) break;
             if (field.type == kEndLibrary || field.type == kBeginCell) fail("a cell has no end");
             if (field.type == kCellName) cell_name = text(field.data);
@@ -143,7 +143,7 @@ class Parser {
         Element e;
         e.kind = kind;
         while (true) {
-            const Field field = next();
+            const Entry field = next();
             switch (field.type) {
                 case kEndElement:
                     return e;
@@ -261,8 +261,8 @@ GdsLibrary read_gds(const std::filesystem::path& path) {
     std::error_code failure;
     const std::uintmax_t size = std::filesystem::file_size(path, failure);
     if (failure) throw FileError(fmt::format("{}: cannot be read: {}", path.string(), failure.message()));
-    if (size > kMostBytes)
-        throw FileError(fmt::format("{}: larger than {} bytes", path.string(), kMostBytes));
+    if (size > kMostGdsBytes)
+        throw FileError(fmt::format("{}: larger than {} bytes", path.string(), kMostGdsBytes));
     return parse_gds(surface::read_whole_file(path), path.string());
 }
 

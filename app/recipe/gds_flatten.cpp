@@ -9,7 +9,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kMostPlacements = 1e7, kMostPolygons = 2e6, kMostCorners = 2e7;
+constexpr double kMostPlacements = 1e7, kMostPolygons = 2e6, kMostFlatCorners = 2e7;
 constexpr double kFarthest = 1e3;  // metres
 
 // x -> m x + o
@@ -112,7 +112,7 @@ struct Flattener {
                                 "export the part that is simulated",
                                 top, number, what, layer, datatype, most));
         };
-        require(all.corners, kMostCorners, "corners of polygons");
+        require(all.corners, kMostFlatCorners, "corners of polygons");
         require(all.polygons, kMostPolygons, "polygons");
         require(all.placements, kMostPlacements, "placed cells");
     }

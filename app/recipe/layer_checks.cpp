@@ -14,9 +14,6 @@
 namespace sidewall::app {
 namespace {
 
-// A shape under two cells wide has a single node across it, or none. From six on the walls' narrow bands,
-// three cells to either side, keep apart.
-constexpr double kFewestCells = 2.0, kGoodCells = 6.0;
 constexpr double kRounding = 1e-9;
 
 // What a shape takes up along one axis.

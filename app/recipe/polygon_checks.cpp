@@ -13,7 +13,6 @@ namespace {
 using levelset::Polygon;
 using Corner = std::array<double, 2>;
 
-constexpr double kFewestCells = 2.0, kGoodCells = 6.0;  // as in layer_checks.cpp
 constexpr double kRounding = 1e-9;
 
 struct Bounds {

@@ -15,9 +15,8 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 100'000'000;
+constexpr std::uintmax_t kMostCsvBytes = 100'000'000;
 constexpr std::size_t kMostPoints = 1'000'000;
-constexpr double kFewestCells = 2.0;  // as in layer_checks.cpp
 
 // Whether the text is one finite number of a sensible size.
 bool read(std::string_view text, double& number) {
@@ -31,9 +30,9 @@ bool read(std::string_view text, double& number) {
 
 levelset::Polygon read_profile(const std::filesystem::path& path) {
     std::error_code failure;
-    if (std::filesystem::file_size(path, failure) > kMostBytes && !failure)
-        throw FileError(
-            fmt::format("{}: larger than {} MB: give fewer points", path.string(), kMostBytes / 1'000'000));
+    if (std::filesystem::file_size(path, failure) > kMostCsvBytes && !failure)
+        throw FileError(fmt::format("{}: larger than {} MB: give fewer points", path.string(),
+                                    kMostCsvBytes / 1'000'000));
     const std::string text = surface::read_whole_file(path);
     levelset::Polygon points;
     bool names_allowed = true;

@@ -18,10 +18,10 @@ namespace {
 
 // In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
 constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
-constexpr int kFewestCells = 4;            // along the longer side: less holds no shape
-constexpr double kMostCells = 20'000;      // along x or y: beyond, the surface alone would exceed its memory
+constexpr int kFewestAlong = 4;            // along the longer side: less holds no shape
+constexpr double kMostAlong = 20'000;      // along x or y: beyond, the surface alone would exceed its memory
 constexpr double kMostSurfaces = 100'000;  // saved by [output] every
-constexpr std::uintmax_t kMostBytes = 1 << 24;
+constexpr std::uintmax_t kMostRecipeBytes = 1 << 24;
 
 void refuse_unknown_sections(const toml::table& root) {
     static const std::vector<std::string> known = {"domain", "start",    "material",  "layer",  "step",
@@ -84,21 +84,21 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     const DomainSection& domain = recipe.domain;
     read_section(root, "domain", recipe.domain, reading_for(recipe), [&] {
         for (const double extent : domain.extent)
-            if (extent / domain.grid_spacing > kMostCells)
+            if (extent / domain.grid_spacing > kMostAlong)
                 throw KeyError("grid_spacing",
                                fmt::format("needs {:.3g} cells for an extent of {:g}, over {:g}; use a "
                                            "larger spacing",
-                                           extent / domain.grid_spacing, extent, kMostCells));
+                                           extent / domain.grid_spacing, extent, kMostAlong));
     });
     if (is_flat(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
     try {
         const levelset::Domain grid = domain_of(recipe);
-        if (std::max(grid.cells[0], grid.cells[1]) < kFewestCells)
+        if (std::max(grid.cells[0], grid.cells[1]) < kFewestAlong)
             throw RecipeError(fmt::format(
                 "domain.grid_spacing = {:g}: makes a grid of {} x {} cells, which holds no shape: use "
                 "a spacing of {:.3g} or less",
                 domain.grid_spacing, grid.cells[0], grid.cells[1],
-                std::max(domain.extent[0], domain.extent[1]) / (2.0 * kFewestCells)));
+                std::max(domain.extent[0], domain.extent[1]) / (2.0 * kFewestAlong)));
     } catch (const RecipeError& error) {  // names the key itself
         throw RecipeError(
             fmt::format("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what()));
@@ -240,8 +240,9 @@ Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::str
             fmt::format("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name));
     if (!std::filesystem::is_regular_file(path, failure))
         throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
-    if (std::filesystem::file_size(path, failure) > kMostBytes)
-        throw FileError(fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostBytes));
+    if (std::filesystem::file_size(path, failure) > kMostRecipeBytes)
+        throw FileError(
+            fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes));
     return parse_recipe(surface::read_whole_file(path), name, overrides);
 }
 

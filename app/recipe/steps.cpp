@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_model.hpp"
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kMostSteps = 100'000;  // after loops are unrolled
 constexpr double kLongestRun = kHuge;   // process time
-constexpr double kMostCells = 20'000;   // that a height or thickness may come to
 
 double unrolled(const std::vector<Step>& steps) {
     double count = 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
@@ -15,11 +16,6 @@ namespace sidewall::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_there(const fs::path& path) {
-    std::error_code failure;
-    return fs::exists(path, failure);
-}
 
 std::string name_of(const fs::path& folder) {
     return folder_name(folder);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
@@ -16,11 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 1000;  // of a curve
-
-bool is_there(const fs::path& path) {
-    std::error_code failure;
-    return fs::exists(path, failure);
-}
 
 // What a time step made of a run: curves over process time.
 class Timeline {

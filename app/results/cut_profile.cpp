@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // Gas and material alternate between crossings.
 Stretches between(const std::vector<double>& crossings, bool solid) {

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -7,6 +8,9 @@
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
+
+/// Of a figure that does not exist.
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 /// What a vertical plane cuts out of a surface or an interface.
 struct Profile {

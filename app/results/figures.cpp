@@ -13,8 +13,6 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 double widest(const Stretches& stretches) {
     double most = kNone;
     for (const auto& [from, to] : stretches)

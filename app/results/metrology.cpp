@@ -31,8 +31,6 @@ double lowest(const Profile& profile) {
     return z;
 }
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 // Openings at equal distances from z = 0 down to the floor, none of them at the ends.
 struct Wall {
     double step = 0.0;

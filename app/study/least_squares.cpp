@@ -7,6 +7,7 @@
 
 #include "app/study/sobol.hpp"
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -21,7 +22,6 @@ constexpr double kProbe = 0.004;         // between points that tell noise
 constexpr double kMostDifference = 0.2;  // between points that tell slopes
 constexpr double kSignal = 10.0;         // a slope's difference over the noise
 constexpr double kUnbounded = 1e3;       // a standard deviation
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Sample {
     BoxPoint x;

@@ -32,11 +32,6 @@ constexpr double kProgram = 1e8;  // bytes of a process before it has a wafer
 constexpr int kInterrupted = 130, kSignalled = 128;
 constexpr auto kPause = std::chrono::milliseconds(10);
 
-bool is_there(const fs::path& path) {
-    std::error_code failure;
-    return fs::exists(path, failure);
-}
-
 // The folder may have been a run's of other keys.
 void require_own(const fs::path& path, const std::string& recipe) {
     if (surface::read_whole_file(path) != recipe)

@@ -15,7 +15,7 @@ std::vector<std::pair<std::string, std::string>> study_figures(const Json& study
     for (const Json& surface : study["surfaces"]) {
         const int n = surface["surface"].get<int>();
         const auto figure = [&](const char* name, const std::string& title, const std::string& y_label,
-                                const std::vector<std::string>& methods, const Value& value, bool log_y,
+                                const std::vector<std::string>& methods, const RowValue& value, bool log_y,
                                 double raw) {
             Plot plot{
                 fmt::format("Surface {}: {}", n, title), "vertices removed [%]", y_label, {}, false, log_y};

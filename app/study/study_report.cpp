@@ -30,7 +30,7 @@ std::string head_text(const std::vector<std::string>& cells) {
     return row_text(cells) + row_text(std::vector<std::string>(cells.size(), "---"));
 }
 
-std::string table(const Json& surface, const std::vector<std::string>& methods, const Value& value) {
+std::string table(const Json& surface, const std::vector<std::string>& methods, const RowValue& value) {
     std::vector<std::string> head{"removed"};
     head.insert(head.end(), methods.begin(), methods.end());
     std::string text = head_text(head);
@@ -52,7 +52,7 @@ std::vector<std::string> with_features(std::vector<std::string> names) {
 
 // One claim: what the chapter says, what each surface shows, and whether it holds on all of them.
 std::string claim(const Json& study, const std::string& text, const std::string& chapter,
-                  const Value& of_surface, const std::function<bool(double)>& holds) {
+                  const RowValue& of_surface, const std::function<bool(double)>& holds) {
     std::vector<std::string> cells{text, chapter};
     bool all = true, measured = true;
     for (const Json& surface : study["surfaces"]) {
@@ -65,7 +65,8 @@ std::string claim(const Json& study, const std::string& text, const std::string&
     return row_text(cells);
 }
 
-double relative(const Json& surface, const std::string& method, const std::string& to, const Value& value) {
+double relative(const Json& surface, const std::string& method, const std::string& to,
+                const RowValue& value) {
     return mean_over_sets(surface, method, value) / mean_over_sets(surface, to, value) - 1.0;
 }
 
@@ -217,7 +218,7 @@ std::string study_report(const Json& study) {
 }
 
 std::string study_csv(const Json& study) {
-    const std::vector<std::pair<std::string, Value>> columns{
+    const std::vector<std::pair<std::string, RowValue>> columns{
         {"max_distance_dx", max_distance},
         {"mean_distance_dx", mean_distance},
         {"p99_distance_dx",

@@ -15,7 +15,7 @@
 namespace sidewall::app::study_values {
 
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-using Value = std::function<double(const Json&)>;  ///< of a row
+using RowValue = std::function<double(const Json&)>;  ///< of a row
 
 /// The number under some keys, or kUnknown.
 inline double at(const Json& row, std::initializer_list<const char*> keys) {
@@ -82,7 +82,7 @@ inline const Json* find_row(const Json& surface, const std::string& method, doub
 }
 
 /// Mean of a value over the sets that every one of the methods has.
-inline double mean_over_sets(const Json& surface, const std::string& method, const Value& value) {
+inline double mean_over_sets(const Json& surface, const std::string& method, const RowValue& value) {
     double sum = 0.0, count = 0.0;
     for (const Json& row : surface["rows"])
         if (row["method"] == method && std::isfinite(value(row))) sum += value(row), ++count;
