@@ -27,6 +27,7 @@ using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 // The surface's leaves in a time step.
 struct Stages {
     std::vector<Leaf*> leaves;
+    surface::LeafTable table;         // of the leaves
     std::unique_ptr<float[]> before;  // phi at the time step's start, if anyone asks
     std::unique_ptr<float[]> next;    // of the leaves that move
     std::vector<std::uint8_t> moved;  // by leaf: in this stage or in one before
@@ -48,21 +49,21 @@ void stage(Stages& stages, const std::vector<const IndexTree::LeafNodeType*>& sa
     const float limit =
         std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
     const auto dt = static_cast<float>(speeds.duration);
+    const LeafData data(stages.table, stages.leaves);
     const auto each_leaf = [&](auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, stages.leaves.size(), 4),
                           [&](const auto& range) {
-                              const auto accessor = grid.getConstUnsafeAccessor();
-                              for (std::size_t n = range.begin(); n != range.end(); ++n) use(accessor, n);
+                              for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
                           });
     };
-    each_leaf([&](const auto& accessor, std::size_t n) {
+    each_leaf([&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
         const std::int32_t* sample = samples[n]->buffer().data();
         if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
         if (!stages.moved[n]) return;
         Block<R> block;
         Row h;
-        load_block(accessor, speeds.stack.domain, leaf, background, block);
+        load_block(data, speeds.stack.domain, leaf, background, block);
         const float* phi = leaf.buffer().data();
         const float* phi0 = keep > 0.0f ? &stages.before[n * Leaf::SIZE] : nullptr;
         float* out = &stages.next[n * Leaf::SIZE];
@@ -81,7 +82,7 @@ void stage(Stages& stages, const std::vector<const IndexTree::LeafNodeType*>& sa
             }
         }
     });
-    each_leaf([&](const auto&, std::size_t n) {
+    each_leaf([&](std::size_t n) {
         if (stages.moved[n])
             std::copy_n(&stages.next[n * Leaf::SIZE], Leaf::SIZE, stages.leaves[n]->buffer().data());
     });
@@ -120,6 +121,7 @@ Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::siz
     Grid& grid = stack.top();
     Stages stages;
     grid.tree().getNodes(stages.leaves);
+    stages.table = surface::LeafTable(stages.leaves);
     const std::size_t values = stages.leaves.size() * Leaf::SIZE;
     stages.next = std::make_unique_for_overwrite<float[]>(values);
     stages.moved.resize(stages.leaves.size(), 0);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cstring>
 
@@ -158,23 +159,29 @@ Band::Band(Grid& grid, const Domain& domain) {
     table = surface::LeafTable(leaves);
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
-    std::vector<std::uint8_t> moved(leaves.size()), near(leaves.size(), 0);
+    std::vector<std::uint8_t> moved(leaves.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 32), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             print[n] = fingerprint(*leaves[n]);
             moved[n] = print[n] != leaves[n]->transientData();
         }
     });
-    for (std::size_t n = 0; n < leaves.size(); ++n)
-        if (moved[n]) each_around(table, domain, leaves[n]->origin(), [&](std::size_t k) { near[k] = 1; });
+    const std::vector<std::uint8_t> near = with_readers(*this, domain, moved);
     for (std::uint32_t n = 0; n < leaves.size(); ++n)
         if (near[n]) awake.push_back(n);
 }
 
-std::vector<std::size_t> leaves_around(const Band& band, const Domain& domain, const openvdb::Coord& origin) {
-    std::vector<std::size_t> list;
-    each_around(band.table, domain, origin, [&](std::size_t n) { list.push_back(n); });
-    return list;
+std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
+                                       const std::vector<std::uint8_t>& marked) {
+    std::vector<std::uint8_t> result(marked.size(), 0);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), 64), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n)
+            if (marked[n])
+                each_around(band.table, domain, band.leaves[n]->origin(), [&](std::size_t k) {
+                    std::atomic_ref(result[k]).store(1, std::memory_order_relaxed);
+                });
+    });
+    return result;
 }
 
 std::uint32_t fingerprint(const Leaf& leaf) {

@@ -27,8 +27,9 @@ struct Band {
 /// transient data, which no file holds.
 std::uint32_t fingerprint(const Leaf& leaf);
 
-/// Numbers of the leaf at \p origin and of all whose re-distancing reads it, across the domain's sides, too.
-std::vector<std::size_t> leaves_around(const Band& band, const Domain& domain, const openvdb::Coord& origin);
+/// Marks by leaf: those of \p marked and all whose re-distancing reads one of them, across the domain's sides, too.
+std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
+                                       const std::vector<std::uint8_t>& marked);
 
 /// Activates the face neighbours of the awake leaves' voxels, across a periodic side too, within the domain.
 void grow(Band& band, Grid& grid, const Domain& domain);

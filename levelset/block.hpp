@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <vector>
 
 #include "levelset/domain.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 
@@ -22,36 +24,55 @@ struct Block {
     static constexpr int at(int x, int y, int z) { return ((x + R) * kSide + y + R) * kSide + z + R; }
 };
 
+/// Where a grid's leaves keep their values.
+struct LeafData {
+    const surface::LeafTable& table;  ///< of the leaves
+    std::vector<const float*> values;
+
+    template <class LeafPointer>
+    LeafData(const surface::LeafTable& of, const std::vector<LeafPointer>& leaves) : table(of) {
+        values.reserve(leaves.size());
+        for (const Leaf* leaf : leaves) values.push_back(leaf->buffer().data());
+    }
+    /// Of the leaf at leaf coordinates (nodes / 8); nullptr if there is none.
+    const float* find(int x, int y, int z) const {
+        const std::int32_t n = table.find(x, y, z);
+        return n < 0 ? nullptr : values[static_cast<std::size_t>(n)];
+    }
+};
+
 /// Fills \p block from \p leaf and its neighbours. A missing neighbour leaf is outside the band: its nodes
 /// get the background with the sign of the nearest node of a leaf that exists.
 template <int R>
-void load_block(const Grid::ConstUnsafeAccessor& grid, const Domain& domain, const Leaf& leaf,
-                float background, Block<R>& block) {
+void load_block(const LeafData& leaves, const Domain& domain, const Leaf& leaf, float background,
+                Block<R>& block) {
     static_assert(R <= 4);
     const openvdb::Coord origin = leaf.origin();
-    const auto values_of = [](const Leaf* source) { return source ? source->buffer().data() : nullptr; };
+    const int x0 = origin.x() >> 3, y0 = origin.y() >> 3, z0 = origin.z() >> 3;
     // The 27 leaves around, looked up once; a ghost's source may lie farther and is looked up on its own.
     std::array<const float*, 27> around;
     for (int x = -1, n = 0; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
             for (int z = -1; z <= 1; ++z, ++n)
-                around[static_cast<std::size_t>(n)] =
-                    values_of(grid.probeConstLeaf(origin.offsetBy(8 * x, 8 * y, 8 * z)));
+                around[static_cast<std::size_t>(n)] = leaves.find(x0 + x, y0 + y, z0 + z);
+    // Most leaves lie within the domain with all that is read around them.
+    const bool inner =
+        domain.owns(origin.x() - R, origin.y() - R) && domain.owns(origin.x() + 7 + R, origin.y() + 7 + R);
+    const auto own = [&](int axis, int node) { return inner ? node : domain.source_node(axis, node); };
     std::array<int, 8 + 2 * R> own_y;
-    for (int y = -R; y < 8 + R; ++y)
-        own_y[static_cast<std::size_t>(y + R)] = domain.source_node(1, origin.y() + y);
+    for (int y = -R; y < 8 + R; ++y) own_y[static_cast<std::size_t>(y + R)] = own(1, origin.y() + y);
     for (int x = -R; x < 8 + R; ++x) {
-        const int i = domain.source_node(0, origin.x() + x);
-        const int leaf_x = (i >> 3) - (origin.x() >> 3);
+        const int i = own(0, origin.x() + x);
+        const int leaf_x = (i >> 3) - x0;
         for (int y = -R; y < 8 + R; ++y) {
             const int j = own_y[static_cast<std::size_t>(y + R)];
-            const int leaf_y = (j >> 3) - (origin.y() >> 3);
+            const int leaf_y = (j >> 3) - y0;
             const bool near = std::abs(leaf_x) <= 1 && std::abs(leaf_y) <= 1;
             // Three leaves meet the column's 8 + 2R nodes; their runs are contiguous.
             const auto run = [&](int leaf_z) -> const float* {
                 const float* source =
                     near ? around[static_cast<std::size_t>((leaf_x + 1) * 9 + (leaf_y + 1) * 3 + leaf_z + 1)]
-                         : values_of(grid.probeConstLeaf(openvdb::Coord(i, j, origin.z() + 8 * leaf_z)));
+                         : leaves.find(i >> 3, j >> 3, z0 + leaf_z);
                 return source ? source + ((i & 7) << 6 | (j & 7) << 3) : nullptr;
             };
             float* column = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];

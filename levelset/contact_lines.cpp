@@ -256,8 +256,11 @@ void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segme
     const std::vector<double>& cover = covers_[layer];
     std::vector<Triangle> triangles;
     std::vector<std::size_t> layers;
+    const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const std::vector<Triangle> parts = parts_of(mesh, mesh.triangles[t], points);
+        const std::vector<Triangle> parts = is_whole(mesh.triangles[t], ends)
+                                                ? std::vector<Triangle>{mesh.triangles[t]}
+                                                : parts_of(mesh, mesh.triangles[t], points);
         for (const Triangle& part : parts) {
             triangles.push_back(part);
             const bool covered =

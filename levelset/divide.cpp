@@ -51,18 +51,35 @@ bool drop_opposites(const TriangleMesh& mesh, EdgePoints& points) {
             any = true;
         }
     };
-    for (const bool are_parts :
-         {true, false})  // whole triangles last, so that all their neighbours are there
-        for (const Triangle& t : mesh.triangles) {
-            const std::vector<Triangle> parts = parts_of(mesh, t, points);
-            if ((parts.front() != t) == are_parts)
-                for (const Triangle& part : parts) meet(part, are_parts);
+    const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
+    std::vector<std::uint8_t> of_parts(mesh.vertices.size(), 0);
+    const auto is_divided = [&](const Triangle& t, std::vector<Triangle>& parts) {
+        if (is_whole(t, ends)) return false;
+        parts = parts_of(mesh, t, points);
+        return parts.front() != t;
+    };
+    std::vector<Triangle> parts;
+    for (const Triangle& t : mesh.triangles) {
+        if (!is_divided(t, parts)) continue;
+        for (const Triangle& part : parts) {
+            meet(part, true);
+            for (const std::uint32_t v : part) of_parts[v] = 1;
         }
+    }
+    // Whole triangles last, so that all their neighbours are there.
+    for (const Triangle& t : mesh.triangles)
+        if (!is_whole(t, of_parts) && !is_divided(t, parts)) meet(t, false);
     if (any) std::erase_if(points, [&](const auto& point) { return bad[point.second] != 0; });
     return any;
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> divided_ends(const TriangleMesh& mesh, const EdgePoints& points) {
+    std::vector<std::uint8_t> ends(mesh.vertices.size(), 0);
+    for (const auto& [edge, point] : points) ends[edge >> 32] = ends[edge & 0xffffffffu] = 1;
+    return ends;
+}
 
 std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points) {
     std::array<std::uint32_t, 3> point{};  // point k divides the edge from corner k to k + 1
@@ -104,7 +121,9 @@ std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, cons
 
 void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points) {
     surface::DisjointSets sets(mesh.vertices.size());
+    const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (const Triangle& t : mesh.triangles) {
+        if (is_whole(t, ends)) continue;
         std::uint32_t last = kNone;
         for (std::size_t k = 0; k < 3; ++k) {
             const auto found = points.find(divided_edge(t[k], t[(k + 1) % 3]));
@@ -120,8 +139,9 @@ void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points) {
 
 void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& points) {
     std::vector<std::uint8_t> bad(mesh.vertices.size(), 0);
+    const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (const Triangle& t : mesh.triangles) {
-        if (parts_face_alike(mesh, t, points, least_cosine)) continue;
+        if (is_whole(t, ends) || parts_face_alike(mesh, t, points, least_cosine)) continue;
         for (std::size_t k = 0; k < 3; ++k)
             if (const auto found = points.find(divided_edge(t[k], t[(k + 1) % 3])); found != points.end())
                 bad[found->second] = 1;
@@ -133,11 +153,17 @@ void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& point
 TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points) {
     TriangleMesh result;
     std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
-    for (const Triangle& t : mesh.triangles)
-        for (const Triangle& part : parts_of(mesh, t, points)) {
-            result.triangles.push_back(part);
-            for (const std::uint32_t v : part) number[v] = 0;
-        }
+    const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
+    const auto add = [&](const Triangle& t) {
+        result.triangles.push_back(t);
+        for (const std::uint32_t v : t) number[v] = 0;
+    };
+    for (const Triangle& t : mesh.triangles) {
+        if (is_whole(t, ends))
+            add(t);
+        else
+            for (const Triangle& part : parts_of(mesh, t, points)) add(part);
+    }
     for (std::size_t v = 0; v < number.size(); ++v) {
         if (number[v] == kNone) continue;
         number[v] = static_cast<std::uint32_t>(result.vertices.size());

@@ -16,6 +16,14 @@ inline std::uint64_t divided_edge(std::uint32_t a, std::uint32_t b) {
     return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
 }
 
+/// By vertex, whether it is an end of a divided edge.
+std::vector<std::uint8_t> divided_ends(const TriangleMesh& mesh, const EdgePoints& points);
+
+/// Whether a triangle is surely whole, without looking for its edges: nearly all of them are.
+inline bool is_whole(const Triangle& t, const std::vector<std::uint8_t>& ends) {
+    return ends[t[0]] + ends[t[1]] + ends[t[2]] < 2;
+}
+
 /// The parts of triangle \p t, each oriented as it is: up to four, fewer where one point divides two edges.
 std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points);
 

@@ -1,17 +1,17 @@
 #include "levelset/extension.hpp"
 
-#include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <optional>
 
 #include "levelset/block.hpp"
+#include "levelset/cell_triangles.hpp"
 #include "levelset/layers_below.hpp"
-#include "levelset/leaf_triangles.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/stack.hpp"
 #include "surface/leaf_table.hpp"
@@ -19,8 +19,6 @@
 namespace sidewall::levelset {
 namespace {
 
-using Leaves = openvdb::tree::LeafManager<const Grid::TreeType>;
-using Samples = openvdb::tree::LeafManager<IndexTree>;
 using B = Block<1>;
 
 // Nodes this near to the front (in dx) have a sample of their own: every foot point, rounded to a node, is
@@ -39,25 +37,6 @@ Vec3 gradient_direction(const B& block, int at) {
     return length > 0.0 ? Vec3(g / length) : Vec3::Zero();
 }
 
-// The mesh's triangles near a leaf, by the leaf's cells and by all leaves.
-struct MeshNear {
-    const LeafCells& cells;
-    const LeafTriangles& triangles;
-    const surface::LeafTable& table;
-
-    // All triangles in the leaves whose cells come within `reach` of a node; some more than once.
-    template <class Use>
-    void each_in_leaves(const openvdb::Coord& node, int reach, Use&& use) const {
-        for (int x = (node.x() - reach) >> 3; x <= (node.x() + reach) >> 3; ++x)
-            for (int y = (node.y() - reach) >> 3; y <= (node.y() + reach) >> 3; ++y)
-                for (int z = (node.z() - reach) >> 3; z <= (node.z() + reach) >> 3; ++z) {
-                    const std::int32_t leaf = table.find(x, y, z);
-                    if (leaf < 0) continue;
-                    for (const std::uint32_t t : triangles.of(static_cast<std::size_t>(leaf))) use(t);
-                }
-    }
-};
-
 // The mesh that samples lie on.
 class Surface {
   public:
@@ -67,27 +46,23 @@ class Surface {
     explicit Surface(const TriangleMesh& mesh)
         : vertices(mesh.vertices), triangles(mesh.triangles), mesh_(&mesh) {}
 
-    surface::SurfaceHit closest(const MeshNear& near, const openvdb::Coord& node, const Vec3& world,
+    surface::SurfaceHit closest(const CellTriangles& cells, const openvdb::Coord& node, const Vec3& world,
                                 double dx) const {
         constexpr double kSure = 0.99, kFar = 1.99;  // dx; the margins are for rounding
-        if (mesh_ != nullptr) {
-            surface::SurfaceHit best;
-            // All points less than a cell away lie in the cells around the node.
-            best.distance = kSure * dx;
-            near.cells.each_around(node.x() & 7, node.y() & 7, node.z() & 7,
-                                   [&](std::uint32_t t) { keep_nearer(t, world, best); });
-            if (best) return best;
-            best.distance = kFar * dx;
-            near.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
-            if (best) return best;
-            // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with
-            // another node.
+        surface::SurfaceHit best;
+        // All points less than a cell away lie in the cells around the node.
+        best.distance = kSure * dx;
+        cells.each_around(node, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+        if (best) return best;
+        best.distance = kFar * dx;
+        cells.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+        if (best) return best;
+        // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with another
+        // node.
+        if (scene_ == nullptr)
             std::call_once(once_,
                            [&] { tbb::this_task_arena::isolate([&] { own_scene_.emplace(*mesh_); }); });
-        }
-        const surface::RayScene& scene = mesh_ != nullptr ? *own_scene_ : *scene_;
-        const surface::SurfaceHit hit = scene.closest_point(world, 2.0 * dx);
-        return hit ? hit : scene.closest_point(world, 1e30);
+        return (scene_ != nullptr ? *scene_ : *own_scene_).closest_point(world, 1e30);
     }
 
     const std::span<const Vec3> vertices;
@@ -111,16 +86,15 @@ class Surface {
 
 // In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
 // the level set says, the nearest point is searched.
-SurfaceSample find_sample(const MeshNear& around, const Surface& surface, const openvdb::Coord& node,
+SurfaceSample find_sample(const CellTriangles& cells, const Surface& surface, const openvdb::Coord& node,
                           const Vec3& world, double phi, const Vec3& normal, double dx) {
     SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
-    LeafCells::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
-    if (normal != Vec3::Zero())
-        near = around.cells.nearest_hit(Vec3(node.x() & 7, node.y() & 7, node.z() & 7), normal, -phi / dx);
+    CellTriangles::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
+    if (normal != Vec3::Zero()) near = cells.nearest_hit(node, normal, -phi / dx);
     if (near) {
         sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
     } else {
-        const surface::SurfaceHit hit = surface.closest(around, node, world, dx);
+        const surface::SurfaceHit hit = surface.closest(cells, node, world, dx);
         sample.triangle = hit.triangle;
         sample.u = static_cast<float>(hit.u), sample.v = static_cast<float>(hit.v);
     }
@@ -134,13 +108,30 @@ SurfaceSample find_sample(const MeshNear& around, const Surface& surface, const 
 }
 
 openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
+    if (domain.owns(c.x(), c.y())) return c;
     return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
 }
 
+// What is known of every node of the grid's leaves on the way to its sample; -1 off the band.
+class Entries {
+  public:
+    Entries(const surface::LeafTable& table, std::size_t leaves)
+        : table_(table), value_(std::make_unique_for_overwrite<std::int32_t[]>(leaves * Leaf::SIZE)) {}
+    std::int32_t* of(std::size_t leaf) { return &value_[leaf * Leaf::SIZE]; }
+    std::int32_t at(const openvdb::Coord& node) const {
+        const std::int32_t leaf = table_.find(node.x() >> 3, node.y() >> 3, node.z() >> 3);
+        return leaf < 0 ? -1
+                        : value_[static_cast<std::size_t>(leaf) * Leaf::SIZE + Leaf::coordToOffset(node)];
+    }
+
+  private:
+    const surface::LeafTable& table_;
+    std::unique_ptr<std::int32_t[]> value_;
+};
+
 // At a kink the gradient does not point at the foot: go from neighbour to neighbour, always to the one
 // nearest to the front, until one has a sample.
-std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
-                     const openvdb::tree::ValueAccessor<const IndexTree, false>& lookup, const Domain& domain,
+std::int32_t descend(const Grid::ConstUnsafeAccessor& phi, const Entries& entries, const Domain& domain,
                      openvdb::Coord c) {
     float distance = std::abs(phi.getValue(c));
     for (;;) {
@@ -157,7 +148,7 @@ std::int32_t descend(const Grid::ConstUnsafeAccessor& phi,
                     best = q;
                 }
             }
-        const std::int32_t found = lookup.getValue(best);
+        const std::int32_t found = entries.at(best);
         if (found >= 0 || best == c) return std::max(found, -1);
         c = best;
     }
@@ -183,32 +174,33 @@ openvdb::Coord decode(std::int32_t entry) {
     return {code / kCode / kCode - kFarthest, code / kCode % kCode - kFarthest, code % kCode - kFarthest};
 }
 
-// Far nodes take the sample of the node beside their foot point. Written to a second buffer, because
-// neighbouring leaves are read meanwhile.
-void share_samples(const Grid& grid, const Domain& domain, const Leaves& leaves, const IndexTree& sample_of,
-                   Samples& samples) {
-    samples.rebuildAuxBuffers(1);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
+// Far nodes take the sample of the node beside their foot point.
+void share_samples(const Grid& grid, const Domain& domain, const std::vector<const Leaf*>& leaves,
+                   Entries& entries, IndexTree& sample_of) {
+    std::vector<IndexTree::LeafNodeType*> samples;
+    sample_of.getNodes(samples);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
-        const openvdb::tree::ValueAccessor<const IndexTree, false> lookup(sample_of);
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const Leaf& leaf = leaves.leaf(n);
-            const std::int32_t* entry = samples.leaf(n).buffer().data();
-            std::int32_t* out = samples.getBuffer(n, 1).data();
+            const Leaf& leaf = *leaves[n];
+            const std::int32_t* entry = entries.of(n);
+            std::int32_t* out = samples[n]->buffer().data();
+            // No foot lies farther than a leaf away.
+            const openvdb::Coord o = leaf.origin();
+            const bool inner = domain.owns(o.x() - 8, o.y() - 8) && domain.owns(o.x() + 15, o.y() + 15);
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                if (entry[it.pos()] >= 0) continue;
-                if (entry[it.pos()] == kStill) {
-                    out[it.pos()] = 0;
+                const std::int32_t own = entry[it.pos()];
+                if (own >= 0 || own == kStill) {
+                    out[it.pos()] = std::max(own, 0);
                     continue;
                 }
                 const openvdb::Coord c = it.getCoord();
-                const std::int32_t found = lookup.getValue(own_node(domain, c + decode(entry[it.pos()])));
-                out[it.pos()] = found >= 0 ? found : descend(accessor, lookup, domain, c);
+                const openvdb::Coord foot = c + decode(own);
+                const std::int32_t found = entries.at(inner ? foot : own_node(domain, foot));
+                out[it.pos()] = found >= 0 ? found : descend(accessor, entries, domain, c);
             }
         }
     });
-    samples.swapLeafBuffer(1);
-    samples.removeAuxBuffers();
 }
 
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
@@ -221,48 +213,46 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy()), {}};
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNearCells * dx);
-    Leaves leaves(grid.tree());
-    Samples samples(*extension.sample_of);
-    std::vector<std::uint32_t> first(leaves.leafCount() + 1, 0);
-    std::vector<std::uint8_t> still(leaves.leafCount(), 0);
-    tbb::parallel_for(std::size_t{0}, leaves.leafCount(), [&](std::size_t n) {
-        const Leaf& leaf = leaves.leaf(n);
-        still[n] = under && !everywhere && LayersBelow::none_around(*under, leaf.origin());
-        if (still[n]) return;
-        for (auto it = leaf.cbeginValueOn(); it; ++it) first[n + 1] += std::abs(*it) <= near;
+    std::vector<const Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    std::vector<std::uint32_t> first(leaves.size() + 1, 0);
+    std::vector<std::uint8_t> still(leaves.size(), 0);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
+            if (still[n]) continue;
+            for (auto it = leaves[n]->cbeginValueOn(); it; ++it) first[n + 1] += std::abs(*it) <= near;
+        }
     });
     const auto any_still = std::find(still.begin(), still.end(), 1);
     first[0] = any_still != still.end() ? 1 : 0;
-    for (std::size_t n = 0; n < leaves.leafCount(); ++n) first[n + 1] += first[n];
+    for (std::size_t n = 0; n < leaves.size(); ++n) first[n + 1] += first[n];
     extension.samples.resize(first.back());
     extension.alone.resize(under ? first.back() : 0);
     if (first[0] == 1) {
-        const openvdb::Coord c = leaves.leaf(static_cast<std::size_t>(any_still - still.begin())).origin();
+        const openvdb::Coord c = leaves[static_cast<std::size_t>(any_still - still.begin())]->origin();
         extension.samples.front().node = {c.x(), c.y(), c.z()};
         extension.alone.front() = 1;
     }
-    const IndexMesh mesh =
-        surface ? to_index_space(domain, surface->vertices, surface->triangles) : IndexMesh{};
-    std::vector<const Leaf*> list;
-    grid.tree().getNodes(list);
-    const surface::LeafTable table(list);
-    const LeafTriangles triangles = bin_by_leaf(list, mesh, LeafCells::kReach);
+    std::optional<CellTriangles> cells;
+    if (surface) cells.emplace(leaves, domain, surface->vertices, surface->triangles);
+    const surface::LeafTable table(leaves);
+    const LeafData data(table, leaves);
+    Entries entries(table, leaves.size());
 
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.leafCount(), 16), [&](const auto& range) {
-        const auto accessor = grid.getConstUnsafeAccessor();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
         B block;
-        LeafCells cells;
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const Leaf& leaf = leaves.leaf(n);
+            const Leaf& leaf = *leaves[n];
+            std::int32_t* index = entries.of(n);
+            std::fill_n(index, Leaf::SIZE, -1);
             if (still[n]) {
-                share_first(leaf, near, samples.leaf(n).buffer().data());
+                share_first(leaf, near, index);
                 continue;
             }
-            load_block(accessor, domain, leaf, grid.background(), block);
+            load_block(data, domain, leaf, grid.background(), block);
             std::optional<LayersBelow> below;
             if (under && first[n] != first[n + 1]) below.emplace(*under, leaf.origin());
-            bool filled = false;
-            std::int32_t* index = samples.leaf(n).buffer().data();
             std::uint32_t k = first[n];
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
                 const openvdb::Coord c = it.getCoord();
@@ -277,11 +267,9 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
                     const bool alone = below && below->none_near(c, foot);
                     if (alone) extension.alone[static_cast<std::size_t>(number)] = 1;
                     if (surface && (everywhere || !alone)) {
-                        if (!filled) cells.fill(leaf.origin(), mesh, triangles.of(n));
-                        filled = true;
                         const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
                                          domain.coordinate(2, c.z()));
-                        sample = find_sample({cells, triangles, table}, *surface, c, world, phi, normal, dx);
+                        sample = find_sample(*cells, *surface, c, world, phi, normal, dx);
                     }
                 } else {
                     index[it.pos()] = encode({static_cast<int>(std::floor(foot.x() + 0.5)),
@@ -292,7 +280,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         }
     });
 
-    share_samples(grid, domain, leaves, *extension.sample_of, samples);
+    share_samples(grid, domain, leaves, entries, *extension.sample_of);
     return extension;
 }
 

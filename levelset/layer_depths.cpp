@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "levelset/openvdb_grid.hpp"
@@ -130,7 +131,7 @@ struct LeafRows {
             std::fill_n(to, Count, background);
             return 0;
         }
-        std::copy_n(value + 8 * row + first, Count, to);
+        std::memcpy(to, value + 8 * row + first, Count * sizeof(float));
         return static_cast<unsigned>(active->getWord<openvdb::Byte>(row)) >> first & ((1u << Count) - 1);
     }
 };

@@ -81,17 +81,6 @@ class Bodies {
     double duration_;
 };
 
-// The leaves marked and those around them, across periodic sides, too.
-std::vector<std::uint8_t> with_those_around(const Band& band, const Domain& domain,
-                                            const std::vector<std::uint8_t>& marked) {
-    std::vector<std::uint8_t> result(band.leaves.size(), 0);
-    for (std::size_t leaf = 0; leaf < marked.size(); ++leaf) {
-        if (!marked[leaf]) continue;
-        for (const std::size_t k : leaves_around(band, domain, band.leaves[leaf]->origin())) result[k] = 1;
-    }
-    return result;
-}
-
 // The limits of a leaf and of those around it.
 class Around {
   public:
@@ -168,8 +157,8 @@ Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<s
     };
     std::vector<std::unique_ptr<Values>> own(band.leaves.size());
     const Bodies bodies(stack, motion, duration);
-    const std::vector<std::uint8_t> limiting = with_those_around(band, stack.domain, moved);
-    const std::vector<std::uint8_t> asked = with_those_around(band, stack.domain, limiting);
+    const std::vector<std::uint8_t> limiting = with_readers(band, stack.domain, moved);
+    const std::vector<std::uint8_t> asked = with_readers(band, stack.domain, limiting);
     each(own.size(), [&](std::size_t n) {
         if (asked[n]) own[n] = bodies.limits(*band.leaves[n], before + n * Leaf::SIZE);
     });

@@ -221,8 +221,7 @@ void sweep(const Leaf& leaf, const B& block, float dx, float background, bool re
 }
 
 // Off the band values are the background.
-bool all_finite(const Leaf& leaf, float background) {
-    const float* v = leaf.buffer().data();
+bool all_finite(const float* v, float background) {
     int within = 1;
     for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) within &= std::abs(v[n]) <= background;
     return within != 0;
@@ -250,39 +249,58 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
     const auto swept = std::make_unique_for_overwrite<float[]>(count * Leaf::SIZE);
     const auto each = [&](auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
-            const auto accessor = grid.getConstUnsafeAccessor();
             for (std::size_t k = range.begin(); k != range.end(); ++k)
-                use(accessor, *band.leaves[band.awake[k]], &swept[k * Leaf::SIZE], band.print[band.awake[k]]);
+                use(k, std::size_t{band.awake[k]}, *band.leaves[band.awake[k]]);
         });
     };
-    for (int n = 0; n < sweeps; ++n) {
-        // Every leaf reads its neighbours as they were before the sweep, so that the order of leaves cannot
-        // matter.
-        each([&](const auto& accessor, const Leaf& leaf, float* out, std::uint32_t) {
-            if (!all_finite(leaf, background)) finite = false;
-            B block;
-            load_block(accessor, domain, leaf, background, block);
-            std::copy_n(leaf.buffer().data(), Leaf::SIZE, out);
-            sweep(leaf, block, dx, background, n == 0, out);
+    // Every leaf reads its neighbours as they were before the sweep, so that the order of leaves cannot
+    // matter: sweeps go to and fro between two places, and the last one ends in the leaves.
+    LeafData now(band.table, band.leaves);
+    const auto place = [&](std::size_t k, bool in_leaf) {
+        return in_leaf ? band.leaves[band.awake[k]]->buffer().data() : &swept[k * Leaf::SIZE];
+    };
+    const auto move_to = [&](bool in_leaf) {
+        for (std::size_t k = 0; k < count; ++k) now.values[band.awake[k]] = place(k, in_leaf);
+    };
+    if (sweeps % 2 != 0) {
+        each([&](std::size_t k, std::size_t n, const Leaf&) {
+            std::copy_n(now.values[n], Leaf::SIZE, place(k, false));
         });
-        const bool last = n + 1 == sweeps;
-        each([&](const auto&, Leaf& leaf, const float* out, std::uint32_t before) {
-            std::copy_n(out, Leaf::SIZE, leaf.buffer().data());
-            if (!last) return;
+        move_to(false);
+    }
+    for (int left = sweeps; left > 0; --left) {
+        const bool to_leaf = left % 2 != 0;
+        each([&](std::size_t k, std::size_t n, Leaf& leaf) {
+            const float* in = now.values[n];
+            float* out = place(k, to_leaf);
+            if (!all_finite(in, background)) finite = false;
+            B block;
+            load_block(now, domain, leaf, background, block);
+            std::copy_n(in, Leaf::SIZE, out);
+            sweep(leaf, block, dx, background, left == sweeps, out);
+            if (left > 1) return;
             for (auto it = leaf.beginValueOn(); it; ++it)
                 if (std::abs(out[it.pos()]) >= background) it.setValueOff();
-            leaf.setTransientData(fingerprint(leaf) == before ? before : 0);
+            leaf.setTransientData(fingerprint(leaf) == band.print[n] ? band.print[n] : 0);
         });
         if (!finite)
             throw NumericsError(
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
+        move_to(to_leaf);
     }
     // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
     // have been empty before.
-    for (const std::uint32_t n : band.awake)
-        if (band.leaves[n]->isEmpty() && !band.made[n])
-            for (const std::size_t k : leaves_around(band, domain, band.leaves[n]->origin()))
-                band.leaves[k]->setTransientData(0);
+    std::vector<std::uint8_t> gone(band.leaves.size(), 0);
+    bool any_gone = false;
+    for (const std::uint32_t n : band.awake) {
+        gone[n] = band.leaves[n]->isEmpty() && !band.made[n];
+        any_gone = any_gone || gone[n];
+    }
+    if (any_gone) {
+        const std::vector<std::uint8_t> readers = with_readers(band, domain, gone);
+        for (std::size_t n = 0; n < readers.size(); ++n)
+            if (readers[n]) band.leaves[n]->setTransientData(0);
+    }
     for (const std::uint32_t n : band.awake)
         if (band.leaves[n]->isEmpty()) grid.tree().addTile(1, band.leaves[n]->origin(), background, false);
 }

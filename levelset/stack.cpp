@@ -2,6 +2,7 @@
 
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,18 +28,28 @@ constexpr double kTouching = 1e-3;
 void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     const auto snap = static_cast<float>(kExposed * domain.spacing);
     const float background = phi.background();
+    std::vector<const Leaf*> above;
+    surface.tree().getNodes(above);
+    std::vector<std::uint8_t> differs(above.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, above.size(), 64), [&](const auto& range) {
+        const auto layer = phi.getConstUnsafeAccessor();
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const Leaf* own = layer.probeConstLeaf(above[n]->origin());
+            // A missing leaf lies wholly on one side.
+            differs[n] = own ? own->getValueMask() != above[n]->getValueMask()
+                             : inside(phi, above[n]->cbeginValueOn().getCoord());
+        }
+    });
     // A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it
     // stays out.
     std::vector<std::pair<openvdb::Coord, float>> exposed;
     std::vector<openvdb::Coord> made;  // origins of the leaves they are in that are new, in ascending order
     const auto layer = phi.getConstUnsafeAccessor();
-    for (auto leaf = surface.tree().cbeginLeaf(); leaf; ++leaf) {
-        const Leaf* own = layer.probeConstLeaf(leaf->origin());
-        if (own && own->getValueMask() == leaf->getValueMask()) continue;
-        // A missing leaf lies wholly on one side.
-        if (!own && !inside(phi, leaf->cbeginValueOn().getCoord())) continue;
-        if (!own) made.push_back(leaf->origin());
-        for (auto it = leaf->cbeginValueOn(); it; ++it)
+    for (std::size_t n = 0; n < above.size(); ++n) {
+        if (!differs[n]) continue;
+        const Leaf* own = layer.probeConstLeaf(above[n]->origin());
+        if (!own) made.push_back(above[n]->origin());
+        for (auto it = above[n]->cbeginValueOn(); it; ++it)
             if (!own || (!own->isValueOn(it.pos()) && own->getValue(it.pos()) < 0.0f))
                 exposed.emplace_back(it.getCoord(), *it);
     }

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -32,6 +33,23 @@ bool covers(const std::array<Vec3, 3>& t, const Vec3& p) {
     return (u * t[0].z() + v * t[1].z() + w * t[2].z()) / area > p.z();
 }
 
+// The triangles that look down.
+std::vector<std::array<Vec3, 3>> faces_down(const TriangleMesh& mesh) {
+    constexpr std::size_t kGrain = 4096;
+    std::vector<std::vector<std::array<Vec3, 3>>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+        const std::size_t end = std::min(mesh.triangles.size(), (part + 1) * kGrain);
+        for (std::size_t t = part * kGrain; t < end; ++t) {
+            const auto [a, b, c] = mesh.triangles[t];
+            if (turn(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) < 0.0)
+                parts[part].push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
+        }
+    });
+    std::vector<std::array<Vec3, 3>> corners;
+    for (const auto& part : parts) corners.insert(corners.end(), part.begin(), part.end());
+    return corners;
+}
+
 }  // namespace
 
 std::size_t ColumnSight::column_along(int axis, double position) const {
@@ -54,28 +72,33 @@ ColumnSight::ColumnSight(const TriangleMesh& mesh, double width) : width_(width)
             1 + static_cast<std::size_t>((box.max[axis] - box.min[axis]) / width_);
 
     const std::size_t columns = count_[0] * count_[1];
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        const auto [a, b, c] = mesh.triangles[t];
-        if (turn(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) < 0.0)
-            corners_.push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
-    }
+    corners_ = faces_down(mesh);
+    std::vector<std::atomic<std::uint32_t>> next(columns + 1);  // of each column's entries
     const auto each = [&](auto&& use) {
-        for (std::uint32_t t = 0; t < corners_.size(); ++t) {
-            const auto& [a, b, c] = corners_[t];
-            const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-            const std::size_t last_i = column_along(0, high.x()), first_j = column_along(1, low.y()),
-                              last_j = column_along(1, high.y());
-            for (std::size_t i = column_along(0, low.x()); i <= last_i; ++i)
-                for (std::size_t j = first_j; j <= last_j; ++j) use(i * count_[1] + j, t, low, high);
-        }
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 1024), [&](const auto& range) {
+            for (std::size_t t = range.begin(); t != range.end(); ++t) {
+                const auto& [a, b, c] = corners_[t];
+                const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+                const std::size_t last_i = column_along(0, high.x()), first_j = column_along(1, low.y()),
+                                  last_j = column_along(1, high.y());
+                for (std::size_t i = column_along(0, low.x()); i <= last_i; ++i)
+                    for (std::size_t j = first_j; j <= last_j; ++j) {
+                        const std::size_t column = i * count_[1] + j;
+                        use(next[column].fetch_add(1, std::memory_order_relaxed), t, low, high);
+                    }
+            }
+        });
     };
-    first_.assign(columns + 2, 0);
-    each([&](std::size_t column, std::uint32_t, const Vec3&, const Vec3&) { ++first_[column + 2]; });
-    for (std::size_t n = 0; n < columns; ++n) first_[n + 2] += first_[n + 1];
+    each([](std::uint32_t, std::size_t, const Vec3&, const Vec3&) {});
+    first_.assign(columns + 1, 0);
+    for (std::size_t n = 0; n < columns; ++n) {
+        first_[n + 1] = first_[n] + next[n].load(std::memory_order_relaxed);
+        next[n].store(first_[n], std::memory_order_relaxed);
+    }
     entries_.resize(first_.back());
-    each([&](std::size_t column, std::uint32_t t, const Vec3& low, const Vec3& high) {
-        entries_[first_[column + 1]++] = {
-            {below(low.x()), above(high.x()), below(low.y()), above(high.y()), above(high.z())}, t};
+    each([&](std::uint32_t at, std::size_t t, const Vec3& low, const Vec3& high) {
+        entries_[at] = {{below(low.x()), above(high.x()), below(low.y()), above(high.y()), above(high.z())},
+                        static_cast<std::uint32_t>(t)};
     });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, columns, 64), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n)

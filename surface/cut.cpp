@@ -1,7 +1,9 @@
 #include "surface/cut.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -12,6 +14,9 @@
 namespace sidewall::surface {
 namespace {
 
+// Vertices or triangles that one task looks at.
+constexpr std::size_t kGrain = 8192;
+
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
 
 /// The axis of an axis-aligned plane, or -1.
@@ -20,6 +25,23 @@ int plane_axis(const Plane& plane) {
         if (plane.normal[k] != 0.0 && plane.normal[(k + 1) % 3] == 0.0 && plane.normal[(k + 2) % 3] == 0.0)
             return k;
     return -1;
+}
+
+// The triangles with vertices above and below, in their order; a vertex at height 0 counts as above.
+std::vector<std::uint32_t> straddling(const TriangleMesh& mesh, const std::vector<double>& height) {
+    std::vector<std::vector<std::uint32_t>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+        const std::size_t end = std::min(mesh.triangles.size(), (part + 1) * kGrain);
+        for (std::size_t t = part * kGrain; t < end; ++t) {
+            const auto [a, b, c] = mesh.triangles[t];
+            const bool up = height[a] >= 0.0;
+            if (up != (height[b] >= 0.0) || up != (height[c] >= 0.0))
+                parts[part].push_back(static_cast<std::uint32_t>(t));
+        }
+    });
+    std::vector<std::uint32_t> all;
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
 }
 
 }  // namespace
@@ -43,27 +65,24 @@ std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane)
         throw GeometryError("cannot cut by a plane whose normal is zero or not finite");
     const int axis = plane_axis(plane);
     std::vector<double> height(mesh.vertices.size());
-    for (std::size_t i = 0; i < height.size(); ++i)
-        height[i] = axis < 0
-                        ? plane.normal.dot(mesh.vertices[i]) - plane.offset
-                        : (mesh.vertices[i][axis] - plane.offset / plane.normal[axis]) * plane.normal[axis];
-
-    // In every triangle that straddles the plane, the cut runs from the edge going down to the edge going up.
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, height.size(), kGrain), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+            height[i] =
+                axis < 0 ? plane.normal.dot(mesh.vertices[i]) - plane.offset
+                         : (mesh.vertices[i][axis] - plane.offset / plane.normal[axis]) * plane.normal[axis];
+    });
+    const std::vector<std::uint32_t> owner = straddling(mesh, height);
     std::vector<Link> links;
-    std::vector<std::uint32_t> owner;
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-        Link link;
-        int crossings = 0;
+    links.reserve(owner.size());
+    // In every triangle that straddles the plane, the cut runs from the edge going down to the edge going up.
+    for (const std::uint32_t t : owner) {
+        Link& link = links.emplace_back();
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
             const bool a_up = height[a] >= 0.0, b_up = height[b] >= 0.0;
             if (a_up == b_up) continue;
             (a_up ? link.from : link.to) = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-            ++crossings;
         }
-        if (crossings != 2) continue;
-        links.push_back(link);
-        owner.push_back(t);
     }
 
     // From the edge's lower vertex to its higher one, so that both of its triangles find the same bits.

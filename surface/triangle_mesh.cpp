@@ -1,5 +1,7 @@
 #include "surface/triangle_mesh.hpp"
 
+#include <tbb/parallel_reduce.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -23,9 +25,17 @@ const Attribute* TriangleMesh::triangle_attribute(std::string_view name) const {
 }
 
 Box3 bounding_box(const TriangleMesh& mesh) {
-    Box3 box;
-    for (const Vec3& p : mesh.vertices) box.extend(p);
-    return box;
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 16384), Box3{},
+        [&](const auto& range, Box3 box) {
+            for (std::size_t v = range.begin(); v != range.end(); ++v) box.extend(mesh.vertices[v]);
+            return box;
+        },
+        [](Box3 a, const Box3& b) {
+            a.extend(b.min);
+            a.extend(b.max);
+            return a;
+        });
 }
 
 Vec3 area_vector(const TriangleMesh& mesh, std::size_t triangle) {

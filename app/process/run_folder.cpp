@@ -313,7 +313,8 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
     ++state.rows;
 }
 
-void RunFolder::checkpoint(const RunState& state) const {
+void RunFolder::checkpoint(RunState& state) const {
+    const PhaseClock clock(state.timing.output);
     save_state(options_.output, recipe_, state);
 }
 

@@ -34,7 +34,7 @@ class RunFolder {
     void save(RunState& state, const Model& model, const TracedSurface& surface);
     /// Adds a row to timeline.csv: the surface before the time step \p next.
     void record(RunState& state, const Step& step, const TracedSurface& surface, const TimeStep& next);
-    void checkpoint(const RunState& state) const;
+    void checkpoint(RunState& state) const;
     /// Writes summary.json and returns it.
     Json finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface);
 

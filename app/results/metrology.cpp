@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "app/results/cut_profile.hpp"
 #include "app/results/figures.hpp"
@@ -162,12 +163,17 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
 
 std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& section,
                              const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
+    if (section.measures.empty()) return {};
     const std::string& length = recipe.domain.length_unit;
     const double dx = stack.domain.spacing;
     const surface::Plane plane = surface::parse_plane(section.cut);
     const Profile profile = profile_of(mesh, plane, stack.domain);
     const double floor = lowest(profile), depth = std::isfinite(floor) ? -floor : kNone;
-    const Wall openings = wall(profile, depth, dx);
+    std::optional<Wall> found;  // hundreds of openings, for those who ask
+    const auto openings = [&]() -> const Wall& {
+        if (!found) found = wall(profile, depth, dx);
+        return *found;
+    };
     FigureReader figures(recipe, stack, mesh);
     std::vector<Measure> measures;
     for (const std::string& what : section.measures) {
@@ -177,10 +183,10 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
             for (const double at : section.cd_depths)
                 measures.push_back({fmt::format("cd_at_{:g}", at), opening(profile, -at), length});
         } else if (what == "sidewall_angle") {
-            measures.push_back({"sidewall_angle", sidewall_angle(openings), "degree"});
+            measures.push_back({"sidewall_angle", sidewall_angle(openings()), "degree"});
         } else if (what == "bow") {
             double widest = kNone;
-            for (const double w : openings.opening) widest = std::fmax(widest, w);
+            for (const double w : openings().opening) widest = std::fmax(widest, w);
             measures.push_back({"bow", widest - opening(profile, -dx), length});
         } else if (what == "undercut") {
             const double z = section.mask_bottom;
@@ -189,7 +195,7 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
         } else if (what == "aspect_ratio") {
             measures.push_back({"aspect_ratio", depth / opening(profile, -0.5 * depth), "1"});
         } else if (what == "scallops") {
-            const auto [pitch, amplitude] = scallops(openings, dx);
+            const auto [pitch, amplitude] = scallops(openings(), dx);
             measures.push_back({"scallop_pitch", pitch, length});
             measures.push_back({"scallop_depth", amplitude, length});
         } else if (what == "film") {
