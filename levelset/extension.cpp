@@ -163,15 +163,16 @@ void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
 }
 
 // A far node's foot, rounded to a node, until it is looked up: the offset from the node, coded in its entry.
-constexpr int kFarthest = 8, kCode = 2 * kFarthest + 1;
+constexpr int kBits = 5, kMiddle = 1 << (kBits - 1);
 
 std::int32_t encode(const openvdb::Coord& offset) {
-    return -2 - ((offset.x() + kFarthest) * kCode + offset.y() + kFarthest) * kCode - offset.z() - kFarthest;
+    const openvdb::Coord o = offset.offsetBy(kMiddle);
+    return -2 - (o.x() << 2 * kBits | o.y() << kBits | o.z());
 }
 
 openvdb::Coord decode(std::int32_t entry) {
-    const int code = -2 - entry;
-    return {code / kCode / kCode - kFarthest, code / kCode % kCode - kFarthest, code % kCode - kFarthest};
+    const int code = -2 - entry, mask = (1 << kBits) - 1;
+    return openvdb::Coord(code >> 2 * kBits, code >> kBits & mask, code & mask).offsetBy(-kMiddle);
 }
 
 // Far nodes take the sample of the node beside their foot point.

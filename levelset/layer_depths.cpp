@@ -81,29 +81,30 @@ class LeafValues {
             in = in && low[a] > origin_[a] - kBefore && low[a] + 2 < origin_[a] + kSide - kBefore;
         return in;
     }
-    bool solid(const openvdb::Coord& node) const {
-        const std::size_t n = at(node);
-        return (active_[n / kSide] >> n % kSide & 1) != 0 && top_[n] <= 0.0f;
-    }
+    bool solid(const openvdb::Coord& node) const { return active(node) && top_[at(node)] <= 0.0f; }
     float top(const openvdb::Coord& node) const { return top_[at(node)]; }
     float layer(std::size_t k, const openvdb::Coord& node) const { return layers_[k][at(node)]; }
     // Whether all layers are bare.
     bool bare(const openvdb::Coord& node) const {
         const std::size_t n = at(node);
         const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
-        return (active_[n / kSide] >> n % kSide & 1) != 0 &&
-               std::all_of(layers_.begin(), layers_.end(),
-                           [&](const Values& layer) { return layer[n] - top_[n] <= touching; });
+        return active(node) && std::all_of(layers_.begin(), layers_.end(), [&](const Values& layer) {
+                   return layer[n] - top_[n] <= touching;
+               });
     }
 
   private:
     static constexpr int kBefore = 2, kBehind = 3, kSide = kBefore + 8 + kBehind;
     using Values = std::array<float, kSide * kSide * kSide>;
-    std::size_t at(const openvdb::Coord& node) const {
-        const openvdb::Coord n = node - origin_;
-        return static_cast<std::size_t>(((n.x() + kBefore) * kSide + n.y() + kBefore) * kSide + n.z() +
+    std::size_t row(const openvdb::Coord& node) const {
+        return static_cast<std::size_t>((node.x() - origin_.x() + kBefore) * kSide + node.y() - origin_.y() +
                                         kBefore);
     }
+    int along(const openvdb::Coord& node) const { return node.z() - origin_.z() + kBefore; }
+    std::size_t at(const openvdb::Coord& node) const {
+        return row(node) * kSide + static_cast<std::size_t>(along(node));
+    }
+    bool active(const openvdb::Coord& node) const { return (active_[row(node)] >> along(node) & 1) != 0; }
     // Reads a grid's rows of nodes along z, the background where there is no leaf, to \p values.
     // \returns by row, which nodes are active.
     std::array<std::uint16_t, kSide * kSide> read(const Grid& grid, Values& values) const;
@@ -235,16 +236,17 @@ class LayerDepths::Reader {
 
 template <class Source>
 LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Source& values, const Vec3& point) const {
-    const Vec3 floor(std::floor(point.x()), std::floor(point.y()), std::floor(point.z()));
     const openvdb::Coord low = low_corner(point);
+    std::array<std::array<double, 2>, 3> share;  // of the weights, by axis and side
+    for (int axis = 0; axis < 3; ++axis) {
+        const double within = point[axis] - low[axis];
+        share[static_cast<std::size_t>(axis)] = {1.0 - std::abs(within), 1.0 - std::abs(within - 1.0)};
+    }
     Cell cell;
-    for (int n = 0; n < 8; ++n) {
-        const openvdb::Coord corner(n & 1, n >> 1 & 1, n >> 2);
-        const auto k = static_cast<std::size_t>(n);
-        cell.corners[k] = low + corner;
-        double weight = 1.0;
-        for (int axis = 0; axis < 3; ++axis)
-            weight *= 1.0 - std::abs(point[axis] - floor[axis] - corner[axis]);
+    for (std::size_t k = 0; k < 8; ++k) {
+        const std::size_t x = k & 1, y = k >> 1 & 1, z = k >> 2;
+        cell.corners[k] = low.offsetBy(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z));
+        const double weight = share[0][x] * share[1][y] * share[2][z];
         if (values.solid(cell.corners[k]))
             cell.sum += cell.weights[k] = static_cast<float>(weight);
         else

@@ -172,10 +172,11 @@ std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Doma
         return surface.vertices[v].z() > surface.vertices[than].z();
     };
     const auto at_vertex = [&](std::uint32_t v) { return inner.of(within[v]); };
-    for (const Share& share : shares(count, at_vertex, [&](std::uint32_t v, Share&own) {
-             own.box.extend(surface.vertices[v]);
-             if (own.top == kNone || higher(v, own.top)) own.top = v;
-         })) {
+    const auto add_vertex = [&](std::uint32_t v, Share& own) {
+        own.box.extend(surface.vertices[v]);
+        if (own.top == kNone || higher(v, own.top)) own.top = v;
+    };
+    for (const Share& share : shares(count, at_vertex, add_vertex)) {
         SurfacePiece& of = pieces[piece[share.place]];
         Box3& whole = of.boxes[box[share.place]];
         whole.extend(share.box.min);
@@ -184,9 +185,10 @@ std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Doma
     }
     std::vector<double> covered(pieces.size(), 0.0);
     const auto at_triangle = [&](std::uint32_t t) { return at_vertex(surface.triangles[t][0]); };
-    for (const Share& share : shares(surface.triangles.size(), at_triangle, [&](std::uint32_t t, Share&own) {
-             own.covered += seen(surface, surface.triangles[t], 0.0).up;
-         }))
+    const auto add_triangle = [&](std::uint32_t t, Share& own) {
+        own.covered += seen(surface, surface.triangles[t], 0.0).up;
+    };
+    for (const Share& share : shares(surface.triangles.size(), at_triangle, add_triangle))
         covered[piece[share.place]] += share.covered;
     const double area = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
     bool encloses = false;
