@@ -6,7 +6,9 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <streambuf>
 #include <system_error>
@@ -24,6 +26,40 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBlock = std::size_t{1} << 18;
+
+// The signal that came while a file was written, if it would have ended the program at once.
+volatile std::sig_atomic_t ended_by = 0;
+
+extern "C" void on_end(int signal) {
+    ended_by = signal;
+}
+
+// While it lives, signals that would end the program at once end the writing first, so that nothing half
+// written is left; those that the program handles itself, or ignores, are not touched.
+class EndsWriting {
+  public:
+    EndsWriting() {
+        for (std::size_t k = 0; k < kSignals.size(); ++k) {
+            struct sigaction noting = {};
+            noting.sa_handler = on_end;
+            noting.sa_flags = SA_RESTART;
+            ours_[k] = ::sigaction(kSignals[k], nullptr, &before_[k]) == 0 &&
+                       before_[k].sa_handler == SIG_DFL && ::sigaction(kSignals[k], &noting, nullptr) == 0;
+        }
+    }
+    ~EndsWriting() {
+        for (std::size_t k = 0; k < kSignals.size(); ++k)
+            if (ours_[k]) ::sigaction(kSignals[k], &before_[k], nullptr);
+        if (ended_by != 0) ::raise(ended_by);
+    }
+    EndsWriting(const EndsWriting&) = delete;
+    EndsWriting& operator=(const EndsWriting&) = delete;
+
+  private:
+    static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+    std::array<struct sigaction, 3> before_{};
+    std::array<bool, 3> ours_{};
+};
 
 // The error that a test asks for before an operation, in errno; true if there is none.
 bool allowed(const char* operation, const fs::path& path) {
@@ -50,6 +86,7 @@ class Descriptor {
 
     void write(std::string_view bytes) const {
         while (!bytes.empty()) {
+            if (ended_by != 0) throw Interrupted("");
             const auto count = allowed("write", name_) ? ::write(file_, bytes.data(), bytes.size()) : -1;
             if (count < 0 && errno == EINTR) continue;
             if (count < 0) throw refused(name_, errno);
@@ -157,6 +194,7 @@ int open_partial(const fs::path& target, fs::path& partial) {
 
 void write_beside(const fs::path& path, const fs::path& target,
                   const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
+    const EndsWriting ends;
     fs::path partial;
     Descriptor file(path, open_partial(target, partial));
     try {

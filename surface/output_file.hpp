@@ -16,7 +16,7 @@ using Trailer = std::function<std::string(std::uint64_t size, std::uint32_t chec
 /// \p write fills a file beside it, `NAME.PROCESS.partial`, which is then synced to the disk, read back,
 /// compared by checksum and renamed; at last the folder is synced. If anything fails, the partial file is
 /// removed and the old one stays. Missing folders are made, links are followed. A device or a pipe is written
-/// to directly.
+/// to directly. A signal that would end the program at once (Ctrl-C) ends it when the partial file is removed or whole.
 ///
 /// \param write    gets a stream that throws as soon as the disk refuses; what it throws itself comes through.
 /// \param trailer  written after what \p write wrote, if given.

@@ -1,9 +1,12 @@
 #include "surface/output_file.hpp"
 
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <csignal>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -126,4 +129,38 @@ TEST_CASE("text for a terminal holds characters only") {
     CHECK(printable("\xff\xc3(\xe2\x82") == "\\xff\\xc3(\\xe2\\x82");  // no character, and two that are cut
     CHECK(printable("\xc0\xaf\xed\xa0\x80\xc2\x9b") ==  // a longer form, half a pair, a control
           "\\xc0\\xaf\\xed\\xa0\\x80\\xc2\\x9b");
+}
+
+TEST_CASE("a signal that ends the program while it writes leaves the old file and nothing half written") {
+    const test::Folder folder;
+    const fs::path path = folder.path / "mesh.vtu";
+    write_whole_file(path, "old");
+    const std::string block(std::size_t{1} << 20, 'x');
+    for (const int ending : {SIGINT, SIGTERM, SIGHUP}) {
+        const pid_t child = fork();
+        REQUIRE(child >= 0);
+        if (child == 0) {
+            std::signal(ending, SIG_DFL);  // not the test program's own
+            write_file(path, [&](std::ostream& out) {
+                out << block;
+                ::raise(ending);
+                out << block;
+            });
+            ::_exit(0);
+        }
+        int status = 0;
+        REQUIRE(::waitpid(child, &status, 0) == child);
+        CHECK(WIFSIGNALED(status));
+        CHECK(WTERMSIG(status) == ending);
+        CHECK(read_whole_file(path) == "old");
+        CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
+    }
+    // A program that handles the signal itself goes on.
+    const auto before = std::signal(SIGTERM, SIG_IGN);
+    write_file(path, [&](std::ostream& out) {
+        ::raise(SIGTERM);
+        out << block;
+    });
+    std::signal(SIGTERM, before);
+    CHECK(read_whole_file(path) == block);
 }
