@@ -120,7 +120,11 @@ int run(int argc, char** argv) {
         return say_out_of_memory();
     } catch (const std::system_error& error) {  // of the C library's streams, by fmt
         if (for_want_of_memory(error)) return say_out_of_memory();
-        fmt::print(stderr, "sidewall: {}; check space and permissions\n", error.what());
+        std::fputs(
+            fmt::format("sidewall: standard output: cannot write: {}; check space on the device it goes to\n",
+                        error.code().message())
+                .c_str(),
+            stderr);
         return 5;
     } catch (const std::exception& error) {
         if (for_want_of_memory(error)) return say_out_of_memory();

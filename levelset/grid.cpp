@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/sample.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
@@ -42,37 +43,51 @@ GridPtr make_grid(const Domain& domain) {
 
 GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
                     double z_max) {
+    return sample_grid(domain, distance, [&](const Vec3&, double) { return distance; }, z_min, z_max, {});
+}
+
+GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance,
+                    const DistanceNear& near, double z_min, double z_max, const std::function<bool()>& stop) {
     GridPtr grid = make_grid(domain);
-    const double dx = domain.spacing, band = kHalfWidth * dx;
+    const double dx = domain.spacing, band = kHalfWidth * dx, leaf_side = 8.0 * dx;
     const float background = grid->background();
-    const int k_min = static_cast<int>(std::floor(z_min / dx)),
-              k_max = static_cast<int>(std::ceil(z_max / dx));
-    const int leaves[3] = {(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1,
-                           (k_max >> 3) - (k_min >> 3) + 1};
+    const int first = static_cast<int>(std::floor(z_min / dx)) >> 3,
+              last = static_cast<int>(std::ceil(z_max / dx)) >> 3;
+    const int columns[2] = {(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1};
     // A leaf can only meet the band if the distance at its centre is below band + half its diagonal.
-    const double reach = band + 0.5 * std::sqrt(3.0) * 8.0 * dx;
+    const double half_diagonal = 0.5 * std::sqrt(3.0) * leaf_side, reach = band + half_diagonal;
     const auto world = [&](const openvdb::Coord& c) {
         return Vec3(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()), domain.coordinate(2, c.z()));
     };
     tbb::enumerable_thread_specific<std::vector<std::unique_ptr<Leaf>>> made;
-    const int count = leaves[0] * leaves[1] * leaves[2];
-    tbb::parallel_for(0, count, [&](int n) {
-        const openvdb::Coord origin(8 * (n / leaves[2] / leaves[1]), 8 * (n / leaves[2] % leaves[1]),
-                                    8 * (n % leaves[2] + (k_min >> 3)));
-        const Vec3 centre = world(origin) + Vec3::Constant(4.0 * dx);
-        if (std::abs(distance(centre)) > reach) return;
+    const auto make_leaf = [&](const openvdb::Coord& origin, const Vec3& centre) {
+        const auto local = near(centre, half_diagonal);
         auto leaf = std::make_unique<Leaf>(origin, background, false);
         bool any = false;
         for (openvdb::Index offset = 0; offset < Leaf::SIZE; ++offset) {
             const openvdb::Coord c = leaf->offsetToGlobalCoord(offset);
-            const auto d = static_cast<float>(distance(world(c)));
+            const auto d = static_cast<float>(local(world(c)));
             const bool active = domain.owns(c.x(), c.y()) && std::abs(d) < background;
             any |= active;
             leaf->setValueOnly(offset, active ? d : std::copysign(background, d));
             if (active) leaf->setValueOn(offset);
         }
         if (any) made.local().push_back(std::move(leaf));
+    };
+    std::atomic<bool> stopped{false};
+    tbb::parallel_for(0, columns[0] * columns[1], [&](int n) {
+        for (int k = first; k <= last && !stopped; ++k) {
+            if (stop && stop()) stopped = true;
+            const openvdb::Coord origin(8 * (n / columns[1]), 8 * (n % columns[1]), 8 * k);
+            const Vec3 centre = world(origin) + Vec3::Constant(0.5 * leaf_side);
+            const double beyond = std::abs(distance(centre)) - reach;
+            if (!(beyond > 0.0))
+                make_leaf(origin, centre);
+            else  // nor can those above it that the surface is too far from
+                k += static_cast<int>(std::min(beyond / leaf_side, static_cast<double>(last - k)));
+        }
     });
+    if (stopped) throw Interrupted("");
     for (auto& list : made)
         for (auto& leaf : list) grid->tree().addLeaf(leaf.release());
     return grid;

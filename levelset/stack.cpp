@@ -11,6 +11,7 @@
 #include "levelset/body.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
+#include "levelset/sample.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
@@ -75,9 +76,56 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
     });
 }
 
+using Bodies = std::vector<std::pair<int, Shape>>;
+
+// What of a stack's bodies, in their order, makes a layer: united or, if they are subtracted, cut out.
+struct Union {
+    const Bodies& bodies;
+    const std::vector<Body>& body;
+    double touching;                 // world units
+    std::vector<std::size_t> parts;  // of body, the first one a piece of material or of gas by itself
+
+    double part(std::size_t k, const Vec3& p) const {
+        const double d = body[k].distance(p);
+        if (bodies[k].second.subtract) return touching - d;
+        return k > 0 && body[k].closed ? d - touching : d;
+    }
+    double operator()(const Vec3& p) const {
+        double d = part(parts.front(), p);
+        for (std::size_t i = 1; i < parts.size(); ++i) {
+            const std::size_t k = parts[i];
+            d = bodies[k].second.subtract ? std::max(d, part(k, p)) : std::min(d, part(k, p));
+        }
+        return d;
+    }
+    // The same values within \p radius of \p centre, without the bodies that cannot be told from none there.
+    Union near(const Vec3& centre, double radius) const {
+        Union result{bodies, body, touching, {}};
+        double low = 0.0, high = 0.0;  // of the values so far
+        for (const std::size_t k : parts) {
+            // On the sides of an open mesh its sign may change at any distance.
+            const double reach =
+                bodies[k].second.kind == ShapeKind::mesh ? std::numeric_limits<double>::infinity() : radius;
+            const double value = part(k, centre), least = value - reach, most = value + reach;
+            const bool cuts = bodies[k].second.subtract;
+            if (!result.parts.empty() && (cuts ? most < low : least > high)) continue;
+            if (result.parts.empty() || (cuts ? least > high : most < low)) {
+                result.parts = {k};
+                low = least;
+                high = most;
+                continue;
+            }
+            result.parts.push_back(k);
+            low = cuts ? std::max(low, least) : std::min(low, least);
+            high = cuts ? std::max(high, most) : std::min(high, most);
+        }
+        return result;
+    }
+};
+
 }  // namespace
 
-MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies) {
+MaterialStack make_stack(const Domain& domain, const Bodies& bodies, const std::function<bool()>& stop) {
     MaterialStack stack{domain, {}};
     std::vector<Body> body;
     body.reserve(bodies.size());
@@ -95,23 +143,17 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
         reaches(body[k]);
         cuts_end = k + 1;
     }
-    const double margin = kMargin * domain.spacing, touching = kTouching * domain.spacing;
+    const double margin = kMargin * domain.spacing;
     for (std::size_t n = 0; n < body.size(); ++n) {
         const auto& [material, shape] = bodies[n];
         if (shape.subtract) continue;
         reaches(body[n]);
         // Layers above are left out, but what is cut out of them is cut out of this one, too.
-        const std::size_t end = std::max(n + 1, cuts_end);
-        const auto united = [&](const Vec3& p) {
-            double d = body.front().distance(p);
-            for (std::size_t k = 1; k < end; ++k)
-                if (bodies[k].second.subtract)
-                    d = std::max(d, touching - body[k].distance(p));
-                else if (k <= n)
-                    d = std::min(d, body[k].distance(p) - (body[k].closed ? touching : 0.0));
-            return d;
-        };
-        Layer layer{material, sample_grid(domain, united, low - margin, high + margin)};
+        Union united{bodies, body, kTouching * domain.spacing, {}};
+        for (std::size_t k = 0; k < std::max(n + 1, cuts_end); ++k)
+            if (k <= n || bodies[k].second.subtract) united.parts.push_back(k);
+        const auto near = [&](const Vec3& centre, double radius) { return united.near(centre, radius); };
+        Layer layer{material, sample_grid(domain, united, near, low - margin, high + margin, stop)};
         if (layer.phi->activeVoxelCount() == 0)
             throw GeometryError(
                 "a layer has no surface inside the domain: check its shape, position and size");
@@ -120,6 +162,10 @@ MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, 
     }
     cut_layers(stack);
     return stack;
+}
+
+MaterialStack make_stack(const Domain& domain, const Bodies& bodies) {
+    return make_stack(domain, bodies, {});
 }
 
 MaterialStack copy(const MaterialStack& stack) {

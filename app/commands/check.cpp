@@ -9,6 +9,7 @@
 #include "app/common/threads.hpp"
 #include "app/process/estimate.hpp"
 #include "app/process/memory.hpp"
+#include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 
@@ -37,6 +38,15 @@ std::string memory_text(double bytes) {
 
 void print_estimate(const Recipe& recipe) {
     const Estimate estimate = estimate_run(recipe);
+    if (!estimate.known) {
+        const levelset::Domain domain = domain_of(recipe);
+        fmt::print(
+            "#\n# A run takes {} of memory. Its wafer, {} layers on {} x {} cells, takes about {} to build with {} "
+            "threads;\n# this was not tried, and time steps, rays and wall time are not estimated.\n",
+            memory_text(estimate.memory), expanded_layers(recipe).size(), domain.cells[0], domain.cells[1],
+            duration_text(estimate.building), thread_count());
+        return;
+    }
     const bool reuse = recipe.flux.reuse > 0.0 && estimate.rays > 0.0;
     const std::string most = reuse ? "at most " : "";
     fmt::print("#\n# A run on this machine with {} threads takes, usually within a factor of two:\n",

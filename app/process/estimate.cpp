@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
 #include "app/process/coverages.hpp"
 #include "app/process/flux_methods.hpp"
@@ -19,6 +20,7 @@
 #include "app/process/stop.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/traced_surface.hpp"
+#include "app/recipe/layers.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
 #include "flux/radiosity.hpp"
@@ -199,10 +201,15 @@ double time_steps(const Recipe& recipe, double duration, double speed) {
 // Seconds to put the surface and what lies below it into files.
 double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
                        const TracedSurface& surface) {
+    constexpr std::ptrdiff_t kEnough = 8;  // layers tell what one takes
+    const auto layers = std::min(std::ssize(stack.layers), kEnough);
+    const levelset::MaterialStack upper{stack.domain, {stack.layers.end() - layers, stack.layers.end()}};
     const double start = now();
-    surface::encode_vtp(
-        result_mesh(model, stack, surface, levelset::extract_materials(stack, surface.raw).surface));
-    return static_cast<double>(stack.layers.size() + (surface.simplified ? 1 : 0)) * (now() - start);
+    const levelset::StackMeshes meshes = levelset::extract_materials(upper, surface.raw);
+    const double extracted = now();
+    surface::encode_vtp(result_mesh(model, upper, surface, meshes.surface));
+    const double files = static_cast<double>(stack.layers.size() + (surface.simplified ? 1 : 0));
+    return files / static_cast<double>(layers) * (extracted - start) + files * (now() - extracted);
 }
 
 // Makes the first time step of a step that is repeated \p times, and counts what all of them come to.
@@ -286,6 +293,14 @@ void count(Estimation& e, const std::vector<Step>& steps, const std::string& num
     }
 }
 
+// Seconds to build the recipe's wafer, roughly.
+double seconds_to_build(const Recipe& recipe) {
+    constexpr double kSeconds = 4e-6;  // a cell of a layer, of one thread
+    const levelset::Domain domain = domain_of(recipe);
+    const auto layers = static_cast<double>(expanded_layers(recipe).size());
+    return kSeconds * domain.cells[0] * domain.cells[1] * layers / thread_count();
+}
+
 double written(const std::vector<Step>& steps) {
     double count = 0.0;
     for (const Step& step : steps) count += step.steps.empty() ? 1.0 : written(step.steps);
@@ -294,14 +309,20 @@ double written(const std::vector<Step>& steps) {
 
 }  // namespace
 
-Estimate estimate_run(const Recipe& recipe, double effort) {
+Estimate estimate_run(const Recipe& recipe, double effort, double most_building) {
     const double memory = estimated_memory(recipe, domain_of(recipe));
+    constexpr double kProgram = 5e7;  // code, libraries and threads, whatever the recipe
     Estimation e{recipe, on_coarser_grid(recipe, memory), {}};
+    e.total.memory = kProgram + memory;
+    e.total.building = seconds_to_build(recipe);
+    e.total.known = seconds_to_build(e.measured) <= most_building;
+    if (!e.total.known) return e.total;
     e.effort = effort / written(recipe.steps);
     e.limit = 3.0 * effort;
     e.state = initial_state(e.measured);
     e.cells = std::pow(e.state.stack.domain.spacing / domain_of(recipe).spacing, 2);
-    e.total.seconds = 2.0 * e.cells * (now() - e.start);  // the summary compares with it
+    e.total.building = e.cells * (now() - e.start);
+    e.total.seconds = 2.0 * e.total.building;  // the summary compares with it
     e.lowest = lowest_point(e.state.stack);
     e.start = now();
     count(e, recipe.steps, "", 1.0);
@@ -311,8 +332,7 @@ Estimate estimate_run(const Recipe& recipe, double effort) {
     }
     e.total.rays += e.last_rays;
     e.total.seconds += e.last_seconds;
-    constexpr double kProgram = 5e7;  // code, libraries and threads, whatever the recipe
-    e.total.memory = kProgram + memory + e.link_bytes;
+    e.total.memory += e.link_bytes;
     return e.total;
 }
 

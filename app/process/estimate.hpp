@@ -6,14 +6,17 @@
 
 namespace sidewall::app {
 
-/// What a run of a recipe will take, from the first time step of each of its steps.
+/// What a run of a recipe will take, from the first time step of each of its steps. Of one whose wafer takes too
+/// long to build even on a coarser grid, only \p memory and \p building are known.
 struct Estimate {
     double memory = 0.0;      ///< bytes: estimated_memory, rays of radiosity and the program itself
     double time_steps = 0.0;  ///< of all steps, loops unrolled
     double rays = 0.0;        ///< source rays of all species and time steps
     double flux_error =
         0.0;  ///< relative, of the worst species; 0 if nothing is traced, infinite if nothing is hit
-    double seconds = 0.0;  ///< wall time with the threads at hand
+    double seconds = 0.0;   ///< wall time with the threads at hand
+    double building = 0.0;  ///< of these those that the wafer takes
+    bool known = true;      ///< time steps, rays and seconds are
     std::vector<std::string>
         methods;  ///< how steps trace their species, each once; empty with Monte Carlo alone
 };
@@ -26,8 +29,9 @@ struct Estimate {
 /// depends on how fluxes change, rays and seconds are those without it.
 /// \param effort  seconds to spend tracing; three times as long and steps that are left count by their duration,
 ///                like those before. A large wafer is looked at on a grid up to four times coarser.
+/// \param most_building  seconds that building the wafer may take, reckoned from its cells and layers
 /// \throws what the run would throw at once: RecipeError for a step that never ends or one that polishes below
 ///         all that the steps before can etch, GeometryError for a shape without a surface, NumericsError.
-Estimate estimate_run(const Recipe& recipe, double effort = 1.0);
+Estimate estimate_run(const Recipe& recipe, double effort = 1.0, double most_building = 10.0);
 
 }  // namespace sidewall::app

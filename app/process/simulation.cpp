@@ -17,6 +17,7 @@
 #include "app/process/rates.hpp"
 #include "app/process/reshape.hpp"
 #include "app/process/run_folder.hpp"
+#include "app/process/start.hpp"
 #include "app/process/state.hpp"
 #include "app/process/stop.hpp"
 #include "app/process/time_step.hpp"
@@ -319,13 +320,21 @@ RunResult make_run(const Run& run, RunState& state) {
     }
 }
 
+RunState built_wafer(const Recipe& recipe, const RunOptions& options) {
+    try {
+        return initial_state(recipe, options.stop);
+    } catch (const Interrupted&) {
+        throw Interrupted("stopped while the wafer was built: nothing has been written");
+    }
+}
+
 }  // namespace
 
 RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
     require_memory(recipe, domain_of(recipe));
     const std::vector<Step> steps = expanded_steps(recipe);
     RunFolder folder(options, recipe);
-    RunState state = folder.goes_on() ? resume_state(options.output, recipe) : initial_state(recipe);
+    RunState state = folder.goes_on() ? resume_state(options.output, recipe) : built_wafer(recipe, options);
     if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
         const Json summary = read_summary(options.output);
         return {levelset::extract_surface(state.stack.top(), state.stack.domain),

@@ -9,6 +9,7 @@
 #include "app/process/state.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
+#include "levelset/sample.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -49,7 +50,8 @@ std::string choices(const StartSection& start, const RunState& run, const std::v
 
 // The bodies below each interface, and the surface.
 levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, const SavedStack& saved,
-                                const std::vector<SavedFile>& written, const levelset::Domain& domain) {
+                                const std::vector<SavedFile>& written, const levelset::Domain& domain,
+                                const std::function<bool()>& stop) {
     std::vector<std::pair<int, levelset::Shape>> bodies;
     const std::size_t top = saved.materials.size() - 1;
     for (std::size_t k = 0; k <= top; ++k) {
@@ -63,12 +65,12 @@ levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, cons
         shape.file = file.string();
         bodies.emplace_back(saved.materials[k], shape);
     }
-    return levelset::make_stack(domain, bodies);
+    return levelset::make_stack(domain, bodies, stop);
 }
 
 }  // namespace
 
-levelset::MaterialStack stack_of_run(const Recipe& recipe) {
+levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<bool()>& stop) {
     const StartSection& start = recipe.start;
     Checkpoint checkpoint =
         read_checkpoint(start.from, recipe, "start from another run, or change the recipe");
@@ -92,9 +94,9 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe) {
                                          *start.time, choices(start, run, all), recipe.domain.time_unit)
                            : fmt::format("it saved no surface at the end of start.step = {}; it did of {}",
                                          start.step, choices(start, run, all)));
-    levelset::MaterialStack stack =
-        chosen + 1 == all.size() ? std::move(run.stack)
-                                 : rebuilt(start.from, chosen, all[chosen], run.files, domain_of(recipe));
+    levelset::MaterialStack stack = chosen + 1 == all.size() ? std::move(run.stack)
+                                                             : rebuilt(start.from, chosen, all[chosen],
+                                                                       run.files, domain_of(recipe), stop);
     for (levelset::Layer& layer : stack.layers) {
         const std::string& name = checkpoint.materials.at(static_cast<std::size_t>(layer.material));
         const std::optional<int> id = material_id(recipe.materials, name);

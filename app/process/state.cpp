@@ -17,6 +17,7 @@
 #include "app/recipe/layers.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/checkpoint.hpp"
+#include "levelset/sample.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
 #include "surface/printable.hpp"
@@ -61,11 +62,11 @@ void RunState::enter(std::size_t next) {
 
 namespace {
 
-levelset::MaterialStack stack_of_layers(const Recipe& recipe) {
+levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::function<bool()>& stop) {
     std::vector<std::pair<int, levelset::Shape>> bodies;
     for (const MaterialLayer& layer : expanded_layers(recipe))
         bodies.emplace_back(layer.material, layer.shape);
-    return levelset::make_stack(domain_of(recipe), bodies);
+    return levelset::make_stack(domain_of(recipe), bodies, stop);
 }
 
 std::vector<InputFile> inputs_of(const Recipe& recipe) {
@@ -100,14 +101,18 @@ std::string with_files_as_now(std::string text, const std::vector<InputFile>& th
 
 }  // namespace
 
-RunState initial_state(const Recipe& recipe) {
+RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) {
     RunState state;
     state.inputs = inputs_of(recipe);
-    state.stack = recipe.start.from.empty() ? stack_of_layers(recipe) : stack_of_run(recipe);
+    state.stack = recipe.start.from.empty() ? stack_of_layers(recipe, stop) : stack_of_run(recipe, stop);
     state.enter(0);
     state.history = begin_history(state.stack, recipe.materials.size());
     begin_events(recipe, state);
     return state;
+}
+
+RunState initial_state(const Recipe& recipe) {
+    return initial_state(recipe, {});
 }
 
 namespace {

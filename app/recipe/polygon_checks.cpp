@@ -374,6 +374,8 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
     const auto k = static_cast<std::size_t>(narrowest - widths.begin());
     const double cells = *narrowest / domain.spacing * (1.0 + kRounding);
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", *narrowest / kGoodCells);
+    if (listed && *narrowest <= 0.0)
+        throw KeyError(points_key(k), "the outline has no area: its corners lie on a line");
     // Pieces of a layout may adjoin others.
     if (listed && cells < kFewestCells)
         throw KeyError(points_key(k),

@@ -19,7 +19,12 @@ std::string value_text(const toml::node& node) {
     if (node.is_table()) return "{...}";
     if (const auto* number = node.as_floating_point()) return toml_text(number->get());
     if (const auto* string = node.as_string()) return shortened(toml_text(string->get()));
-    if (const auto* array = node.as_array(); array != nullptr && array->size() > 20) return "[...]";
+    if (const auto* array = node.as_array()) {
+        if (array->size() > 20) return "[...]";
+        std::string list;
+        for (const toml::node& element : *array) list += (list.empty() ? "" : ", ") + value_text(element);
+        return shortened(fmt::format("[{}]", list), 60);
+    }
     std::ostringstream text;
     node.visit([&](const auto& value) { text << value; });
     std::string line = text.str();

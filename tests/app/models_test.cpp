@@ -185,7 +185,7 @@ TEST_CASE("a model that grows names its film, and one that does not names none")
 
 TEST_CASE("keys that do not fit together are refused with their place") {
     CHECK(refusal("model = \"directional\"\ndirectional = -1\ndirection = [1, 0, 0]\n")
-              .starts_with("step.toml:10: step[0].direction = [ 1, 0, 0 ]: "));
+              .starts_with("step.toml:10: step[0].direction = [1, 0, 0]: "));
     CHECK(refusal("model = \"multi_particle\"\nspecies = [{ name = \"a\", rate = 0 },\n{ name = \"a\", rate "
                   "= 0 }]\n")
               .starts_with("step.toml:10: step[0].species[1].name = \"a\": is taken"));

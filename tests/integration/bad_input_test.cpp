@@ -310,6 +310,8 @@ TEST_CASE("a recipe whose shapes make no sense is refused with file, line, key a
                "10: layer[1].polygons[1].points = ", "overlaps polygons[0]"),
         recipe("two different corners", mask("{ points = [0, 0, 1, 1, 1, 1, 0, 0] }"),
                "10: layer[1].polygons[0].points = ", "three different corners"),
+        recipe("corners on a line", mask("{ points = [-0.8, -0.5, 0, -0.5, 0.8, -0.5] }"),
+               "10: layer[1].polygons[0].points = [-0.8, -0.5, 0, -0.5, 0.8, -0.5]: ", "has no area"),
         recipe("outline of 1 cell", mask("{ points = [-1, 0, 1, 0, 1, 0.1, -1, 0.1] }"),
                "10: layer[1].polygons[0].points = ", "only 1 cells wide"),
         recipe("outline around the domain", mask("{ points = [-3, -3, 3, -3, 3, 3, -3, 3] }"),

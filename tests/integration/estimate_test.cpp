@@ -67,6 +67,25 @@ TEST_CASE("what a run takes in time steps and rays and memory is estimated to a 
     }
 }
 
+TEST_CASE("a wafer that takes too long to build is not built for an estimate, which says so") {
+    const app::Recipe recipe =
+        app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/oxide_nitride_stack.toml", {});
+    const app::Estimate refused = app::estimate_run(recipe, 1.0, 1e-9);
+    CHECK_FALSE(refused.known);
+    CHECK(refused.building > 0.0);
+    CHECK(refused.memory > 0.0);
+    CHECK(refused.seconds == 0.0);
+    // In proportion to cells and layers.
+    const auto building = [](const std::vector<std::string>& overrides) {
+        return app::estimate_run(
+                   app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/oxide_nitride_stack.toml", overrides),
+                   1.0, 1e-9)
+            .building;
+    };
+    CHECK(building({"domain.grid_spacing=2.5"}) == Approx(4.0 * refused.building));
+    CHECK(building({"layer[1].repeat=4"}) == Approx(10.0 / 8.0 * refused.building));
+}
+
 TEST_CASE("check prints a recipe that it accepts again, and what a run takes as comments", "[foreign]") {
     const Folder folder;
     const auto recipe = config("quick/isotropic_deposition.toml");

@@ -104,6 +104,18 @@ duration = 0.8
     CHECK(voids[0]["count"] == 1);
 }
 
+TEST_CASE("who stops a run while its wafer is built waits for no layer, and finds nothing written") {
+    const test::Folder folder;
+    const app::Recipe recipe = app::parse_recipe(kUndercut + "1.2\n", "events.toml");
+    int asked = 0;
+    const std::function<bool()> stop = [&] { return ++asked == 3; };
+    CHECK_THROWS_WITH(
+        app::run_recipe(recipe, {.output = folder.path / "out", .quiet = true, .stop = stop}),
+        Catch::Matchers::Contains("stopped while the wafer was built: nothing has been written"));
+    CHECK(asked >= 3);
+    CHECK_FALSE(std::filesystem::exists(folder.path / "out" / "manifest.txt"));
+}
+
 TEST_CASE("a material that vanishes is told with its time and step, whatever corners hold of it") {
     // Rate times time is the thickness after 1.2 s. Oxide below stays.
     const std::string wafer = kStrip + R"([[layer]]

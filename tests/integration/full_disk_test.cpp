@@ -204,6 +204,8 @@ TEST_CASE("what standard output or a device refuses is exit code 5, with a messa
         CHECK(outcome.exit_code == 5);
         CHECK(outcome.output.find("cannot write") != std::string::npos);
         CHECK(outcome.output.find("check space") != std::string::npos);
+        if (arguments.ends_with(" >/dev/full"))
+            CHECK(outcome.output.find("sidewall: standard output: ") != std::string::npos);
     }
     CHECK(fs::is_character_file("/dev/full"));
 

@@ -120,31 +120,33 @@ TEST_CASE("first-order upwinding errs by its truncation error on a sphere") {
 
 TEST_CASE("uniform growth of a trench is its exact offset") {
     // Closed form: flats and walls move by d, convex edges become arcs of radius d, concave corners stay
-    // sharp.
+    // sharp. How much of an arc the grid cuts off depends on where in a cell the edge begins (0.35 to 0.58
+    // dx); here no front ever lies on nodes, where rounding would decide on which side of it they are.
     const Domain domain = test::unit_domain(42);
     Shape shape;
     shape.kind = ShapeKind::trench;
-    shape.width = 17.0;
+    shape.top = 0.25;
+    shape.width = 17.5;
     shape.depth = 20.3;
     const double d = 6.0;
     MaterialStack stack = make_stack(domain, {{0, shape}});
     test::move(stack, d, {Scheme::weno5, TimeIntegration::rk3, 0.5},
                [](std::size_t, const Vec3&) { return 1.0; });
     const TriangleMesh mesh = extract_surface(stack.top(), domain);
-    const double half = 8.5, floor = -20.3;
+    const double half = 8.75, floor = -20.3;
     double flats = 0, arcs = 0, corners = 0;
     for (const Vec3& p : mesh.vertices) {
-        const double x = std::abs(p.x());
-        if (x > half && p.z() > 0)
-            flats = std::max(flats, std::abs(p.z() - d));
-        else if (p.z() > 0)
-            arcs = std::max(arcs, std::abs(std::hypot(x - half, p.z()) - d));
-        else if (p.z() > floor + d + 2)
+        const double x = std::abs(p.x()), z = p.z() - shape.top;
+        if (x > half && z > 0)
+            flats = std::max(flats, std::abs(z - d));
+        else if (z > 0)
+            arcs = std::max(arcs, std::abs(std::hypot(x - half, z) - d));
+        else if (z > floor + d + 2)
             flats = std::max(flats, std::abs(x - (half - d)));
         else if (x < half - d - 2)
-            flats = std::max(flats, std::abs(p.z() - floor - d));
+            flats = std::max(flats, std::abs(z - floor - d));
         else
-            corners = std::max(corners, std::min(std::abs(x - (half - d)), std::abs(p.z() - floor - d)));
+            corners = std::max(corners, std::min(std::abs(x - (half - d)), std::abs(z - floor - d)));
     }
     CHECK(flats < 0.1);
     CHECK(arcs < 0.4);

@@ -12,6 +12,7 @@
 #include "levelset/curvature.hpp"
 #include "levelset/layer_depths.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/redistance.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
@@ -52,6 +53,63 @@ TEST_CASE("the material under a point is the lowest layer that reaches the surfa
     CHECK(exposed_material(stack, {8.7, 0.0, 0.0}) == 7);
     CHECK(exposed_material(stack, {15.0, 0.0, 6.0}) == 9);
     CHECK(exposed_material(stack, {10.0, 0.0, 3.0}) == 9);
+}
+
+TEST_CASE("a layer is all of its bodies united and cut out, though no leaf asks those far from it") {
+    const Domain domain = make_domain({31.0, 23.0}, 1.0, {Side::reflective, Side::periodic});
+    std::vector<std::pair<int, Shape>> bodies;
+    for (int k = 0; k < 9; ++k) bodies.push_back({k, {.kind = ShapeKind::plane, .top = 4.3 * k}});
+    bodies.push_back(
+        {-1, {.kind = ShapeKind::trench, .top = 34.4, .width = 9.4, .depth = 21.7, .subtract = true}});
+    bodies.push_back({9,
+                      {.kind = ShapeKind::cylinder,
+                       .position = {2.0, 1.0},
+                       .radius = 3.3,
+                       .centre_z = 20.2,
+                       .length = 12.0}});
+    bodies.push_back({-1,
+                      {.kind = ShapeKind::sphere,
+                       .position = {-6.0, 1.0},
+                       .radius = 7.1,
+                       .subtract = true,
+                       .centre_z = 28.3}});
+    bodies.push_back(
+        {10,
+         {.kind = ShapeKind::box, .top = 34.4, .position = {9.0, 0.0}, .height = 6.2, .size = {6.0, 8.0}}});
+    std::vector<Body> body;
+    for (const auto& [material, shape] : bodies) body.push_back(make_body(shape, domain));
+    const double touching = 1e-3;  // of bodies that end below, and of those that are cut out
+    const auto united = [&](const Vec3& p) {
+        double d = body[0].distance(p);
+        for (std::size_t k = 1; k < body.size(); ++k)
+            d = bodies[k].second.subtract
+                    ? std::max(d, touching - body[k].distance(p))
+                    : std::min(d, body[k].distance(p) - (body[k].closed ? touching : 0.0));
+        return d;
+    };
+    const GridPtr sampled = sample_grid(domain, united, -10.0, 50.0);
+    std::size_t active = 0, different = 0;
+    for (int i = 0; i <= domain.last_node(0); ++i)
+        for (int j = 0; j <= domain.last_node(1); ++j)
+            for (int k = -10; k < 50; ++k) {
+                const openvdb::Coord c(i, j, k);
+                const auto d = static_cast<float>(
+                    united({domain.coordinate(0, i), domain.coordinate(1, j), domain.coordinate(2, k)}));
+                const bool in_band = std::abs(d) < sampled->background();
+                active += in_band;
+                different +=
+                    sampled->tree().isValueOn(c) != in_band || (in_band && sampled->tree().getValue(c) != d);
+            }
+    CHECK(active > 5000);
+    CHECK(different == 0);
+    redistance(*sampled, domain, kSweepsAnew);
+    const MaterialStack stack = make_stack(domain, bodies);
+    CHECK(stack.layers.size() == 11);
+    CHECK(stack.top().activeVoxelCount() == sampled->activeVoxelCount());
+    for (auto it = sampled->cbeginValueOn(); it; ++it)
+        different += !(stack.top().tree().isValueOn(it.getCoord()) &&
+                       stack.top().tree().getValue(it.getCoord()) == *it);
+    CHECK(different == 0);
 }
 
 TEST_CASE("depths asked for leaf by leaf are those asked for point by point") {
