@@ -18,6 +18,8 @@ using Values = std::vector<double>;
 // Where all sticks nothing is re-emitted, and the flux is what is emitted of it over a share that must not be
 // 0.
 constexpr double kLeastReemitted = 1e-6;
+// Fluxes below this share of the largest that arrives directly are not resolved any further.
+constexpr double kFaint = 1e-7;
 
 double dot(const Values& a, const Values& b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
@@ -39,33 +41,42 @@ struct Solved {
     std::uint32_t iterations = 0;
 };
 
-// Conjugate gradients on the balance, which is symmetric and not negative.
-Solved conjugate_gradients(const Balance& balance, const Values& right, Values x, double tolerance,
-                           const SolveOptions& options, const std::string& name) {
+// Conjugate gradients on the balance, which is symmetric and not negative. They stop when one more relaxation
+// of every unknown by itself would change them by less than the tolerance, in the mean over the unknowns of
+// what each changes relative to itself: a norm of all residuals would not see the deep places that little
+// arrives at, nor those where all sticks. What lies below \p faint is compared with that instead: rounding
+// bounds the rest.
+Solved conjugate_gradients(const Balance& balance, const Values& right, Values x, const Values& faint,
+                           double tolerance, const SolveOptions& options, const std::string& name) {
     const std::size_t n = right.size();
     const std::span<const double> diagonal = balance.diagonal();
     const auto precondition = [&](const Values& r, Values& z) {
         for (std::size_t i = 0; i < n; ++i) z[i] = diagonal[i] > 0.0 ? r[i] / diagonal[i] : 0.0;
     };
+    const auto left_to_change = [&](const Values& z) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < n; ++i)
+            if (z[i] != 0.0) sum += std::min(1.0, std::abs(z[i]) / std::max(std::abs(x[i]), faint[i]));
+        return sum / static_cast<double>(n);
+    };
     Values r(n), z(n), p(n), q(n);
-    precondition(right, z);
-    const double scale = std::sqrt(dot(right, z));
-    if (!std::isfinite(scale))
+    const double sources = dot(right, right);
+    if (!std::isfinite(sources))
         throw NumericsError(name + ": what the source or the surface emits is not finite");
-    if (!(scale > 0.0)) return {Values(n, 0.0), 0};
+    if (!(sources > 0.0)) return {Values(n, 0.0), 0};
     balance.apply(x, r);
     for (std::size_t i = 0; i < n; ++i) r[i] = right[i] - r[i];
     precondition(r, z);
     p = z;
-    double rz = dot(r, z);
+    double rz = dot(r, z), left = left_to_change(z);
     std::uint32_t iteration = 0;
-    for (; !(std::sqrt(std::max(0.0, rz)) <= tolerance * scale) || !std::isfinite(rz); ++iteration) {
+    for (; !(left <= tolerance) || !std::isfinite(rz); ++iteration) {
         if (options.stop && options.stop()) throw Interrupted("interrupted while solving for " + name);
         if (iteration == options.most_iterations)
             throw NumericsError(fmt::format(
-                "{}: the radiosity's solver left a residual of {:.2g} after {} iterations, above {:.2g}: "
-                "use monte-carlo",
-                name, std::sqrt(rz) / scale, iteration, tolerance));
+                "{}: after {} iterations the radiosity's solver still changes the flux by {:.2g} of "
+                "itself, above {:.2g}: use monte-carlo",
+                name, iteration, left, tolerance));
         balance.apply(p, q);
         const double curvature = dot(p, q);
         if (!(curvature > 0.0) || !std::isfinite(rz))
@@ -78,6 +89,7 @@ Solved conjugate_gradients(const Balance& balance, const Values& right, Values x
             r[i] -= step * q[i];
         }
         precondition(r, z);
+        left = left_to_change(z);
         const double next = dot(r, z);
         for (std::size_t i = 0; i < n; ++i) p[i] = z[i] + next / rz * p[i];
         rz = next;
@@ -122,8 +134,14 @@ class Solver {
         }
         Values start(right.size(), 0.0);
         for (std::size_t i = 0; i < guess.size(); ++i) start[i] = guess[i] * reemitted_[i];
+        const std::span<const double> diagonal = balance.diagonal();
+        double brightest = 0.0;
+        for (std::size_t i = 0; i < right.size(); ++i)
+            if (diagonal[i] > 0.0) brightest = std::max(brightest, right[i] / (diagonal[i] * reemitted_[i]));
+        Values faint(reemitted_);
+        for (double& value : faint) value *= kFaint * brightest;
         Solved solved =
-            conjugate_gradients(balance, right, std::move(start), tolerance, options_, species_.name);
+            conjugate_gradients(balance, right, std::move(start), faint, tolerance, options_, species_.name);
         for (std::size_t i = 0; i < right.size(); ++i) solved.emitted[i] /= reemitted_[i];
         return {std::move(solved.emitted), solved.iterations};
     }

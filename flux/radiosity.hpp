@@ -87,7 +87,8 @@ struct DiffuseSpecies {
 };
 
 struct SolveOptions {
-    double tolerance = 1e-5;  ///< relative to the right-hand side, of the residual
+    /// Mean of what one more relaxation changes an unknown by, relative to it or to 1e-7 of the brightest.
+    double tolerance = 1e-5;
     std::uint32_t most_iterations = 2000;
     bool errors = true;  ///< standard errors, for about as much time again; false leaves them 0
     std::function<bool()> stop{};

@@ -73,7 +73,7 @@ TriangleMesh extracted_hole(double depth, int cells, bool raw) {
 
 CylinderTruth::CylinderTruth(double depth, double sticking)
     : depth_(depth),
-      flux_(cylinder_flux(depth, sticking, std::clamp(static_cast<int>(20.0 * depth), 100, 800))) {}
+      flux_(cylinder_flux(depth, sticking, std::clamp(static_cast<int>(20.0 * depth), 100, 4000))) {}
 
 double CylinderTruth::wall(double z) const {
     // Between the middles of rings as a power of e; above the first, along the line through the first two.

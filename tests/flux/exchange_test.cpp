@@ -239,13 +239,12 @@ TEST_CASE("the cylinder quadrature that tests integrate agrees with the table of
     const auto rows = cylinder_rows();
     REQUIRE(rows.size() == 176);
     for (const CylinderRow& row : rows) {
-        if (row.aspect > 30.0) continue;  // the quadrature of 30 takes a second
         static std::map<std::pair<double, double>, CylinderTruth> truths;
         const auto& truth =
             truths.try_emplace({row.aspect, row.sticking}, 2.0 * row.aspect, row.sticking).first->second;
         const double value = row.depth < 0.0 ? truth.floor() : truth.wall(-2.0 * row.aspect * row.depth);
         CAPTURE(row.aspect, row.sticking, row.depth, row.flux, value);
-        CHECK(value == Approx(row.flux).epsilon(0.005));
+        CHECK(value == Approx(row.flux).epsilon(0.001));  // as exact as the table
     }
 }
 
@@ -331,6 +330,27 @@ TEST_CASE("a nearly closed cavity at sticking 1e-6 holds the flux that its openi
         CHECK(flux.triangle.flux[t] > 0.998);
     }
     CHECK(flux.iterations < 400);
+}
+
+TEST_CASE("radiosity's solver goes on until the faintest flux has settled, and that where all sticks") {
+    // Aspect ratio 40: between what walls hand down and what flies straight down the flux is 1e-5 of the
+    // mouth's.
+    const Cavity cavity(ringed_hole(80.0, 16, 60), kReflective);
+    const Exchange exchange = cavity.gathered(32);
+    std::vector<double> sticking(cavity.wedges.count(), 0.05);
+    const auto furthest = [&] {
+        const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking}, {.errors = false}),
+                            settled = solve_flux(exchange, {.sticking = sticking},
+                                                 {.tolerance = 1e-12, .errors = false});
+        double most = 0.0;
+        for (std::size_t w = 0; w < sticking.size(); ++w)
+            most = std::max(most, std::abs(flux.wedge.flux[w] / settled.wedge.flux[w] - 1.0));
+        return most;
+    };
+    // One relaxation changes 1e-5 in the mean over 1000 unknowns: at one of them no more than 0.01.
+    CHECK(furthest() < 0.01);
+    std::fill(sticking.begin(), sticking.begin() + static_cast<std::ptrdiff_t>(sticking.size() / 2), 1.0);
+    CHECK(furthest() < 0.01);
 }
 
 TEST_CASE("standard errors of radiosity are those that other seeds show") {

@@ -107,31 +107,45 @@ CylinderFlux cylinder_flux(double depth, double sticking, int rings, int annuli)
         const double x = 1.0 + r * r + h * h;
         return std::numbers::pi * 2.0 * r * r / (x + std::sqrt(x * x - 4.0 * r * r));
     };
+    // Exchange areas: between rings by how many lie between them, and of each annulus with every ring.
     const int n = rings + annuli;
     const double step = depth / rings;
     const auto radius = [&](int k) { return static_cast<double>(k) / annuli; };
-    Eigen::MatrixXd system = Eigen::MatrixXd::Zero(n, n);
-    Eigen::VectorXd area(n), right(n);
+    Eigen::VectorXd area(n), right(n), between(rings);
+    Eigen::MatrixXd below(rings, annuli);
+    between[0] = 2.0 * (std::numbers::pi * step - disks(1.0, 0.0) + disks(1.0, step));
     for (int i = 0; i < rings; ++i) {
         area[i] = 2.0 * std::numbers::pi * step;
         right[i] = disks(1.0, i * step) - disks(1.0, (i + 1) * step);
-        for (int j = 0; j < rings; ++j) {
-            const double gap = std::abs(i - j) * step;
-            system(i, j) = i == j ? area[i] - 2.0 * (disks(1.0, 0.0) - disks(1.0, step))
-                                  : disks(1.0, gap - step) - 2.0 * disks(1.0, gap) + disks(1.0, gap + step);
-        }
+        if (i > 0)
+            between[i] = disks(1.0, (i - 1) * step) - 2.0 * disks(1.0, i * step) + disks(1.0, (i + 1) * step);
     }
     for (int k = 0; k < annuli; ++k) {
-        const int row = rings + k;
-        const auto below = [&](double h) { return disks(radius(k + 1), h) - disks(radius(k), h); };
-        area[row] = std::numbers::pi * (std::pow(radius(k + 1), 2.0) - std::pow(radius(k), 2.0));
-        right[row] = below(depth);
-        for (int i = 0; i < rings; ++i)
-            system(row, i) = system(i, row) = below(depth - (i + 1) * step) - below(depth - i * step);
+        const auto seen = [&](double h) { return disks(radius(k + 1), h) - disks(radius(k), h); };
+        area[rings + k] = std::numbers::pi * (std::pow(radius(k + 1), 2.0) - std::pow(radius(k), 2.0));
+        right[rings + k] = seen(depth);
+        for (int i = 0; i < rings; ++i) below(i, k) = seen(depth - (i + 1) * step) - seen(depth - i * step);
     }
-    system *= -(1.0 - sticking);
-    system.diagonal() += area;
-    const Eigen::VectorXd flux = system.partialPivLu().solve(right);
+    const Eigen::VectorXd reversed = between.reverse();
+    // Conjugate gradients: the balance is symmetric, and a dense factor of thousands of rings takes minutes.
+    Eigen::VectorXd flux = Eigen::VectorXd::Zero(n), rest = right, exchanged(n);
+    Eigen::VectorXd way = rest.cwiseQuotient(area);
+    double square = rest.dot(way);
+    const double enough = 1e-26 * square;
+    for (int turn = 0; turn < 10 * n && square > enough; ++turn) {
+        for (int i = 0; i < rings; ++i)
+            exchanged[i] = reversed.tail(i + 1).dot(way.head(i + 1)) +
+                           between.segment(1, rings - 1 - i).dot(way.segment(i + 1, rings - 1 - i)) +
+                           below.row(i).dot(way.tail(annuli));
+        exchanged.tail(annuli) = below.transpose() * way.head(rings);
+        const Eigen::VectorXd balance = area.cwiseProduct(way) - (1.0 - sticking) * exchanged;
+        const double length = square / way.dot(balance);
+        flux += length * way;
+        rest -= length * balance;
+        const double next = rest.dot(rest.cwiseQuotient(area));
+        way = rest.cwiseQuotient(area) + next / square * way;
+        square = next;
+    }
     CylinderFlux result;
     result.wall.assign(flux.data(), flux.data() + rings);
     result.floor_mean = flux.tail(annuli).dot(area.tail(annuli)) / std::numbers::pi;
