@@ -12,7 +12,45 @@
 namespace sidewall::levelset {
 namespace {
 
-// The polygons that reach the box, and on periodic axes their repetitions that do.
+Outline polygons(const Shape& shape, const Domain& domain) {
+    std::vector<Polygon> polygons = shape.polygons;
+    for (Polygon& polygon : polygons)
+        for (auto& p : polygon)
+            for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
+    if (shape.contours) {
+        const auto index = std::make_shared<const PolygonIndex>(std::move(polygons));
+        return [index](double x, double y) { return index->oriented_distance(x, y); };
+    }
+    const auto index = std::make_shared<const PolygonIndex>(repeated(polygons, domain));
+    return [index](double x, double y) { return index->signed_distance(x, y); };
+}
+
+Outline figure(const Shape& shape, const Domain& domain) {
+    const double x0 = shape.position[0], y0 = shape.position[1];
+    switch (shape.kind) {
+        case ShapeKind::mask:
+            return polygons(shape, domain);
+        case ShapeKind::trench:
+            return [=, half = 0.5 * shape.width](double x, double) {
+                return std::abs(wrapped(x - x0, domain, 0)) - half;
+            };
+        case ShapeKind::hole:
+            return [=, radius = shape.radius](double x, double y) {
+                return std::hypot(wrapped(x - x0, domain, 0), wrapped(y - y0, domain, 1)) - radius;
+            };
+        case ShapeKind::box:
+            return [=, size = shape.size](double x, double y) {
+                const double u = std::abs(wrapped(x - x0, domain, 0)) - 0.5 * size[0],
+                             v = std::abs(wrapped(y - y0, domain, 1)) - 0.5 * size[1];
+                return std::hypot(std::max(u, 0.0), std::max(v, 0.0)) + std::min(std::max(u, v), 0.0);
+            };
+        default:
+            throw GeometryError("only polygons, a trench, a hole or a box are an outline");
+    }
+}
+
+}  // namespace
+
 std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain& domain) {
     std::vector<Polygon> result = polygons;
     for (std::size_t a = 0; a < 2; ++a) {
@@ -43,41 +81,6 @@ std::vector<Polygon> repeated(const std::vector<Polygon>& polygons, const Domain
     }
     return result;
 }
-
-Outline polygons(const Shape& shape, const Domain& domain) {
-    std::vector<Polygon> polygons = shape.polygons;
-    for (Polygon& polygon : polygons)
-        for (auto& p : polygon)
-            for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
-    const auto index = std::make_shared<const PolygonIndex>(repeated(polygons, domain));
-    return [index](double x, double y) { return index->signed_distance(x, y); };
-}
-
-Outline figure(const Shape& shape, const Domain& domain) {
-    const double x0 = shape.position[0], y0 = shape.position[1];
-    switch (shape.kind) {
-        case ShapeKind::mask:
-            return polygons(shape, domain);
-        case ShapeKind::trench:
-            return [=, half = 0.5 * shape.width](double x, double) {
-                return std::abs(wrapped(x - x0, domain, 0)) - half;
-            };
-        case ShapeKind::hole:
-            return [=, radius = shape.radius](double x, double y) {
-                return std::hypot(wrapped(x - x0, domain, 0), wrapped(y - y0, domain, 1)) - radius;
-            };
-        case ShapeKind::box:
-            return [=, size = shape.size](double x, double y) {
-                const double u = std::abs(wrapped(x - x0, domain, 0)) - 0.5 * size[0],
-                             v = std::abs(wrapped(y - y0, domain, 1)) - 0.5 * size[1];
-                return std::hypot(std::max(u, 0.0), std::max(v, 0.0)) + std::min(std::max(u, v), 0.0);
-            };
-        default:
-            throw GeometryError("only polygons, a trench, a hole or a box are an outline");
-    }
-}
-
-}  // namespace
 
 double wrapped(double offset, const Domain& domain, int axis) {
     const auto a = static_cast<std::size_t>(axis);

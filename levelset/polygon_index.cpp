@@ -106,6 +106,14 @@ void visit_ray(const RectangleTree& tree, double x, double y, double rounding, c
     }
 }
 
+bool runs_clockwise(const Polygon& polygon) {
+    double twice = 0.0;
+    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
+        twice += (polygon[j][0] - polygon[0][0]) * (polygon[k][1] - polygon[0][1]) -
+                 (polygon[k][0] - polygon[0][0]) * (polygon[j][1] - polygon[0][1]);
+    return twice < 0.0;
+}
+
 }  // namespace
 
 PolygonIndex::PolygonIndex(std::vector<Polygon> polygons) : polygons_(std::move(polygons)) {
@@ -120,6 +128,7 @@ PolygonIndex::PolygonIndex(std::vector<Polygon> polygons) : polygons_(std::move(
             for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
                 edges.push_back(around({{polygon[j], polygon[j]}, {polygon[k], polygon[k]}}));
         edges_.push_back(make_tree(edges));
+        clockwise_.push_back(runs_clockwise(polygon) ? 1 : 0);
     }
     tree_ = make_tree(boxes);
 }
@@ -148,6 +157,20 @@ double PolygonIndex::signed_distance(double x, double y) const {
         tree_, x, y, [&] { return std::max(nearest, 0.0) * (1.0 + 1e-9) + rounding_; },
         [&](std::uint32_t k) { nearest = std::min(nearest, of_polygon(k, x, y)); });
     return nearest;
+}
+
+double PolygonIndex::oriented_distance(double x, double y) const {
+    double nearest = kInfinity, signed_one = kInfinity;
+    // The way to the nearest of all boundaries crosses no other.
+    visit_near(
+        tree_, x, y, [&] { return nearest * (1.0 + 1e-9) + rounding_; },
+        [&](std::uint32_t k) {
+            const double distance = of_polygon(k, x, y);
+            if (std::abs(distance) >= nearest) return;
+            nearest = std::abs(distance);
+            signed_one = clockwise_[k] != 0 ? -distance : distance;
+        });
+    return signed_one;
 }
 
 }  // namespace sidewall::levelset

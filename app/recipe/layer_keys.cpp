@@ -31,6 +31,18 @@ void add_polygons(Layer& layer, std::vector<Field>& list) {
     list.push_back({"cell", &layer.cell, "", "of the file; default its only top cell"});
     list.push_back({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
     list.push_back({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
+    list.push_back(
+        {"blur", &layer.blur, kLength,
+         "standard deviations of Gaussians that blur the outlines before they are cut at blur_threshold: how "
+         "neighbours and corners print; under a fifth of grid_spacing hardly seen",
+         kPositive});
+    list.push_back({"blur_weights", &layer.blur_weights, "",
+                    "of blur's Gaussians; their sum counts as 1; default equal", kPositive});
+    list.push_back({"blur_threshold",
+                    &layer.blur_threshold,
+                    "",
+                    "of what lies under a large polygon, below 1: what is above prints; default 0.5",
+                    {.min = 0.0, .max = 1.0, .above_min = true}});
 }
 
 void add_mask(Layer& layer, std::vector<Field>& list) {

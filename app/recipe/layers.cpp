@@ -1,77 +1,26 @@
 #include "app/recipe/layers.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "app/recipe/flat.hpp"
-#include "app/recipe/gds.hpp"
 #include "app/recipe/layer_checks.hpp"
+#include "app/recipe/mask_outlines.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
-#include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
 
 constexpr std::int64_t kMostLayers = 10'000;
 
-// Drawn as polygons, listed or in a layout file.
-bool drawn(const Layer& layer) {
-    return layer.shape == "mask" || layer.shape == "polygons";
-}
-
 // Placed by its centre, wherever the flat surface is.
 bool is_free(const Layer& layer) {
     return layer.shape == "sphere" || layer.shape == "cylinder" || layer.shape == "gap";
-}
-
-// The outlines that a mask names, in the recipe's length unit.
-std::vector<levelset::Polygon> mask_polygons(const Layer& layer, const std::string& length_unit) {
-    std::vector<levelset::Polygon> polygons;
-    if (layer.file.empty() == layer.polygons.empty())
-        throw KeyError("polygons", "give either polygons or a GDSII file, not both or neither");
-    for (std::size_t k = 0; k < layer.polygons.size(); ++k) {
-        const auto& points = layer.polygons[k].get<std::vector<double>>("points");
-        if (points.size() < 6 || points.size() % 2 != 0)
-            throw KeyError(fmt::format("polygons[{}].points", k),
-                           "must be x and y of at least three corners");
-        levelset::Polygon& polygon = polygons.emplace_back();
-        for (std::size_t p = 0; p < points.size(); p += 2) polygon.push_back({points[p], points[p + 1]});
-    }
-    if (layer.file.empty()) return polygons;
-    const GdsLibrary library = read_gds(layer.file);
-    const std::vector<std::string> tops = top_cells(library);
-    const bool known = layer.cell.empty() ? tops.size() == 1 : library.cells.contains(layer.cell);
-    if (!known)
-        throw KeyError(
-            "cell",
-            fmt::format(
-                "must be one of the file's cells, whose top ones are: {}{}",
-                fmt::join(tops.begin(), tops.begin() + std::min<std::ptrdiff_t>(std::ssize(tops), 10), ", "),
-                tops.size() > 10 ? ", ..." : ""));
-    polygons = flatten(library, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
-                       static_cast<int>(layer.gds_datatype));
-    if (polygons.empty())
-        throw KeyError("gds_layer", fmt::format("the cell has no polygon on layer {}, datatype {}",
-                                                layer.gds_layer, layer.gds_datatype));
-    for (levelset::Polygon& polygon : polygons)
-        for (auto& point : polygon)
-            for (double& x : point) x /= metres_in(length_unit);
-    return polygons;
-}
-
-// Makes the layer's file absolute, if it has one.
-void find_file(Layer& layer, const std::filesystem::path& folder) {
-    if (layer.shape != "mesh" && layer.shape != "profile" && !(drawn(layer) && !layer.file.empty())) return;
-    layer.file = std::filesystem::absolute(folder / layer.file).lexically_normal().string();
-    if (!std::filesystem::is_regular_file(layer.file))
-        throw KeyError("file",
-                       fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
 }
 
 // What only a layer on others can be.
@@ -164,7 +113,7 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
         else if (layer.shape == "profile")
             check_profile(layer, read_profile(layer.file), std::isinf(below), domain);
         else if (drawn(layer))
-            check_polygons(layer, mask_polygons(layer, recipe.domain.length_unit), domain, path,
+            check_polygons(layer, drawn_outlines(layer, recipe.domain.length_unit), domain, path,
                            recipe.notes);
         else if (layer.shape != "stack")
             check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
@@ -174,7 +123,20 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
     }
 }
 
-levelset::Shape shape_of(const Layer& layer, const std::string& length_unit) {
+// The outlines of a mask, drawn or printed.
+void outline(const Layer& layer, const Recipe& recipe, levelset::Shape& shape) {
+    shape.polygons = drawn_outlines(layer, recipe.domain.length_unit);
+    const std::optional<levelset::Blur> blur = blur_of(layer);
+    if (!blur) return;
+    for (levelset::Polygon& polygon : shape.polygons)
+        for (auto& p : polygon)
+            for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
+    shape.polygons = levelset::printed(shape.polygons, *blur, domain_of(recipe)).outlines;
+    shape.position = {};
+    shape.contours = true;
+}
+
+levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
     static const std::map<std::string, levelset::ShapeKind, std::less<>> kinds = {
         {"plane", levelset::ShapeKind::plane},   {"trench", levelset::ShapeKind::trench},
         {"hole", levelset::ShapeKind::hole},     {"fin", levelset::ShapeKind::fin},
@@ -203,7 +165,7 @@ levelset::Shape shape_of(const Layer& layer, const std::string& length_unit) {
     shape.axis = layer.axis[0] - 'x';
     shape.revolved = layer.sweep == "revolution";
     if (layer.shape == "profile") shape.profile = read_profile(layer.file);
-    if (drawn(layer)) shape.polygons = mask_polygons(layer, length_unit);
+    if (drawn(layer)) outline(layer, recipe, shape);
     return shape;
 }
 
@@ -246,8 +208,8 @@ std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
     double top = 0.0;
     for (const Layer& layer : recipe.layers) {
         if (layer.shape != "stack") {
-            layers.push_back({material_id(recipe.materials, layer.material).value_or(-1),
-                              shape_of(layer, recipe.domain.length_unit)});
+            layers.push_back(
+                {material_id(recipe.materials, layer.material).value_or(-1), shape_of(layer, recipe)});
             if (!layer.subtract) top = layer.top.value_or(top);
             continue;
         }
@@ -271,7 +233,7 @@ void place_pattern(const toml::table& table, const std::string& path, Step& step
 }
 
 levelset::Shape pattern_of(const Step& step, const Recipe& recipe) {
-    return shape_of(step.pattern, recipe.domain.length_unit);
+    return shape_of(step.pattern, recipe);
 }
 
 }  // namespace sidewall::app

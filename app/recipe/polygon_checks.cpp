@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "app/recipe/layer_checks.hpp"
+#include "app/recipe/mask_outlines.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -354,19 +355,20 @@ void check_outline(const Polygon& polygon, const std::string& key) {
 
 void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, const levelset::Domain& domain,
                     const std::string& path, std::vector<std::string>& notes) {
-    const bool listed = layer.file.empty();
+    const bool listed = layer.file.empty() && layer.blur.empty();
     std::vector<Polygon> placed;
     for (const Polygon& polygon : polygons) {
         placed.push_back(distinct(polygon));
         for (Corner& p : placed.back())
             for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
     }
-    if (listed) refuse_crossings(placed);
+    if (layer.file.empty()) refuse_crossings(placed);
+    placed = check_print(layer, placed, domain, path, notes);
     const std::vector<double> widths = widths_in(placed, domain);
     const auto narrowest = std::min_element(widths.begin(), widths.end());
     if (std::isinf(*narrowest))
         throw KeyError(
-            listed ? "polygons" : "file",
+            layer.file.empty() ? "polygons" : "file",
             fmt::format("no edge of the outlines lies in the domain, {:g} x {:g} and centred on 0: the "
                         "mask would be all open or all closed; check unit and position",
                         domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]));
@@ -383,7 +385,11 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
         notes.push_back(fmt::format(
             "{}.{}: the narrowest outline is {:.3g} cells wide: its corners and fluxes are coarse under "
             "{:g}, and under {:g} it is lost unless it adjoins others; {}",
-            path, listed ? points_key(k) : "file", cells, kGoodCells, kFewestCells, finer));
+            path,
+            listed               ? points_key(k)
+            : layer.blur.empty() ? "file"
+                                 : "blur",
+            cells, kGoodCells, kFewestCells, finer));
 }
 
 }  // namespace sidewall::app

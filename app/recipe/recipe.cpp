@@ -8,6 +8,7 @@
 
 #include "app/recipe/figures.hpp"
 #include "app/recipe/flat.hpp"
+#include "app/recipe/mask_outlines.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -83,6 +84,8 @@ void read_domain(const toml::table& root, Recipe& recipe) {
         fail_missing(root, "domain", "missing: add [domain] with extent and grid_spacing");
     const DomainSection& domain = recipe.domain;
     read_section(root, "domain", recipe.domain, reading_for(recipe), [&] {
+        if (domain.padding)
+            throw KeyError("padding", "is of extent = \"gds\": drop it, or that extent's numbers");
         for (const double extent : domain.extent)
             if (extent / domain.grid_spacing > kMostCells)
                 throw KeyError("grid_spacing",
@@ -187,6 +190,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     Recipe recipe;
     recipe.file = file;
     read_materials(root, recipe);
+    take_extent_from_layout(root, recipe);
     read_domain(root, recipe);
     read_start(root, recipe);
     read_layers(root, recipe);

@@ -17,6 +17,7 @@ namespace sidewall::app {
 struct DomainSection {
     std::array<double, 2> extent{};  ///< lateral x, y lengths, centred on 0
     double grid_spacing = 0.0;       ///< as wanted; domain_of() rounds it
+    std::optional<double> padding;   ///< around layouts; never set in a parsed recipe
     std::array<levelset::Side, 2> boundary{levelset::Side::reflective, levelset::Side::reflective};
     std::string length_unit = "um";
     std::string time_unit = "s";
@@ -49,10 +50,13 @@ struct Layer {
     std::vector<Values> polygons;  ///< mask: in the recipe
     std::string cell;              ///< mask: of the file; its only top cell if empty
     std::int64_t gds_layer = 0, gds_datatype = 0;
-    bool openings = true;                ///< mask
-    std::vector<std::string> materials;  ///< stack: one period, bottom up
-    std::vector<double> thicknesses;     ///< stack: as many
-    std::int64_t repeat = 1;             ///< stack: periods
+    std::vector<double> blur,
+        blur_weights;                      ///< mask: sigmas by which its outlines are blurred; none: as drawn
+    std::optional<double> blur_threshold;  ///< mask: at which they are cut then; absent: 0.5
+    bool openings = true;                  ///< mask
+    std::vector<std::string> materials;    ///< stack: one period, bottom up
+    std::vector<double> thicknesses;       ///< stack: as many
+    std::int64_t repeat = 1;               ///< stack: periods
     bool subtract = false;         ///< cut out of the layers below instead of added; it has no material then
     std::optional<double> z;       ///< sphere, cylinder, gap: of the centre; always set in a parsed recipe
     std::string axis = "y";        ///< cylinder

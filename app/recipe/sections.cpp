@@ -35,10 +35,13 @@ std::vector<Field> fields(DomainSection& domain) {
         {"extent", std::span<double>(domain.extent), kLength,
          "lateral x and y size, centred on 0; x alone, as [10.0]: a profile in x and z, the same at all y, one cell "
          "wide and as cheap, its volumes areas. Not for what is round or ends along y, nor where a rough edge or a "
-         "grain of noise shall not be the same all along a line",
+         "grain of noise shall not be the same all along a line. \"gds\": the box around the layouts' layers that masks "
+         "name, in whole cells, whose centre the masks are moved to 0 by",
          required({.min = 0.0, .above_min = true, .size = 1})},
         {"grid_spacing", &domain.grid_spacing, kLength,
          "rounded so that both extents are whole numbers of cells", required(kPositive)},
+        {"padding", &domain.padding, kLength,
+         "with extent = \"gds\": around the layouts, on every side; default 0", kNotNegative},
         {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "",
          "sides across x and across y; of a profile across x, the others are periodic"},
         {"length_unit", &domain.length_unit, "", "unit of every length", {.choices = length_units()}},

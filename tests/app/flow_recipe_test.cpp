@@ -208,3 +208,106 @@ TEST_CASE("masks and cuts that make no sense are refused with line, key and reme
           std::string::npos);
     CHECK(with_step(cut + "shape = \"hole\"\nradius = 1\ndepth = 1.5\n" + polish) == "accepted");
 }
+
+TEST_CASE("outlines are blurred and cut, and blur that makes no sense is refused with line, key and remedy",
+          "[foreign]") {
+    const std::string
+        lines = "model = \"mask\"\nmaterial = \"Resist\"\nthickness = 0.4\nfile = \"" + kLines +
+                "\"\ngds_layer = 1\n",
+        hairline =
+            "model = \"cut\"\ndepth = 0.5\npolygons = [{ points = [-1, -1, 1, -1, 1, 1, -1, 1] }, "
+            "{ points = [1.4, -2, 1.5, -2, 1.5, 2, 1.4, 2] }]\n";
+    const Recipe recipe = parse_recipe(
+        kHead + "[[step]]\n" + lines + "blur = [0.05, 0.2]\nblur_weights = [3, 1]\nblur_threshold = 0.4\n" +
+            "[[step]]\n" + hairline + "blur = [0.1]\n" + kStep,
+        "blur.toml");
+    CHECK(parse_recipe(effective_recipe(recipe), recipe.file) == recipe);
+    const levelset::Shape mask = pattern_of(recipe.steps[0], recipe),
+                          cut = pattern_of(recipe.steps[1], recipe);
+    CHECK(mask.contours);
+    CHECK(mask.polygons.size() > 2);
+    CHECK(cut.contours);
+    const std::string vanished =
+        "step[1].blur: 1 of 2 outlines are too narrow to print and vanish, the first near (1.4, -2)";
+    CHECK(std::count(recipe.notes.begin(), recipe.notes.end(), vanished) == 1);
+
+    struct Row {
+        std::string lines, place, remedy;
+    };
+    const Row rows[] = {
+        {lines + "blur = 0.1\n", "12: step[0].blur = ", "a list of numbers"},
+        {lines + "blur = [0.1, 0]\n", "12: step[0].blur[1] = 0", "greater than 0"},
+        {lines + "blur = [9]\n", "12: step[0].blur[0] = ", "check the unit"},
+        {lines + "blur = [0.05, 0.1]\nblur_weights = [1]\n", "13: step[0].blur_weights = ", "as many as"},
+        {lines + "blur = [0.05]\nblur_weights = [-1]\n", "13: step[0].blur_weights[0] = ", "greater than 0"},
+        {lines + "blur_weights = [1]\n", "12: step[0].blur_weights = ", "give its sigmas"},
+        {lines + "blur_threshold = 0.5\n", "12: step[0].blur_threshold = ", "give its sigmas"},
+        {lines + "blur = [0.05]\nblur_threshold = 1.0\n", "13: step[0].blur_threshold = ", "less than 1"},
+        {lines + "blur = [0.05]\nblur_threshold = 0\n", "13: step[0].blur_threshold = ", "in (0, 1]"},
+        {lines + "blur = [3]\nblur_threshold = 0.9\n", "12: step[0].blur = ", "nothing prints"},
+        {lines + "blur = [3]\nblur_threshold = 0.1\n", "12: step[0].blur = ", "everything prints"},
+        {lines + "blurr = [3]\n", "12: step[0].blurr = ", "did you mean blur?"},
+        {"model = \"mask\"\nmaterial = \"Resist\"\nthickness = 0.4\nshape = \"hole\"\nradius = 1\nblur = [0.1]\n",
+         "12: step[0].blur = ", "unknown key"},
+    };
+    for (const Row& row : rows) {
+        const std::string answer = with_step(row.lines);
+        INFO(row.lines << "\n" << answer);
+        CHECK(answer.starts_with("bad.toml:" + row.place));
+        CHECK(answer.find(row.remedy) != std::string::npos);
+    }
+}
+
+TEST_CASE("the extent is the layout's with padding, in whole cells, and the layout is centred", "[foreign]") {
+    const auto recipe = [](const std::string& domain, const std::string& mask) {
+        return "[domain]\n" + domain +
+               "\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\n" +
+               "thickness = 0.4\n" + mask + kStep;
+    };
+    // Layer 1 reaches from -1.4 to 1.6 along x and from -1.5 to 1.5 along y.
+    const std::string file = "file = \"" + kLines + "\"\ngds_layer = 1\n";
+    const Recipe read =
+        parse_recipe(recipe("extent = \"gds\"\ngrid_spacing = 0.3\npadding = 0.5", file), "layout.toml");
+    CHECK(read.domain.extent[0] == Approx(4.2));
+    CHECK(read.domain.extent[1] == Approx(4.2));
+    CHECK(read.layers[1].position[0] == Approx(-0.1));
+    CHECK(read.layers[1].position[1] == Approx(0.0).margin(1e-12));
+    REQUIRE(!read.notes.empty());
+    CHECK(read.notes[0] == "domain.extent = \"gds\" is 4.2 x 4.2 um: the layout's (0.1, 0) is at the centre");
+    Recipe again = parse_recipe(effective_recipe(read), read.file);
+    again.notes = read.notes;
+    CHECK(again == read);
+    // A position of one's own moves a mask against the others.
+    const Recipe moved =
+        parse_recipe(recipe("extent = \"gds\"\ngrid_spacing = 0.1", file + "position = [5, 1]\n") +
+                         "[[step]]\nmodel = \"cut\"\ndepth = 1\n" + file,
+                     "layout.toml");
+    CHECK(moved.domain.extent[0] == Approx(8.0));
+    CHECK(moved.domain.extent[1] == Approx(4.0));
+    CHECK(moved.layers[1].position[0] - moved.steps[1].pattern.position[0] == Approx(5.0));
+
+    struct Row {
+        std::string domain, mask, place, remedy;
+    };
+    const Row rows[] = {
+        {"extent = \"gdsii\"\ngrid_spacing = 0.1", file, "2: domain.extent = \"gdsii\": ", "or \"gds\""},
+        {"extent = \"gds\"", file, "1: domain.grid_spacing: missing", "needs it"},
+        {"extent = \"gds\"\ngrid_spacing = 0", file, "3: domain.grid_spacing = 0: ", "greater than 0"},
+        {"extent = \"gds\"\ngrid_spacing = 0.1\npadding = -1", file,
+         "4: domain.padding = -1: ", "at least 0"},
+        {"extent = [4, 4]\ngrid_spacing = 0.1\npadding = 1", file, "4: domain.padding = 1: ", "drop it"},
+        {"extent = \"gds\"\ngrid_spacing = 0.1", "polygons = [{ points = [0, 0, 1, 0, 1, 1] }]\n",
+         "2: domain.extent = \"gds\": ", "give two lengths"},
+        {"extent = \"gds\"\ngrid_spacing = 0.1", "file = \"none.gds\"\n",
+         "10: layer[1].file = ", "no such file"},
+        {"extent = \"gds\"\ngrid_spacing = 0.1", "file = \"" + kLines + "\"\ngds_layer = 9\n",
+         "11: layer[1].gds_layer = 9: ", "no polygon"},
+        {"extent = \"gds\"\ngrid_spacing = 1e-5", file, "3: domain.grid_spacing = ", "larger spacing"},
+    };
+    for (const Row& row : rows) {
+        const std::string answer = message(recipe(row.domain, row.mask));
+        INFO(row.domain << "\n" << answer);
+        CHECK(answer.starts_with("bad.toml:" + row.place));
+        CHECK(answer.find(row.remedy) != std::string::npos);
+    }
+}
