@@ -172,8 +172,8 @@ Json measured(const Result& result, const std::string& input, const std::vector<
         throw RecipeError(
             fmt::format("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input));
     const std::filesystem::path folder = input;
-    Recipe recipe = load_recipe(folder / "recipe.toml");
-    const RunState state = resume_state(folder, recipe);
+    Recipe recipe = load_frame(folder / "recipe.toml");
+    const RunState state = read_checkpoint(folder, recipe, "run the simulation again").state;
     recipe.metrology.measures.clear();
     for (const std::string& name : names) {
         if (word_of(recipe, name) == "")

@@ -31,6 +31,8 @@
 namespace sidewall::app {
 namespace {
 
+constexpr const char* kDuration = "duration";  // what ends a step that nothing stops
+
 // Process time behind the state, for progress: a step that a condition stopped counts as whole.
 double time_done(const std::vector<Step>& steps, const RunState& state) {
     double sum = state.time - state.step_start;
@@ -83,7 +85,7 @@ bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (!reshape(run.recipe, step, state.stack)) return false;
     const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
     tell_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
-    end_step("duration", state);
+    end_step(kDuration, state);
     return true;
 }
 
@@ -210,7 +212,7 @@ void make_steps(const Run& run, RunState& state) {
         const Step& step = run.steps[state.step];
         if (reshape_at_once(run, step, state)) continue;
         const Model model = begin_step(run, step, state);
-        const char* stopped_by = "duration";
+        const char* stopped_by = kDuration;
         while (!state.reached(state.step_start + step.duration)) {
             const auto shared =
                 std::make_shared<const TracedSurface>(current_surface(run, model, step, state));
@@ -246,6 +248,7 @@ void make_steps(const Run& run, RunState& state) {
             advance(recipe, model, motions, next, state);
             end_time_step(run, step, state);
         }
+        if (stopped_by == kDuration) note_missing_figure(recipe, step, state.step + 1, state.stack);
         end_step(stopped_by, state);
     }
 }

@@ -96,4 +96,17 @@ void note_stop(const Step& step, std::size_t number, double to_stop) {
                    name, step.stop_material);
 }
 
+void note_missing_figure(const Recipe& recipe, const Step& step, std::size_t number,
+                         const levelset::MaterialStack& stack) {
+    const std::string stop = stop_text(step);
+    if (stop.empty()) return;
+    const std::string figure = stop_rule(recipe, stop).figure;
+    if (std::isfinite(
+            measure_named(recipe, figure, stack, levelset::extract_surface(stack.top(), stack.domain)).value))
+        return;
+    fmt::print(stderr,
+               "step {} ({}): ended by its duration: it was to stop at {}, which the wafer does not have\n",
+               number, step.name.empty() ? step.model : step.name, figure);
+}
+
 }  // namespace sidewall::app

@@ -31,4 +31,9 @@ StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const leve
 /// \param to_stop  from distance_to_stop.
 void note_stop(const Step& step, std::size_t number, double to_stop);
 
+/// Says on standard error if a step has ended by its duration while there was no figure of its `stop`, which could not
+/// stop it.
+void note_missing_figure(const Recipe& recipe, const Step& step, std::size_t number,
+                         const levelset::MaterialStack& stack);
+
 }  // namespace sidewall::app

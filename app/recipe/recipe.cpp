@@ -168,15 +168,65 @@ surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, con
     return plane;
 }
 
+void read_metrology(const toml::table& root, Recipe& recipe) {
+    read_section(root, "metrology", recipe.metrology, reading_for(recipe), [&] {
+        const MetrologySection& metrology = recipe.metrology;
+        if (vertical_plane(metrology.cut, recipe, "cut").normal.z() != 0.0)
+            throw KeyError("cut", "must be vertical, such as \"y=0\"");
+        for (std::size_t i = 0; i < metrology.measures.size(); ++i)
+            require_measure(recipe, metrology.measures[i], fmt::format("measures[{}]", i));
+        const bool cd = std::count(metrology.measures.begin(), metrology.measures.end(), "cd") > 0;
+        if (cd && metrology.cd_depths.empty())
+            throw KeyError("cd_depths", "missing: cd is measured at depths, e.g. cd_depths = [0.5, 1.0]");
+    });
+}
+
+// A figure that no wafer of this step can have: of a material that is not on it, or without an end.
+void require_figure(const Recipe& recipe, const Step& step, const std::string& name,
+                    const std::vector<StepMaterials>& met) {
+    const auto figure = named_figure(name, recipe.materials);
+    if (!figure || figure->material < 0 || !recipe.start.from.empty()) return;
+    const std::string& material = recipe.materials[static_cast<std::size_t>(figure->material)].name;
+    const auto here =
+        std::find_if(met.begin(), met.end(), [&](const StepMaterials& entry) { return entry.step == &step; });
+    const auto meshes = std::any_of(recipe.layers.begin(), recipe.layers.end(),
+                                    [](const Layer& layer) { return layer.shape == "mesh"; });
+    if (here != met.end() && std::count(here->ids.begin(), here->ids.end(), figure->material) == 0)
+        throw KeyError("stop",
+                       fmt::format("there is no {} on the wafer in this step, and {} never exists; name "
+                                   "another material",
+                                   material, name));
+    if (figure->kind == FigureKind::thickness && !meshes && recipe.layers.front().material == material)
+        throw KeyError("stop",
+                       fmt::format("the substrate of {} has no end below, and {} never exists; use depth, or "
+                                   "a substrate of another material below",
+                                   material, name));
+}
+
 // The stop conditions of the steps; [metrology] is read.
 void check_stops(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
-                 const Recipe& recipe) {
+                 const Recipe& recipe, const std::vector<StepMaterials>& met) {
     for (std::size_t i = 0; i < steps.size(); ++i) {
         const std::string here = fmt::format("{}[{}]", path, i);
-        check_stops(root, steps[i].steps, here + ".steps", recipe);
+        check_stops(root, steps[i].steps, here + ".steps", recipe, met);
         if (const std::string stop = stop_text(steps[i]); !stop.empty())
-            located(*find_node(root, here)->as_table(), here, [&] { stop_rule(recipe, stop); });
+            located(*find_node(root, here)->as_table(), here,
+                    [&] { require_figure(recipe, steps[i], stop_rule(recipe, stop).figure, met); });
     }
+}
+
+// Of a recipe in a file.
+std::string text_of(const std::filesystem::path& path) {
+    std::error_code failure;
+    const std::string name = path.string();
+    if (!std::filesystem::exists(path, failure))
+        throw FileError(
+            fmt::format("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name));
+    if (!std::filesystem::is_regular_file(path, failure))
+        throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
+    if (std::filesystem::file_size(path, failure) > kMostBytes)
+        throw FileError(fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostBytes));
+    return surface::read_whole_file(path);
 }
 
 }  // namespace
@@ -222,31 +272,23 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
             throw KeyError("every",
                            fmt::format("saves more than {:g} surfaces; use a longer time", kMostSurfaces));
     });
-    read_section(root, "metrology", recipe.metrology, reading, [&] {
-        const MetrologySection& metrology = recipe.metrology;
-        if (vertical_plane(metrology.cut, recipe, "cut").normal.z() != 0.0)
-            throw KeyError("cut", "must be vertical, such as \"y=0\"");
-        for (std::size_t i = 0; i < metrology.measures.size(); ++i)
-            require_measure(recipe, metrology.measures[i], fmt::format("measures[{}]", i));
-        const bool cd = std::count(metrology.measures.begin(), metrology.measures.end(), "cd") > 0;
-        if (cd && metrology.cd_depths.empty())
-            throw KeyError("cd_depths", "missing: cd is measured at depths, e.g. cd_depths = [0.5, 1.0]");
-    });
-    check_stops(root, recipe.steps, "step", recipe);
+    read_metrology(root, recipe);
+    check_stops(root, recipe.steps, "step", recipe, materials_by_step(recipe));
     return recipe;
 }
 
 Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides) {
-    std::error_code failure;
-    const std::string name = path.string();
-    if (!std::filesystem::exists(path, failure))
-        throw FileError(
-            fmt::format("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name));
-    if (!std::filesystem::is_regular_file(path, failure))
-        throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
-    if (std::filesystem::file_size(path, failure) > kMostBytes)
-        throw FileError(fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostBytes));
-    return parse_recipe(surface::read_whole_file(path), name, overrides);
+    return parse_recipe(text_of(path), path.string(), overrides);
+}
+
+Recipe load_frame(const std::filesystem::path& path) {
+    const toml::table root = parse_toml(text_of(path), path.string());
+    Recipe recipe;
+    recipe.file = path.string();
+    read_materials(root, recipe);
+    read_domain(root, recipe);
+    read_metrology(root, recipe);
+    return recipe;
 }
 
 levelset::Domain domain_of(const Recipe& recipe) {

@@ -154,6 +154,10 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
 /// \throws FileError if it cannot be read.
 Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
 
+/// The domain, materials and metrology of a recipe's file; its layers and steps are left out, whose files may be gone.
+/// \throws FileError, RecipeError as load_recipe.
+Recipe load_frame(const std::filesystem::path& path);
+
 /// The whole recipe as TOML with every default written out. Parses back to an equal recipe, but for the notes.
 std::string effective_recipe(const Recipe& recipe);
 

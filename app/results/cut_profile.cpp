@@ -26,15 +26,18 @@ Stretches between(const std::vector<double>& crossings, bool solid) {
 }  // namespace
 
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
-    Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}};
+    Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}, {}};
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         profile.middle += 0.5 * (domain.min[a] + domain.max[a]) * profile.along[axis];
     }
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
-        if (std::abs(profile.along[axis]) < 1.0 - 1e-9 || domain.side[a] != levelset::Side::reflective)
+        if (std::abs(profile.along[axis]) < 1.0 - 1e-9) continue;
+        if (domain.side[a] == levelset::Side::periodic) {
+            profile.shifts = {domain.min[a] - domain.max[a], domain.max[a] - domain.min[a]};
             continue;
+        }
         for (const double side : {domain.min[a], domain.max[a]})
             profile.mirrors.push_back(side * profile.along[axis]);
     }
@@ -57,6 +60,7 @@ Stretches solid_at(const Profile& profile, double z) {
         const double from = p.dot(profile.along), to = q.dot(profile.along);
         visit(from, p.z(), to, q.z());
         for (const double side : profile.mirrors) visit(2.0 * side - from, p.z(), 2.0 * side - to, q.z());
+        for (const double shift : profile.shifts) visit(from + shift, p.z(), to + shift, q.z());
     });
     std::sort(crossings.begin(), crossings.end());
     // Left of the first crossing lies material if the surface begins above z, else gas.

@@ -13,6 +13,7 @@ struct Profile {
     std::vector<surface::Polyline> lines;
     Vec3 along;                   // horizontal axis in the plane
     std::vector<double> mirrors;  // reflective sides, where a half structure's other half begins
+    std::vector<double> shifts;   // along the profile to its repetitions beyond periodic sides
     double middle = 0.0;          // of the domain, along the profile
 
     template <class Use>
@@ -30,7 +31,7 @@ Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const 
 /// Stretches of a line, ascending and apart; the first may begin at minus infinity, the last end at infinity.
 using Stretches = std::vector<std::pair<double, double>>;
 
-/// Where the level line at a height runs in material, over mirrored sides, too, by its place along the profile.
+/// Where the level line at a height runs in material, over mirrored and periodic sides, too, by its place along the profile.
 Stretches solid_at(const Profile& profile, double z);
 
 /// Where the vertical at a place along the profile does, by z.

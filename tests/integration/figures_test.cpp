@@ -80,6 +80,74 @@ TEST_CASE("widths, thicknesses and volumes of a line and of a lined trench are t
     CHECK(lined("volume_W") == Approx(4.0 * 0.2 + 1.2 * 1.0 - 0.7 * 0.9).margin(8.0 * 0.05 * 0.05));
 }
 
+TEST_CASE("walls and openings that cross a periodic side are measured as any others") {
+    // The same line with its lining, in the middle and across the side, where half of it lies at either end.
+    const auto wafer = [](double x) {
+        return Wafer(
+            fmt::format(
+                "[domain]\nextent = [4.0]\ngrid_spacing = 0.05\nboundary = \"periodic\"\n"
+                "[simplify]\nmethod = \"none\"\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\n"
+                "material = \"W\"\nshape = \"fin\"\nwidth = 0.6\nheight = 0.5\nposition = [{0}, 0.0]\n"
+                "[[layer]]\nmaterial = \"SiO2\"\nshape = \"fin\"\nwidth = 1.0\nheight = 0.8\n"
+                "top = 0.0\nposition = [{0}, 0.0]\n",
+                x) +
+            kStep);
+    };
+    const double near = 1.01 * kFace;  // faces on nodes are that far off them, but for rounding
+    for (const double x : {0.0, 1.9, 2.0}) {
+        const Wafer line = wafer(x);
+        INFO("at " << x);
+        CHECK(line("cd_W_at_-0.25") == Approx(0.6).margin(near));
+        CHECK(line("wall_SiO2_at_-0.25") == Approx(0.2).margin(near));
+        CHECK(line("cd_at_-0.25") == Approx(3.0).margin(near));
+    }
+}
+
+TEST_CASE("a stop at a figure that cannot be is refused, or told when its step has ended", "[foreign]") {
+    const auto with = [](const std::string& stop) {
+        return kDomain + kSilicon + kStep + "stop = \"" + stop + "\"\n";
+    };
+    CHECK(refusal(with("thickness_SiO2_at_0 < 0.1")).find("step[0].stop") != std::string::npos);
+    CHECK(refusal(with("thickness_SiO2_at_0 < 0.1")).find("there is no SiO2 on the wafer in this step") !=
+          std::string::npos);
+    CHECK(refusal(with("volume_W > 1")).find("name another material") != std::string::npos);
+    CHECK(refusal(with("thickness_Si_at_0 < 1")).find("has no end below") != std::string::npos);
+    CHECK(refusal(with("thickness_Si_at_2.5 < 1")).find("outside the domain") != std::string::npos);
+    CHECK(refusal(with("volume_Si < 1")) == "accepted");
+    // What an earlier step deposits is there, and gone after it is stripped.
+    const std::string film = "[[step]]\nmodel = \"conformal\"\nmaterial = \"SiO2\"\nthickness = 0.3\n",
+                      strip = "[[step]]\nmodel = \"strip\"\nmaterial = \"SiO2\"\n",
+                      stop = kStep + "stop = \"thickness_SiO2_at_0 < 0.1\"\n";
+    CHECK(refusal(kDomain + kSilicon + film + stop) == "accepted");
+    CHECK(refusal(kDomain + kSilicon + film + strip + stop).find("no SiO2") != std::string::npos);
+
+    // A flat wafer has no opening.
+    const test::Folder folder;
+    std::ofstream(folder.path / "flat.toml") << with("cd_at_0.05 > 1.0");
+    const auto ran = test::run_program(folder.path, "run flat.toml -o run --quiet");
+    INFO(ran.output);
+    CHECK(ran.exit_code == 0);
+    CHECK(ran.output.find(
+              "step 1 (1 isotropic): ended by its duration: it was to stop at cd_at_0.05, which the wafer "
+              "does not have") != std::string::npos);
+}
+
+TEST_CASE("a folder is measured without the files that its recipe names", "[foreign]") {
+    const test::Folder folder;
+    std::ofstream(folder.path / "bump.csv") << "-0.5, 0\n-0.5, 0.4\n0.5, 0.4\n0.5, 0\n-0.5, 0\n";
+    std::ofstream(folder.path / "bump.toml")
+        << kDomain + kSilicon + "[[layer]]\nmaterial = \"W\"\nshape = \"profile\"\nfile = \"bump.csv\"\n" +
+               "[[step]]\nmodel = \"planarize\"\nheight = 2.0\n";
+    REQUIRE(test::run_program(folder.path, "run bump.toml -o run --quiet").exit_code == 0);
+    std::filesystem::remove(folder.path / "bump.csv");
+    std::filesystem::rename(folder.path / "run", folder.path / "moved");
+    const auto measured = test::run_program(folder.path, "inspect moved --measure cd_W_at_-0.2 --json -");
+    INFO(measured.output);
+    REQUIRE(measured.exit_code == 0);
+    CHECK(Json::parse(measured.output)["measures"]["cd_W_at_-0.2"]["value"].get<double>() ==
+          Approx(1.0).margin(kFace));
+}
+
 TEST_CASE("a layer's recess is how far it stands back behind its neighbours") {
     const Wafer wafer(
         kDomain + kSilicon +
