@@ -311,3 +311,13 @@ TEST_CASE("the extent is the layout's with padding, in whole cells, and the layo
         CHECK(answer.find(row.remedy) != std::string::npos);
     }
 }
+
+TEST_CASE("recipes that are compared with another simulator's are accepted") {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(SIDEWALL_SOURCE_DIR "/configs/peer")) {
+        INFO(entry.path());
+        CHECK_NOTHROW(load_recipe(entry.path()));
+        ++count;
+    }
+    CHECK(count == 8);
+}
