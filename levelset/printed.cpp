@@ -141,11 +141,13 @@ void cover(Raster& raster, const std::vector<Polygon>& polygons, const Domain& d
 std::vector<float> weights_of(double sigma, double pixel) {
     const int reach = static_cast<int>(std::ceil(kReach * sigma / pixel));
     std::vector<double> exact;
+    exact.reserve(static_cast<std::size_t>(2 * reach + 1));
     for (int k = -reach; k <= reach; ++k)
         exact.push_back(0.5 * (std::erf((k + 0.5) * pixel / (sigma * std::numbers::sqrt2)) -
                                std::erf((k - 0.5) * pixel / (sigma * std::numbers::sqrt2))));
     const double sum = std::accumulate(exact.begin(), exact.end(), 0.0);
     std::vector<float> weights;
+    weights.reserve(exact.size());
     for (const double w : exact) weights.push_back(static_cast<float>(w / sum));
     return weights;
 }
