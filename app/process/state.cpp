@@ -120,7 +120,7 @@ namespace {
 FileError unusable(const std::filesystem::path& folder, const std::string& reason,
                    const std::string& advice) {
     return FileError(fmt::format("{}: this recipe cannot go on from it: {}; {}",
-                                 (folder / "checkpoint.vdb").string(), reason, advice));
+                                 (folder / "checkpoint.vdb").string(), surface::printable(reason), advice));
 }
 
 // A checkpoint of another domain cannot be read; the recipe beside it tells what is different.
@@ -194,7 +194,7 @@ Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& re
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        throw unusable(folder, surface::printable(error.what()), advice);
+        throw unusable(folder, error.what(), advice);
     }
 }
 
