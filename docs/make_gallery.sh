@@ -23,6 +23,8 @@ Deposition|teos_trench|--view 25,25
 Deposition|teos_two_precursors|--view 25,25
 Deposition|ald_hole|--cut y=0 --view 20,15
 Deposition|sputter_map|--view 20,20
+Deposition|surface_diffusion|--view 20,20
+Deposition|neutral_transport|--cut y=0 --view 25,15 --color coverage_theta
 Deposition|fin_epitaxy|--view 25,20
 Etching|simple_hole_etch|--cut y=0 --view 25,20
 Etching|directional_hole_etch|--cut y=0 --view 25,25

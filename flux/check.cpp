@@ -154,19 +154,37 @@ void check(const TriangleMesh& mesh, const LateralBox& box, const Species& speci
                             species.name, t, materials[t]));
 }
 
-std::vector<std::span<const double>> sticking_of_each(std::size_t species, const Wedges& wedges,
-                                                      const TraceOptions& options) {
-    const std::span<const double> all = options.sticking_by_wedge;
+namespace {
+
+std::vector<std::span<const double>> parts(std::span<const double> all, const char* what, std::size_t species,
+                                           const Wedges& wedges) {
     std::vector<std::span<const double>> each(species);
     if (all.empty()) return each;
     if (all.size() != species * wedges.count())
         throw GeometryError(
-            species == 1 ? fmt::format("{} sticking probabilities for {} wedges: give one a wedge",
-                                       all.size(), wedges.count())
-                         : fmt::format("{} sticking probabilities for {} species on {} wedges: give each "
-                                       "species one a wedge",
-                                       all.size(), species, wedges.count()));
+            species == 1
+                ? fmt::format("{} {} for {} wedges: give one a wedge", all.size(), what, wedges.count())
+                : fmt::format("{} {} for {} species on {} wedges: give each species one "
+                              "a wedge",
+                              all.size(), what, species, wedges.count()));
     for (std::size_t k = 0; k < species; ++k) each[k] = all.subspan(k * wedges.count(), wedges.count());
+    return each;
+}
+
+}  // namespace
+
+std::vector<std::span<const double>> sticking_of_each(std::size_t species, const Wedges& wedges,
+                                                      const TraceOptions& options) {
+    return parts(options.sticking_by_wedge, "sticking probabilities", species, wedges);
+}
+
+std::vector<std::span<const double>> emission_of_each(std::span<const Species> species, const Wedges& wedges,
+                                                      const TraceOptions& options) {
+    const auto each = parts(options.emission_by_wedge, "emissions", species.size(), wedges);
+    for (std::size_t k = 0; k < species.size(); ++k)
+        for (const double emission : each[k])
+            require(emission >= 0.0 && std::isfinite(emission), species[k].name, "emission of a wedge",
+                    emission, "finite and at least 0");
     return each;
 }
 

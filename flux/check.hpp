@@ -20,4 +20,9 @@ void check(const TriangleMesh& mesh, const LateralBox& box, const Species& speci
 std::vector<std::span<const double>> sticking_of_each(std::size_t species, const Wedges& wedges,
                                                       const TraceOptions& options);
 
+/// The part of options.emission_by_wedge that is each species'; all empty if it is.
+/// \throws GeometryError unless it has a value for each on every wedge; RecipeError if one is not finite or below 0.
+std::vector<std::span<const double>> emission_of_each(std::span<const Species> species, const Wedges& wedges,
+                                                      const TraceOptions& options);
+
 }  // namespace sidewall::flux

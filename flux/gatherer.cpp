@@ -242,7 +242,7 @@ Found Gatherer::trace(const Job& job, bool pilot) const {
         Species species;
         species.source_exponent = s_.densities.exponents()[job.exponent];
         const Batch batch = make_batch(key_, number(job), s_.densities.counts().source);
-        emit(s_.geometry, species, key_, batch, job.first, job.count, r);
+        emit(s_.geometry, species, {}, key_, batch, job.first, job.count, r);
     } else {
         draw(job, block);
     }

@@ -1,6 +1,7 @@
 // A particle's life, a block of kBlock particles at a time:
 //
-//     emit        a point of the source plane, a direction, an energy                 source.cpp
+//     emit        a point of the source plane, or of a surface that desorbs,          source.cpp
+//                 a direction, an energy
 //     fly         to the next hit, through side planes on the way (lateral.hpp)       packets.cpp
 //                 one by one where rounding matters                                   flight.cpp
 //     hit         one of three kinds, by what the species does at the surface:
@@ -97,7 +98,7 @@ void Counts::add(const Counts& other) {
 
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
                  const std::vector<Tally>& tallies, Worker& w) {
-    emit(trace.geometry, trace.species, trace.key, batch, first, count, w.rays);
+    emit(trace.geometry, trace.species, trace.desorption, trace.key, batch, first, count, w.rays);
     std::vector<Bundle> bundles;
     for (const std::size_t k : trace.active) {
         w.counts[k].emitted += count;

@@ -34,6 +34,7 @@ struct Trace {
     std::vector<Sticking> sticking;   ///< by species of the pass
     std::vector<std::size_t> active;  ///< species of the pass that still need paths, ascending; never empty
     Sticking redeposition;
+    SurfaceSource desorption;                 ///< of the species, which then is alone
     std::span<const std::int32_t> materials;  ///< by triangle, or empty
     std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;

@@ -13,6 +13,7 @@ namespace sidewall::flux {
 namespace {
 
 constexpr std::uint32_t kScramble = 0xffffffffu;  // a bounce that no particle reaches
+constexpr double kOnPlane = -1.0;                 // no place on the surface
 
 // 16 bits of cell and 16 of the place within it, as a coordinate in [low, high].
 inline float coordinate(std::uint32_t cell, std::uint32_t within, float low, float high) {
@@ -29,8 +30,55 @@ inline Pair direction_numbers(const Batch& batch, std::uint32_t i) {
             owen_scrambled(sobol_second(i), batch.scramble[2], batch.scramble[3])};
 }
 
-void emit_positions(const Geometry& geometry, RandomKey key, const Batch& batch, std::uint32_t first,
-                    Rays& rays) {
+// Of eight places along all that is sent: those of the plane's part become places along the plane, the others
+// are how far they are along what the surface sends, from 0 to 1; kOnPlane for those of the plane.
+void share_out(double surface_share, std::uint32_t* along, double* on_surface) {
+    const double plane = 1.0 - surface_share;
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        const double at = (along[i] + 0.5) * 0x1p-32;
+        on_surface[i] = at < plane ? kOnPlane : std::min((at - plane) / surface_share, 1.0);
+        along[i] = static_cast<std::uint32_t>(std::min(at / plane, 1.0) * 0xffffffffp0);
+    }
+}
+
+// The particles that start on the surface, each from the triangle at its place: at a point as likely as the
+// emission there, which is linear, and by Lambert's law. Their directions are strata of the batch like the
+// plane's.
+void emit_from_surface(const Geometry& geometry, const SurfaceSource& surface, RandomKey key,
+                       const Batch& batch, const Column<double>& place, Rays& rays) {
+    for (std::size_t row = 0; row < rays.count; ++row) {
+        if (place[row] == kOnPlane) continue;
+        const auto found = std::upper_bound(surface.until.begin(), surface.until.end() - 1, place[row]);
+        const auto t = static_cast<std::uint32_t>(found - surface.until.begin());
+        const Triangle& triangle = geometry.mesh.triangles[t];
+        const std::uint32_t* wedge = &surface.corner[3 * std::size_t{t}];
+        Stream random(key, {.ray = rays.ray[row], .batch = batch.number, .bounce = 0, .generation = 1});
+        // A mixture of three densities, each that of a corner's hat function: two of the four gaps between
+        // three sorted numbers add up to that corner's barycentric weight.
+        const double e0 = surface.emission[wedge[0]], e1 = surface.emission[wedge[1]],
+                     e2 = surface.emission[wedge[2]];
+        const double pick = random.uniform() * (e0 + e1 + e2);
+        const std::size_t corner = pick < e0 ? 0 : pick < e0 + e1 ? 1 : 2;
+        std::array<double, 3> u{random.uniform(), random.uniform(), random.uniform()};
+        std::sort(u.begin(), u.end());
+        const Vec3 normal = outward_normal(geometry, t);
+        const Vec3 point = u[1] * geometry.mesh.vertices[triangle[corner]] +
+                           (u[2] - u[1]) * geometry.mesh.vertices[triangle[(corner + 1) % 3]] +
+                           (1.0 - u[2]) * geometry.mesh.vertices[triangle[(corner + 2) % 3]] +
+                           geometry.skin * normal;
+        rays.x[row] = static_cast<float>(std::clamp(point.x(), geometry.box.min[0], geometry.box.max[0]));
+        rays.y[row] = static_cast<float>(std::clamp(point.y(), geometry.box.min[1], geometry.box.max[1]));
+        rays.z[row] = static_cast<float>(point.z());
+        const Pair pair = direction_numbers(batch, rays.ray[row]);
+        lambert(static_cast<float>(normal.x()), static_cast<float>(normal.y()),
+                static_cast<float>(normal.z()), unit_float(pair.first), unit_float(pair.second), rays.dx[row],
+                rays.dy[row], rays.dz[row]);
+        rays.from[row] = t;
+    }
+}
+
+void emit_positions(const Geometry& geometry, double surface_share, RandomKey key, const Batch& batch,
+                    std::uint32_t first, Rays& rays, Column<double>& on_surface) {
     const auto min_x = static_cast<float>(geometry.box.min[0]),
                max_x = static_cast<float>(geometry.box.max[0]);
     const auto min_y = static_cast<float>(geometry.box.min[1]),
@@ -49,6 +97,7 @@ void emit_positions(const Geometry& geometry, RandomKey key, const Batch& batch,
             const std::uint64_t jitter = stride_high * words[0][i] + (stride_low * words[0][i] >> 32);
             along[i] = static_cast<std::uint32_t>((piece * batch.stride + jitter) >> 32);
         }
+        if (surface_share > 0.0) share_out(surface_share, along, &on_surface[row]);
         float* const x = &rays.x[row];
         float* const y = &rays.y[row];
         for (std::size_t i = 0; i < kLanes; ++i) {
@@ -122,10 +171,29 @@ Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count) {
     return batch;
 }
 
-void emit(const Geometry& geometry, const Species& species, RandomKey key, const Batch& batch,
-          std::uint32_t first, std::uint32_t count, Rays& rays) {
+SurfaceSource make_surface_source(const TriangleMesh& mesh, const Wedges& wedges,
+                                  std::span<const double> emission, double plane) {
+    SurfaceSource source;
+    double sum = 0.0;
+    for (std::size_t t = 0; t < mesh.triangles.size() && !emission.empty(); ++t) {
+        const std::uint32_t* wedge = &wedges.corner[3 * t];
+        const double mean = (emission[wedge[0]] + emission[wedge[1]] + emission[wedge[2]]) / 3.0;
+        sum += triangle_area(mesh, t) * mean;
+        source.until.push_back(sum);
+    }
+    if (!(sum > 0.0)) return {};
+    for (double& until : source.until) until /= sum;
+    source.share = sum / (sum + plane);
+    source.emission.assign(emission.begin(), emission.end());
+    source.corner = wedges.corner;
+    return source;
+}
+
+void emit(const Geometry& geometry, const Species& species, const SurfaceSource& surface, RandomKey key,
+          const Batch& batch, std::uint32_t first, std::uint32_t count, Rays& rays) {
     rays.count = count;
-    emit_positions(geometry, key, batch, first, rays);
+    Column<double> on_surface;
+    emit_positions(geometry, surface.share, key, batch, first, rays, on_surface);
     const bool thermal =
         species.source_exponent == 1.0 && species.beam.z() == -1.0 && species.energy.mean == 0.0;
     if (thermal)
@@ -136,6 +204,7 @@ void emit(const Geometry& geometry, const Species& species, RandomKey key, const
         rays.from[row] = 0xffffffffu;
         rays.weight[row] = kOne;
     }
+    if (surface.share > 0.0) emit_from_surface(geometry, surface, key, batch, on_surface, rays);
 }
 
 }  // namespace sidewall::flux

@@ -1,11 +1,14 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "flux/flight.hpp"
 #include "flux/random.hpp"
 #include "flux/rays.hpp"
 #include "flux/species.hpp"
+#include "flux/wedges.hpp"
 
 namespace sidewall::flux {
 
@@ -23,9 +26,25 @@ struct Batch {
 /// \pre count >= 1.
 Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count);
 
-/// Fills \p rays with particles [first, first + count) of the batch.
+/// What starts on the surface beside what the source plane sends. Every particle stands for as much, so that they are shared
+/// out by what either sends.
+struct SurfaceSource {
+    double share = 0.0;  ///< of all particles; 0: none starts on the surface
+    std::vector<double> until =
+        {};  ///< by triangle: what it and those before it send, as a share of the surface's
+    std::vector<double> emission = {};       ///< by wedge
+    std::vector<std::uint32_t> corner = {};  ///< Wedges::corner
+};
+
+/// \param emission  by wedge, at least 0; empty if nothing starts on the surface.
+/// \param plane  what the source plane sends: its area.
+SurfaceSource make_surface_source(const TriangleMesh& mesh, const Wedges& wedges,
+                                  std::span<const double> emission, double plane);
+
+/// Fills \p rays with particles [first, first + count) of the batch: those before batch.count * (1 - surface.share) from the
+/// source plane, the others from the surface.
 /// \pre count <= kBlock.
-void emit(const Geometry& geometry, const Species& species, RandomKey key, const Batch& batch,
-          std::uint32_t first, std::uint32_t count, Rays& rays);
+void emit(const Geometry& geometry, const Species& species, const SurfaceSource& surface, RandomKey key,
+          const Batch& batch, std::uint32_t first, std::uint32_t count, Rays& rays);
 
 }  // namespace sidewall::flux

@@ -99,6 +99,7 @@ struct Species {
     double stop_energy = 0.0;  ///< an ion that a reflection leaves with less is absorbed
     std::vector<Yield> yields{};  ///< a tally each, beside the arrivals
     std::optional<Redeposition> redeposition{};
+    bool desorbs = false;  ///< particles of it start on the surface, too: TraceOptions::emission_by_wedge
 };
 
 /// Fluxes a species yields, in this order everywhere: arrivals, each of its yields, redeposition if it has
@@ -123,10 +124,10 @@ inline bool goes_on_diffusely(const Species& species) {
 }
 
 /// Whether particles of both take the same paths as likely, so that one pass can trace them together:
-/// neutrals from the same source that differ in their sticking alone.
+/// neutrals from the same source alone that differ in their sticking alone.
 inline bool same_paths(const Species& a, const Species& b) {
     return goes_on_diffusely(a) && goes_on_diffusely(b) && a.source_exponent == b.source_exponent &&
-           a.beam == b.beam && a.rotating == b.rotating;
+           a.beam == b.beam && a.rotating == b.rotating && !a.desorbs && !b.desorbs;
 }
 
 /// Ions of Belen et al.: n = 500, 100 +- 10 eV, coned reflection from 70 to 90 degrees, no yields yet.

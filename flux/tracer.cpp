@@ -73,6 +73,7 @@ class Monitor {
 struct Pass {
     std::vector<Species> species;
     std::vector<std::span<const double>> by_wedge;  // sticking, or empty
+    std::span<const double> emission;               // by wedge, or empty; then there is one species
     std::uint32_t species_index;
 };
 
@@ -92,6 +93,7 @@ class Tracer {
                  {},
                  {},
                  {},
+                 {},
                  materials,
                  fixed_probability(options.roulette),
                  options.max_bounces,
@@ -105,6 +107,7 @@ class Tracer {
         }
         if (const auto& redeposition = pass.species.front().redeposition)
             trace_.redeposition = make_sticking(redeposition->sticking, materials, {});
+        trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
     }
 
     /// Traces at least \p rays more, in equal batches, for the species still active.
@@ -182,7 +185,10 @@ class Tracer {
         return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
     }
 
-    double area_per_ray(std::size_t k) const { return box_.area() / static_cast<double>(counts_[k].emitted); }
+    // Flux 1 of the plane, and its like of the surface.
+    double area_per_ray(std::size_t k) const {
+        return box_.area() / (1.0 - trace_.desorption.share) / static_cast<double>(counts_[k].emitted);
+    }
     static TallyFlux flux_of(const Tally& tally, double scale) {
         return {tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
     }
@@ -281,15 +287,17 @@ std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, co
                                      std::span<const std::int32_t> materials, const Wedges& wedges,
                                      const TraceOptions& options) {
     const std::vector<std::span<const double>> by_wedge = sticking_of_each(species.size(), wedges, options);
+    const std::vector<std::span<const double>> emission = emission_of_each(species, wedges, options);
     for (std::size_t k = 0; k < species.size(); ++k)
         check(mesh, box, species[k], by_wedge[k], materials, wedges, options);
     const std::vector<std::vector<std::size_t>> passes = passes_of(species);
     std::vector<FluxResult> results(species.size());
     for (std::size_t p = 0; p < passes.size(); ++p) {
-        Pass pass{{}, {}, options.species_index + static_cast<std::uint32_t>(passes[p].front())};
+        Pass pass{{}, {}, {}, options.species_index + static_cast<std::uint32_t>(passes[p].front())};
         for (const std::size_t k : passes[p]) {
             pass.species.push_back(species[k]);
             pass.by_wedge.push_back(by_wedge[k]);
+            if (species[k].desorbs) pass.emission = emission[k];
         }
         TraceOptions own = options;
         if (options.progress)

@@ -32,6 +32,9 @@ struct TraceOptions {
     /// Sticking probability by wedge, linear in between, where coverages decide it: replaces
     /// Species::sticking. Of several species: one after the other.
     std::span<const double> sticking_by_wedge{};
+    /// What starts on the surface beside what comes from above, diffusely, by wedge, linear in between: a flux in the units of
+    /// the result, at least 0. Its own start does not count as an arrival. Of several species: one after the other.
+    std::span<const double> emission_by_wedge{};
     std::function<void(double)> progress{};  ///< told the finished fraction, by one thread at a time
     std::function<bool()> stop{};  ///< asked often, by any thread; true ends the trace with Interrupted
 };

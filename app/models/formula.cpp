@@ -5,6 +5,7 @@
 #include <numbers>
 #include <set>
 
+#include "app/models/formula_coverages.hpp"
 #include "app/models/formula_yields.hpp"
 #include "app/models/ions.hpp"
 #include "app/models/particles.hpp"
@@ -54,6 +55,8 @@ flux::Species read_species(const Values& values, std::size_t k, const Names& nam
     if (values.get<Expressions>("sticking") != Expressions{{{"default", "1.0"}}})
         throw KeyError(path + "sticking",
                        "is for neutrals; set reflect_from_deg and reflect_to_deg for ions");
+    if (values.get<Expressions>("desorption") != Expressions{{{"default", "0.0"}}})
+        throw KeyError(path + "desorption", "is for neutrals; drop it or the kind");
     for (std::size_t y = 0; y < yields.size(); ++y)
         species.yields.push_back(
             read_yield(yields[y], fmt::format("{}yields[{}].", path, y), species, names));
@@ -71,21 +74,10 @@ bool anywhere(const Values& values, std::initializer_list<std::string_view> vari
         return false;
     };
     for (const Values& species : values.get<std::vector<Values>>("species"))
-        if (in(species.get<Expressions>("sticking"))) return true;
+        for (const char* key : {"sticking", "desorption"})
+            if (in(species.get<Expressions>(key))) return true;
     return in(values.get<Expressions>("rate")) || in(values.get<Expressions>("coverages")) ||
-           in(values.get<Expressions>("coverage_rates"));
-}
-
-void check_name(const std::string& key, const std::string& name, std::set<std::string>& taken) {
-    if (!is_identifier(name))
-        throw KeyError(key, "must be a name that expressions can use: letters, digits and _, no digit first");
-    const auto& reserved = reserved_names();
-    if (std::find(reserved.begin(), reserved.end(), name) != reserved.end())
-        throw KeyError(key, name + " means something else in every expression; choose another name");
-    if (!taken.insert(name).second)
-        throw KeyError(key, name +
-                                " is the name of another species, yield, coverage or parameter; choose "
-                                "another");
+           in(values.get<Expressions>("coverage_rates")) || in(values.get<Expressions>("diffusion"));
 }
 
 void read_parameters(const Values& values, Names& names, std::set<std::string>& taken) {
@@ -128,56 +120,27 @@ void read_all_species(const Values& values, Model& model, Names& names, std::set
     }
 }
 
-// Steady coverages in an order in which each follows those it names; the rest depend on each other.
-void order_coverages(Formula& formula) {
-    const std::size_t first = formula.names.fluxes.size();
-    std::vector<std::uint8_t> known(formula.steady.size(), 0);
-    for (std::size_t k = 0; k < known.size(); ++k) known[k] = formula.steady[k] ? 0 : 1;
-    for (bool found = true; found;) {
-        found = false;
-        for (std::size_t k = 0; k < known.size(); ++k) {
-            if (known[k]) continue;
-            const auto& used = formula.steady[k]->expression.used();
-            const bool ready = std::all_of(used.begin(), used.end(), [&](std::size_t i) {
-                return i < first || i >= first + known.size() || known[i - first];
-            });
-            if (!ready) continue;
-            known[k] = 1;
-            formula.ordered.push_back(k);
-            found = true;
+// What leaves the surface, by species.
+void read_desorption(const Values& values, Model& model, Formula& formula) {
+    const auto& list = values.get<std::vector<Values>>("species");
+    formula.desorption.resize(list.size());
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        const auto& text = list[k].get<Expressions>("desorption");
+        if (text == Expressions{{{"default", "0.0"}}}) continue;
+        const std::string key = species_path(k) + "desorption";
+        formula.desorption[k] = laws_by_material(key, text, formula.names, false);
+        bool none = true;
+        for (const Law& law : formula.desorption[k]) {
+            none = none && law.expression.used().empty();
+            if (!law.expression.used().empty()) continue;
+            const double flux = law.expression(std::vector<double>(formula.names.index(Extra::count), 0.0));
+            if (!(flux >= 0.0 && flux <= kHuge))
+                throw KeyError(law.key, fmt::format("is {:g}: must be in [0, {:g}]", flux, kHuge));
+            none = none && flux == 0.0;
         }
+        model.species[k].desorbs = !none;
+        if (none) formula.desorption[k].clear();
     }
-    for (std::size_t k = 0; k < known.size(); ++k)
-        if (!known[k]) formula.coupled.push_back(k);
-}
-
-void read_coverages(const Values& values, Formula& formula, std::set<std::string>& taken) {
-    Names& names = formula.names;
-    const auto& steady = values.get<Expressions>("coverages").named;
-    const auto& slow = values.get<Expressions>("coverage_rates").named;
-    for (const auto* list : {&steady, &slow})
-        for (const auto& [name, text] : *list) {
-            check_name((list == &steady ? "coverages." : "coverage_rates.") + name, name, taken);
-            names.coverages.push_back(name);
-        }
-    if (!names.coverages.empty() && names.fluxes.empty())
-        throw KeyError(steady.empty() ? "coverage_rates" : "coverages",
-                       "follow from fluxes; give the step a species");
-    const auto law = [&](const std::string& key, const std::string& text) {
-        return Law{key, read_expression(key, text, names.list(), names)};
-    };
-    for (std::size_t k = 0; k < names.coverages.size(); ++k) {
-        const std::string& name = names.coverages[k];
-        formula.steady.emplace_back();
-        formula.slow.emplace_back();
-        if (k < steady.size()) {
-            formula.steady[k] = law("coverages." + name, steady.at(name));
-        } else {
-            formula.slow[k] = law("coverage_rates." + name, slow.at(name));
-            formula.moving.push_back(k);
-        }
-    }
-    order_coverages(formula);
 }
 
 // Sticking without coverages, for the species; and whether it is the same everywhere on a material and at all
@@ -220,6 +183,21 @@ void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sti
             const Law& law = formula->sticking[k][static_cast<std::size_t>(point.material)];
             return std::clamp(evaluate(law, formula->names, point, formula->names.values(point)), 0.0, 1.0);
         };
+    const auto& species = model.species;
+    if (std::any_of(species.begin(), species.end(), [](const flux::Species& one) { return one.desorbs; }))
+        model.desorption = [formula](std::size_t k, const SurfacePoint& point) {
+            if (formula->desorption[k].empty()) return 0.0;
+            const Law& law = formula->desorption[k][static_cast<std::size_t>(point.material)];
+            return std::max(0.0, evaluate(law, formula->names, point, formula->names.values(point)));
+        };
+    for (std::size_t k = 0; k < formula->diffusion.size(); ++k)
+        if (formula->diffusion[k]) model.coverages.diffusing.push_back(k);
+    model.coverages.diffusivity = [formula](std::size_t k, const SurfacePoint& point) {
+        return diffusivity(*formula, k, point);
+    };
+    model.coverages.rate = [formula](std::size_t k, const SurfacePoint& point) {
+        return coverage_rate(*formula, k, point);
+    };
     model.speed = [formula](const SurfacePoint& point) {
         const Law& law = formula->rate[static_cast<std::size_t>(point.material)];
         const std::span<const double> values = formula->names.values(point);
@@ -243,6 +221,8 @@ Model make(const Values& values, const Materials& materials) {
     read_parameters(values, formula->names, taken);
     read_all_species(values, model, formula->names, taken);
     read_coverages(values, *formula, taken);
+    read_diffusion(values, materials, *formula);
+    read_desorption(values, model, *formula);
     const bool fixed_sticking = read_sticking(values, model, *formula);
     formula->rate = laws_by_material("rate", values.get<Expressions>("rate"), formula->names, true);
     model.deposit = film(values, materials, !values.get<std::string>("deposit").empty());
@@ -256,6 +236,9 @@ Model make(const Values& values, const Materials& materials) {
     const auto asked = static_cast<int>(values.get<std::int64_t>("time_steps"));
     const bool moves = model.coverages.transient || anywhere(values, {"time"});
     model.least_time_steps = asked > 0 ? asked : moves ? kTimeSteps : 1;
+    model.growing_time_steps = values.get<std::string>("time_spacing") == "parabolic";
+    if (model.growing_time_steps && model.least_time_steps == 1)
+        throw KeyError("time_spacing", "needs time steps to space; give time_steps");
     add_functions(formula, fixed_sticking, model);
     return model;
 }
@@ -272,6 +255,13 @@ std::vector<Key> species_keys() {
          Expressions{{{"default", "1.0"}}},
          "",
          "neutrals: probability that a hit sticks, of coverages, position and time; kept in [0, 1]",
+         {.material = true}});
+    keys.push_back(
+        {"desorption",
+         Expressions{{{"default", "0.0"}}},
+         "",
+         "neutrals: flux that leaves the surface by Lambert's law, beside what does not stick, of coverages, "
+         "position and time: 1 is what arrives on an open flat wafer; negative as 0",
          {.material = true}});
     keys.push_back({"yields",
                     std::vector<Values>(),
@@ -299,7 +289,7 @@ They may name
   time                     since the step began
   density                  of the material, 1e22 /cm^3
   pi
-but a sticking no fluxes or cos, which follow from it, and yields only cos or E, parameters and pi.
+but sticking, desorption and diffusion no fluxes or cos, which follow from them, and yields only cos or E, parameters and pi.
 
   [[step]]
   model = "formula"
@@ -341,6 +331,14 @@ ModelEntry formula() {
           "in steady state with the fluxes: by name; those that name each other are solved together"},
          {"coverage_rates", Expressions{}, "1/time",
           "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
+         {"diffusion", Expressions{}, "length^2/time",
+          "of coverages that have a rate, along the surface: D by name, of coverages, position and time; d/dt = rate + div(D "
+          "grad)"},
+         {"diffuses_on",
+          std::vector<std::string>(),
+          "",
+          "materials that coverages diffuse on, none from one to what is not named; empty: all",
+          {.material = true}},
          {"coverage_tolerance",
           1e-3,
           "",
@@ -351,6 +349,12 @@ ModelEntry formula() {
           "",
           "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
           {.min = 0.0, .max = 1e6}},
+         {"time_spacing",
+          std::string("equal"),
+          "",
+          "of those: equal, or parabolic, the k-th of n ending at (k/n)^2 of the step: for fronts that go as the square root of "
+          "time",
+          {.choices = {"equal", "parabolic"}}},
          deposit_key()},
         make,
         nullptr,

@@ -26,6 +26,18 @@ const std::vector<std::string>& reserved_names() {
     return names;
 }
 
+void check_name(const std::string& key, const std::string& name, std::set<std::string>& taken) {
+    if (!is_identifier(name))
+        throw KeyError(key, "must be a name that expressions can use: letters, digits and _, no digit first");
+    const auto& reserved = reserved_names();
+    if (std::find(reserved.begin(), reserved.end(), name) != reserved.end())
+        throw KeyError(key, name + " means something else in every expression; choose another name");
+    if (!taken.insert(name).second)
+        throw KeyError(key, name +
+                                " is the name of another species, yield, coverage or parameter; choose "
+                                "another");
+}
+
 std::vector<std::string> Names::list(bool flux) const {
     std::vector<std::string> names = fluxes;
     if (!flux) std::fill(names.begin(), names.end(), std::string());
@@ -166,6 +178,24 @@ void react(const Formula& formula, const SurfacePoint& point, double time, std::
     if (time > 0.0 && !formula.moving.empty()) move(formula, point, time, values);
     settle(formula, point, values);
     for (std::size_t k = 0; k < theta.size(); ++k) theta[k] = formula.coverage(values, k);
+}
+
+double coverage_rate(const Formula& formula, std::size_t k, const SurfacePoint& point) {
+    const std::span<double> values = formula.names.values(point);
+    settle(formula, point, values);
+    return evaluate(*formula.slow[k], formula.names, point, values);
+}
+
+double diffusivity(const Formula& formula, std::size_t k, const SurfacePoint& point) {
+    if (formula.diffuses_on[static_cast<std::size_t>(point.material)] == 0) return 0.0;
+    const Law& law = *formula.diffusion[k];
+    const std::span<const double> values = formula.names.values(point);
+    const double d = evaluate(law, formula.names, point, values);
+    if (d >= 0.0) return d;
+    throw NumericsError(
+        fmt::format("{} = \"{}\" is {:.6g} on {}, where {}: a diffusion coefficient must not be negative",
+                    law.key, law.expression.text(), d, place_of(formula.names, point, values),
+                    named_values(law, formula.names, values)));
 }
 
 }  // namespace sidewall::app

@@ -1,6 +1,7 @@
 #pragma once
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,10 @@ struct Names {
 /// Names that mean the same in every formula, and so cannot be given to anything else.
 const std::vector<std::string>& reserved_names();
 
+/// Adds \p name, which \p key gives, to those taken.
+/// \throws KeyError unless expressions can use it and nothing else has it.
+void check_name(const std::string& key, const std::string& name, std::set<std::string>& taken);
+
 /// \throws KeyError naming \p key and the character where \p text cannot be read.
 Expression read_expression(const std::string& key, const std::string& text,
                            std::vector<std::string> variables, const Names& names);
@@ -65,10 +70,13 @@ struct Formula {
     Names names;
     std::vector<Law> rate;                         ///< by material
     std::vector<std::vector<Law>> sticking;        ///< by species and material; none for ions
+    std::vector<std::vector<Law>> desorption;      ///< the same; none for those that never do
     std::vector<std::optional<Law>> steady, slow;  ///< by coverage: its value, or d/dt of it
     std::vector<std::size_t> ordered;              ///< steady ones, each after those it names,
     std::vector<std::size_t> coupled;              ///< and those that name each other in turn
     std::vector<std::size_t> moving;               ///< those with a rate
+    std::vector<std::optional<Law>> diffusion;     ///< by coverage: D
+    std::vector<std::uint8_t> diffuses_on;         ///< by material
     bool grows = false;                            ///< a film is named
 
     double& coverage(std::span<double> values, std::size_t k) const {
@@ -79,5 +87,13 @@ struct Formula {
 /// Brings \p theta to what it is after \p time at the point: first the coverages with a rate, then the steady ones.
 /// \throws NumericsError with the law, the material and the values where one is not finite or does not settle.
 void react(const Formula& formula, const SurfacePoint& point, double time, std::span<double> theta);
+
+/// d/dt of coverage \p k, which has a rate, with the steady ones settled around it.
+/// \throws as react.
+double coverage_rate(const Formula& formula, std::size_t k, const SurfacePoint& point);
+
+/// D of coverage \p k, which has one, at a point.
+/// \throws NumericsError if it is not finite or negative.
+double diffusivity(const Formula& formula, std::size_t k, const SurfacePoint& point);
 
 }  // namespace sidewall::app

@@ -48,6 +48,12 @@ struct Coverages {
     /// Slow processes: coverages go from time step to time step, and `react` takes them through each one's time.
     /// Time 0 must leave those as they are.
     bool transient = false;
+    /// Those that spread along the surface, by their places: d/dt = rate + div(D grad). Only of transient ones.
+    std::vector<std::size_t> diffusing = {};
+    /// D of coverage \p k at a point, length^2/time, at least 0; to be set where some diffuse.
+    std::function<double(std::size_t k, const SurfacePoint&)> diffusivity = {};
+    /// d/dt of coverage \p k at a point, 1/time, of its reactions alone; to be set where some diffuse.
+    std::function<double(std::size_t k, const SurfacePoint&)> rate = {};
 };
 
 /// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.
@@ -59,12 +65,16 @@ struct Model {
     /// Sticking of species \p k where coverages decide it; empty: as the species says. Its fluxes do not
     /// enter.
     std::function<double(std::size_t k, const SurfacePoint&)> sticking;
+    /// Flux of species \p k that leaves the surface diffusely, beside what arrives and goes on: 1 is what arrives on an
+    /// open flat wafer, at least 0. Empty: none does. Its fluxes do not enter.
+    std::function<double(std::size_t k, const SurfacePoint&)> desorption;
     std::optional<Vec3> visibility;  ///< unit, towards the source, where line of sight counts
     /// Unit, towards the source of a parallel beam that is not traced; the key that gives it is `direction`.
     std::optional<Vec3> beam;
-    bool depends_on_position = false;                  ///< some function reads SurfacePoint::position
-    int least_time_steps = 1;                          ///< a step is cut into: where V depends on time itself
-    bool depends_on_normal = false;                    ///< V is V(n): needs a scheme with dissipation bounds
+    bool depends_on_position = false;  ///< some function reads SurfacePoint::position
+    int least_time_steps = 1;          ///< a step is cut into: where V depends on time itself
+    bool growing_time_steps = false;   ///< the k-th of n of those ends at (k/n)^2 of the step, else k/n
+    bool depends_on_normal = false;    ///< V is V(n): needs a scheme with dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
     /// To be set where depends_on_normal: the largest etch rate, 0 for none, at a point over all normals. Its own
     /// normal is not read.

@@ -1,13 +1,15 @@
 #include "app/process/coverages.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "app/process/coverage_diffusion.hpp"
 #include "app/process/flux_methods.hpp"
+#include "app/process/flux_reuse.hpp"
 #include "app/process/species_flux.hpp"
+#include "app/process/wedge_points.hpp"
+#include "flux/radiosity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -28,36 +30,6 @@ std::vector<Vec3> wedge_positions(const Model& model, const TriangleMesh& mesh, 
     return positions;
 }
 
-// What stays the same while coverages settle.
-struct WedgePoints {
-    std::vector<std::int32_t> materials;
-    std::vector<Vec3> positions;
-    double time = 0.0;
-};
-
-WedgePoints wedge_points(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving) {
-    return {wedge_materials(arriving), wedge_positions(model, surface.traced(), arriving.wedges),
-            surface.time};
-}
-
-// Calls use(wedge, point) for every wedge in parallel, with its fluxes (none before the first trace) and
-// coverages.
-template <class Use>
-void each_wedge(const SurfaceFlux& arriving, const WedgePoints& points, Use&& use) {
-    const std::size_t tallies = arriving.flux.size(), coverages = arriving.coverage.size();
-    const auto range_of = tbb::blocked_range<std::size_t>(0, points.materials.size(), 512);
-    tbb::parallel_for(range_of, [&](const auto& range) {
-        std::vector<double> flux(tallies), theta(coverages);
-        for (std::size_t w = range.begin(); w != range.end(); ++w) {
-            for (std::size_t k = 0; k < tallies; ++k) flux[k] = arriving.flux[k][w];
-            for (std::size_t k = 0; k < coverages; ++k) theta[k] = arriving.coverage[k][w];
-            const Vec3 position = points.positions.empty() ? Vec3(Vec3::Zero()) : points.positions[w];
-            use(w,
-                SurfacePoint{points.materials[w], flux, Vec3::UnitZ(), true, theta, position, points.time});
-        }
-    });
-}
-
 // Sticking that the coverages leave, by species and wedge; empty where they decide nothing.
 std::vector<double> sticking_of(const Model& model, const SurfaceFlux& arriving, const WedgePoints& points) {
     std::vector<double> sticking;
@@ -69,6 +41,50 @@ std::vector<double> sticking_of(const Model& model, const SurfaceFlux& arriving,
             sticking[k * count + w] = model.sticking(k, point);
     });
     return sticking;
+}
+
+// How species leave the surface, by species and wedge; each list empty where the species say all.
+struct Leaving {
+    std::vector<double> sticking, emission;
+};
+
+// What desorbs where a coverage is in steady state with the flux G that keeps it up goes off like what does
+// not stick, by Lambert's law: sticking s with a desorption d is sticking s - d/G, and none is left to emit
+// where G s > d. Both say the same when G is what arrives; this way what comes and goes many times settles
+// with the trace, not by turns of it.
+void balance(const Model& model, const std::vector<std::vector<double>>& flux, std::size_t wedges,
+             Leaving& leaving) {
+    std::size_t tally = 0;
+    for (std::size_t k = 0; k < model.species.size(); tally += flux::tally_count(model.species[k]), ++k)
+        for (std::size_t w = 0; w < wedges && model.species[k].desorbs; ++w) {
+            double& sticking = leaving.sticking[k * wedges + w];
+            double& emission = leaving.emission[k * wedges + w];
+            const double arriving = flux[tally][w], stays = sticking * arriving;
+            if (!(arriving > 0.0)) continue;
+            sticking = stays > emission ? std::min(sticking, (stays - emission) / arriving) : 0.0;
+            emission = std::max(0.0, emission - stays);
+        }
+}
+
+// \param before  fluxes by tally and wedge that coverages in steady state come from; empty: they are not, or
+// it is not known.
+Leaving leaving_of(const Model& model, const SurfaceFlux& arriving, const WedgePoints& points,
+                   const std::vector<std::vector<double>>& before) {
+    Leaving leaving{sticking_of(model, arriving, points), {}};
+    if (!model.desorption) return leaving;
+    const std::size_t count = points.materials.size();
+    if (leaving.sticking.empty())
+        for (const flux::Species& species : model.species) {
+            const auto own = flux::sticking_by_wedge(arriving.wedges, arriving.materials, species);
+            leaving.sticking.insert(leaving.sticking.end(), own.begin(), own.end());
+        }
+    leaving.emission.resize(model.species.size() * count);
+    each_wedge(arriving, points, [&](std::size_t w, const SurfacePoint& point) {
+        for (std::size_t k = 0; k < model.species.size(); ++k)
+            leaving.emission[k * count + w] = model.desorption(k, point);
+    });
+    if (!before.empty()) balance(model, before, count, leaving);
+    return leaving;
 }
 
 // Coverages after `time` of the fluxes at hand.
@@ -98,7 +114,36 @@ double mean_change(const flux::Wedges& wedges, const std::vector<std::vector<dou
     return most;
 }
 
+// As carry; but a surface that stands still keeps its values to the last bit, which by look-ups would creep
+// from time step to time step.
+std::vector<std::vector<double>> kept_or_carried(const SurfaceField& field,
+                                                 const std::vector<std::string>& names,
+                                                 const TriangleMesh& mesh, const flux::Wedges& wedges) {
+    if (!field.scene || !std::ranges::equal(field.scene->triangles(), mesh.triangles) ||
+        !std::ranges::equal(field.scene->vertices(), mesh.vertices))
+        return carry(field, names, mesh, wedges);
+    std::vector<std::vector<double>> kept(names.size(), std::vector<double>(wedges.count(), 0.0));
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        const auto found = std::find(field.names.begin(), field.names.end(), names[k]);
+        if (found == field.names.end()) continue;
+        const std::vector<double>& corner =
+            field.corner[static_cast<std::size_t>(found - field.names.begin())];
+        for (std::size_t c = 0; c < corner.size(); ++c) kept[k][wedges.corner[c]] = corner[c];
+    }
+    return kept;
+}
+
+// Whether coverages are in steady state with the fluxes.
+bool are_steady(const Coverages& coverages) {
+    return !coverages.names.empty() && !(coverages.pulse > 0.0) && !coverages.transient;
+}
+
 }  // namespace
+
+WedgePoints wedge_points(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving) {
+    return {wedge_materials(arriving), wedge_positions(model, surface.traced(), arriving.wedges),
+            surface.time};
+}
 
 SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                            SurfaceFlux arriving, const SurfaceField& carried, const TraceRequest& request) {
@@ -108,18 +153,25 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
     if (pulsed)
         arriving.coverage.assign(coverages.names.size(), std::vector<double>(points.materials.size(), 0.0));
     else if (any)
-        arriving.coverage = carry(carried, coverages.names, surface.traced(), arriving.wedges);
+        arriving.coverage = kept_or_carried(carried, coverages.names, surface.traced(), arriving.wedges);
     const double time = pulsed ? coverages.pulse / coverages.parts : 0.0;
-    SharedTraces shared{request.methods, {}, {}};
+    SharedTraces shared{request.methods, {}, {}, {}};
+    const bool steady = are_steady(coverages);
+    std::vector<std::vector<double>> before;
+    if (model.desorption && steady) {
+        before = kept_or_carried(carried, carried_names(model), surface.traced(), arriving.wedges);
+        before.resize(before.size() - coverages.names.size());
+    }
     // Anew when the coverages have settled.
     bool choose = recipe.flux.method == "auto" && model.sticking && request.settle && !pulsed &&
                   !are_of(model, request.methods);
     int most = !any ? 1 : pulsed ? coverages.parts : request.settle ? coverages.most_iterations : 1;
     for (int traces = 1;; ++traces) {
-        const std::vector<double> sticking = sticking_of(model, arriving, points);
+        const auto [sticking, emission] =
+            leaving_of(model, arriving, points, steady && traces > 1 ? arriving.flux : before);
         if (!are_of(model, shared.methods))
             shared.methods = choose_methods(recipe, model, surface, arriving, sticking, request);
-        trace_species(recipe, model, surface, sticking, request, shared, arriving);
+        trace_species(recipe, model, surface, sticking, emission, request, shared, arriving);
         arriving.trace->traces = traces;
         if (!any) return arriving;
         std::vector<std::vector<double>> next = reacted(model, time, arriving, points);
@@ -130,14 +182,14 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
         // Sites are taken now, and so will they be in the time steps that follow.
         if (!choose) return arriving;
         choose = false;
-        const std::vector<SpeciesMethod> before =
+        const std::vector<SpeciesMethod> chosen =
             std::exchange(shared.methods, choose_methods(recipe, model, surface, arriving,
                                                          sticking_left(model, surface, arriving), request));
         arriving.trace->methods = shared.methods;
-        if (std::ranges::equal(before, shared.methods, {}, &SpeciesMethod::radiosity,
+        if (std::ranges::equal(chosen, shared.methods, {}, &SpeciesMethod::radiosity,
                                &SpeciesMethod::radiosity))
             return arriving;
-        shared = {shared.methods, {}, {}};
+        shared = {shared.methods, {}, {}, {}};
         arriving.trace.reset();
         most = traces + coverages.most_iterations;
     }
@@ -145,13 +197,20 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
 
 std::vector<double> sticking_left(const Model& model, const TracedSurface& surface,
                                   const SurfaceFlux& arriving) {
-    return sticking_of(model, arriving, wedge_points(model, surface, arriving));
+    return leaving_of(model, arriving, wedge_points(model, surface, arriving),
+                      are_steady(model.coverages) ? arriving.flux : std::vector<std::vector<double>>())
+        .sticking;
 }
 
 std::vector<std::vector<double>> later_coverages(const Model& model, const TracedSurface& surface,
                                                  double time) {
-    const SurfaceFlux& arriving = *surface.arriving;
-    return reacted(model, time, arriving, wedge_points(model, surface, arriving));
+    SurfaceFlux arriving = *surface.arriving;
+    const WedgePoints points = wedge_points(model, surface, arriving);
+    std::vector<std::vector<double>> next = reacted(model, time, arriving, points);
+    if (model.coverages.diffusing.empty() || !(time > 0.0)) return next;
+    diffuse_coverages(model, surface, arriving, points, time, next);
+    arriving.coverage = std::move(next);
+    return reacted(model, 0.0, arriving, points);  // the steady ones, around those
 }
 
 }  // namespace sidewall::app

@@ -71,9 +71,9 @@ flux::FluxResult as_result(flux::RadiosityFlux&& flux, const flux::Exchange& exc
 }  // namespace
 
 void solve_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                   std::span<const double> sticking, const TraceRequest& request,
-                   std::optional<flux::Exchange>& exchange, const std::optional<TraceReport>& before,
-                   SurfaceFlux& arriving) {
+                   std::span<const double> sticking, std::span<const double> emission,
+                   const TraceRequest& request, std::optional<flux::Exchange>& exchange,
+                   const std::optional<TraceReport>& before, SurfaceFlux& arriving) {
     TraceReport& trace = *arriving.trace;
     const std::size_t wedges = arriving.wedges.count();
     std::vector<std::size_t> places;
@@ -89,6 +89,8 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
         if (sticking.empty()) own[i] = flux::sticking_by_wedge(arriving.wedges, arriving.materials, one);
         species[i].sticking =
             sticking.empty() ? std::span<const double>(own[i]) : sticking.subspan(places[i] * wedges, wedges);
+        if (one.desorbs && !emission.empty())
+            species[i].emission = emission.subspan(places[i] * wedges, wedges);
         if (before) species[i].guess = before->species[places[i]].wedge.flux;
     }
     if (!exchange) exchange.emplace(make_exchange(recipe, model, surface, request, arriving));

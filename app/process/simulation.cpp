@@ -192,6 +192,11 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
 // Moves the surface.
 void advance(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
              const TimeStep& next, RunState& state) {
+    // What stands still is left as it is: re-distancing would move it by a thousandth of a cell.
+    const bool moves = next.speed > 0.0 || std::ranges::any_of(motions, [&](const levelset::Motion& motion) {
+                           return levelset::max_speed(state.stack, motion) > 0.0;
+                       });
+    if (!moves) return state.advance(next.dt, next.until);
     const auto seconds = levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
     state.timing.advect += seconds.advect;
     state.timing.redistance += seconds.redistance;

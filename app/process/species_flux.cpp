@@ -52,7 +52,8 @@ std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
     return passes;
 }
 
-// Whether every species of the pass sticks as in the turn before; then its particles would do the same again.
+// Whether every species of the pass sticks, or desorbs, as in the turn before; with both its particles would
+// do the same again.
 bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> before,
                std::span<const double> now, std::size_t wedges) {
     return before.size() == now.size() && std::ranges::all_of(pass, [&](std::size_t k) {
@@ -64,7 +65,7 @@ bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> bef
 // As counted. Its random numbers are those of its first species' place.
 void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                 const std::vector<std::size_t>& pass, std::span<const double> sticking,
-                const TraceRequest& request, SurfaceFlux& arriving) {
+                std::span<const double> emission, const TraceRequest& request, SurfaceFlux& arriving) {
     const std::size_t wedges = arriving.wedges.count();
     std::vector<flux::Species> species;
     std::vector<double> by_wedge;
@@ -77,6 +78,9 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     flux::TraceOptions options = trace_options(recipe, request);
     options.species_index = static_cast<std::uint32_t>(pass.front());
     options.sticking_by_wedge = by_wedge;
+    // What desorbs has a pass of its own.
+    if (species.front().desorbs && !emission.empty())
+        options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
     const auto traced = [&](auto&& tracer) {
         return tracer(surface.traced(), *surface.scene, surface.box, species, arriving.materials,
                       arriving.wedges, options);
@@ -101,19 +105,21 @@ TraceRequest part_of(const TraceRequest& request, std::size_t part, std::size_t 
 
 // Every species, by its method.
 void trace(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-           std::span<const double> sticking, const TraceRequest& request, std::optional<TraceReport> before,
-           SharedTraces& shared, SurfaceFlux& arriving) {
+           std::span<const double> sticking, std::span<const double> emission, const TraceRequest& request,
+           std::optional<TraceReport> before, SharedTraces& shared, SurfaceFlux& arriving) {
     const std::vector<std::vector<std::size_t>> passes = traced_passes(model, shared.methods);
     const bool any_solved = std::ranges::any_of(shared.methods, &SpeciesMethod::radiosity);
     const std::size_t parts = passes.size() + (any_solved ? 1 : 0);
     for (std::size_t p = 0; p < passes.size(); ++p) {
-        if (!before || !unchanged(passes[p], shared.sticking, sticking, arriving.wedges.count()))
-            trace_pass(recipe, model, surface, passes[p], sticking, part_of(request, p, parts), arriving);
+        if (!before || !unchanged(passes[p], shared.sticking, sticking, arriving.wedges.count()) ||
+            !unchanged(passes[p], shared.emission, emission, arriving.wedges.count()))
+            trace_pass(recipe, model, surface, passes[p], sticking, emission, part_of(request, p, parts),
+                       arriving);
         else
             for (const std::size_t k : passes[p]) arriving.trace->species[k] = std::move(before->species[k]);
     }
     if (any_solved)
-        solve_species(recipe, model, surface, sticking, part_of(request, passes.size(), parts),
+        solve_species(recipe, model, surface, sticking, emission, part_of(request, passes.size(), parts),
                       shared.exchange, before, arriving);
     for (std::size_t k = 0; k < model.species.size(); ++k)
         check_trace(recipe, model.species[k], arriving.trace->species[k], shared.methods[k].radiosity,
@@ -166,13 +172,14 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
 }  // namespace
 
 void trace_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                   std::span<const double> sticking, const TraceRequest& request, SharedTraces& shared,
-                   SurfaceFlux& arriving) {
+                   std::span<const double> sticking, std::span<const double> emission,
+                   const TraceRequest& request, SharedTraces& shared, SurfaceFlux& arriving) {
     std::optional<TraceReport> before = std::exchange(arriving.trace, TraceReport{});
     arriving.trace->methods = shared.methods;
     arriving.trace->species.resize(model.species.size());
-    trace(recipe, model, surface, sticking, request, std::move(before), shared, arriving);
+    trace(recipe, model, surface, sticking, emission, request, std::move(before), shared, arriving);
     shared.sticking.assign(sticking.begin(), sticking.end());
+    shared.emission.assign(emission.begin(), emission.end());
     smooth(recipe, surface, arriving);
 }
 

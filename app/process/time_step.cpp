@@ -51,6 +51,15 @@ double in_equal_parts(const Step& step, const Model& model, double left) {
     return left / std::max(1.0, std::ceil(left / longest * (1.0 - 1e-9)));
 }
 
+// Up to the next of the step's parts whose ends are squares: (k/n)^2 of it.
+double in_growing_parts(const Step& step, const Model& model, const RunState& state, double left) {
+    const double n = model.least_time_steps, done = state.time - state.step_start;
+    // 1e-6 of a part is beyond the rounding of a time that many time steps added up to, at its root, too.
+    const double k = std::floor(n * std::sqrt(std::max(0.0, done / step.duration)) + 1e-6) + 1.0;
+    const double part = step.duration * (k / n) * (k / n) - done;
+    return part < left * (1.0 - 1e-9) ? part : left;
+}
+
 // What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
 double bounding_speed(const Model& model, double speed) {
     return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
@@ -70,8 +79,10 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
     }
     next.dt = std::min(equal_parts(next.until - state.time, next.speed, spacing, cfl),
                        approach(to_stop, next.speed, spacing, cfl));
+    const double left = next.until - state.time;
     if (model.least_time_steps > 1)
-        next.dt = std::min(next.dt, in_equal_parts(step, model, next.until - state.time));
+        next.dt = std::min(next.dt, model.growing_time_steps ? in_growing_parts(step, model, state, left)
+                                                             : in_equal_parts(step, model, left));
     return next;
 }
 

@@ -109,8 +109,10 @@ SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const Trac
     if (!surface.arriving) return {};
     const SurfaceFlux& arriving = *surface.arriving;
     const bool transient = model.coverages.transient, reuse = recipe.flux.reuse > 0.0 && !transient;
-    std::vector<std::string> names = reuse ? carried_names(model) : model.coverages.names;
-    std::vector<std::vector<double>> values = reuse       ? carried_values(arriving)
+    // What desorbs in steady state goes with the flux that keeps it up, see settled_fluxes.
+    const bool fluxes = reuse || (model.desorption && !transient && !model.coverages.names.empty());
+    std::vector<std::string> names = fluxes ? carried_names(model) : model.coverages.names;
+    std::vector<std::vector<double>> values = fluxes      ? carried_values(arriving)
                                               : transient ? later_coverages(model, surface, dt)
                                                           : arriving.coverage;
     if (surface.simplified && bounds_by_flux(recipe.simplify)) {

@@ -54,8 +54,8 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
 
 std::string why_monte_carlo(const Model& model, std::size_t k) {
     const flux::Species& species = model.species[k];
-    const bool sticks =
-        !model.sticking && std::ranges::all_of(species.sticking, [](double s) { return s == 1.0; });
+    const bool sticks = !model.sticking && !species.desorbs &&
+                        std::ranges::all_of(species.sticking, [](double s) { return s == 1.0; });
     // Nothing is re-emitted: a path is one flight, which starts where the source is bright.
     return sticks ? "it sticks wherever it lands" : flux::why_not_radiosity(species);
 }

@@ -254,6 +254,28 @@ TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest
             {"species[0].yields", "is for ions"});
     refuses("rate = -1\nspecies = [{ name = \"i\", kind = \"ion\", sticking = 0.5 }]\n",
             {"species[0].sticking", "neutrals"});
+    refuses("rate = -1\nspecies = [{ name = \"i\", kind = \"ion\", desorption = 0.5 }]\n",
+            {"species[0].desorption", "neutrals"});
+    refuses("rate = -1\nspecies = [{ name = \"F\", desorption = \"0.1*F\" }]\n",
+            {"species[0].desorption", "unknown name F"});
+    refuses("rate = -1\nspecies = [{ name = \"F\", desorption = { Si = -0.1 } }]\n",
+            {"species[0].desorption.Si", "must be in [0, "});
+    refuses("rate = -1\nspecies = [{ name = \"F\", desorption = { Sio2 = 0.1 } }]\n",
+            {"desorption.Sio2", "unknown material", "SiO2"});
+    const std::string slow =
+        "rate = -1\nspecies = [{ name = \"F\" }]\ncoverage_rates = { theta = \"F - theta\" }\n";
+    refuses(slow + "diffusion = { theta = -0.1 }\n", {"diffusion.theta", "is -0.1: must be in [0, "});
+    refuses(slow + "diffusion = { theta = \"1/0\" }\n", {"diffusion.theta", "must be in [0, "});
+    refuses(slow + "diffusion = { theta = \"F\" }\n", {"diffusion.theta", "unknown name F"});
+    refuses(slow + "diffusion = { thet = 0.1 }\n", {"diffusion.thet", "coverage_rates"});
+    refuses(
+        "rate = -1\nspecies = [{ name = \"F\" }]\ncoverages = { theta = \"F\" }\ndiffusion = { theta = 0.1 }\n",
+        {"diffusion.theta", "takes time"});
+    refuses(slow + "diffuses_on = [\"Si\"]\n", {"diffuses_on", "give diffusion"});
+    refuses(slow + "diffusion = { theta = 0.1 }\ndiffuses_on = [\"Sj\"]\n",
+            {"diffuses_on", "unknown material"});
+    refuses(slow + "time_spacing = \"cubic\"\n", {"time_spacing", "parabolic"});
+    refuses("rate = -1\ntime_spacing = \"parabolic\"\n", {"time_spacing", "time_steps"});
     refuses(kIon + "angular = \"E\" }] }]\n", {"species[0].yields[0].angular", "unknown name E", "cos"});
     refuses(kIon + "energy = \"cos\" }] }]\n", {"species[0].yields[0].energy", "unknown name cos"});
     refuses(kIon + "angular = \"1/cos\" }] }]\n", {"angular", "no finite value where cos is 0"});

@@ -118,6 +118,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"cd_at_0.2", 1.3, 1.8},
       {"undercut", 0.1, 0.45},
       {"removed_volume_Mask", 0.0, 0.02}}},
+    // Nothing moves.
+    {"neutral_transport", {{"depth", -1e-4, 1e-4}, {"cd_at_-0.5", 0.097, 0.103}}},
     {"slanted_lines", {{"depth", 0.03, 0.08}, {"removed_volume_Mask", 0.0, 0.001}}},
     {"sputter_facet",
      {{"depth", 0.6 + 0.02, 0.6 + 0.1}, {"cd_at_0.2", 0.85, 1.2}, {"cd_at_0.4", 0.78, 0.82}}},
@@ -126,6 +128,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
      {{"film_top", 12.0 * 0.031, 12.0 * 0.04 * 1.03},
       {"step_coverage_bottom", 0.1, 0.35},
       {"added_volume_SiO2", 0.0, 0.01}}},
+    // 5 s at 0.6 of a third of the sites at most, a second late.
+    {"surface_diffusion", {{"film_top", 0.5, 1.0}, {"step_coverage_bottom", 0.1, 0.9}}},
     {"teos_trench", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.4, 0.8}}},
     {"teos_two_precursors", {{"film_top", 0.28, 0.32}, {"step_coverage_bottom", 0.5, 0.9}}},
     {"trench_deposition", {{"depth", 6.5, 7.2}, {"added_volume_SiO2", 170.0, 200.0}}},
