@@ -25,6 +25,8 @@ Deposition|ald_hole|--cut y=0 --view 20,15
 Deposition|sputter_map|--view 20,20
 Deposition|surface_diffusion|--view 20,20
 Deposition|neutral_transport|--cut y=0 --view 25,15 --color coverage_theta
+Deposition|sputter_deposition|--cut y=0 --view 20,15
+Deposition|apcvd_trench|--view 0,0
 Deposition|fin_epitaxy|--view 25,20
 Etching|simple_hole_etch|--cut y=0 --view 25,20
 Etching|directional_hole_etch|--cut y=0 --view 25,25
@@ -36,6 +38,7 @@ Etching|fluorocarbon_contact|--cut y=0 --view 20,15
 Etching|formula_etch|--view 25,20
 Etching|sheath_ions|--view 20,20
 Etching|oxide_nitride_stack|--view 20,15
+Etching|sige_selective_etch|--view 0,0
 Etching|slanted_lines|--cut y=0 --view 15,35
 Etching|ion_beam_trench|--view 15,20
 Etching|faraday_cage|--view 15,20

@@ -93,10 +93,21 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
                "above 0");
         demand(bin.angle_from >= 0.0 && bin.angle_to >= bin.angle_from && bin.angle_to < kRight - 1e-9,
                "angle of a source's bin", bin.angle_to, "in [0, pi/2)");
-        demand(bin.energy_from >= 0.0 && bin.energy_to >= bin.energy_from && energy.mean > 0.0,
-               "energy of a source's bin", bin.energy_to, "rising, of a species with energy");
+        demand(bin.energy_from >= 0.0 && bin.energy_to >= bin.energy_from &&
+                   (bin.energy_to > 0.0) == (energy.mean > 0.0),
+               "energy of a source's bin", bin.energy_to, "rising, or 0 for a species without energy");
         before = bin.until;
     }
+    demand(species.source_beta >= -1.0 && species.source_beta <= 1e6, "source_beta", species.source_beta,
+           "in [-1, 1e6]");
+    if (species.source_beta != 0.0 && (!species.bins.empty() || species.source_exponent != 1.0))
+        throw RecipeError(fmt::format("{}: source_beta stands for bins and source_exponent: give one of them",
+                                      species.name));
+    demand(species.mean_free_path > 0.0, "mean_free_path", species.mean_free_path, "above 0");
+    if (std::isfinite(species.mean_free_path) && (energy.mean > 0.0 || species.redeposition))
+        throw RecipeError(fmt::format(
+            "{}: mean_free_path = {}: is for species without energy and redeposition: collisions turn them thermal",
+            species.name, species.mean_free_path));
     demand(species.stop_energy >= 0.0, "stop_energy", species.stop_energy, "at least 0");
     const Reflection& r = species.reflection;
     demand(r.from >= 0.0 && r.from <= kRight, "reflection from", r.from, "in [0, pi/2]");

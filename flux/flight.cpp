@@ -145,12 +145,12 @@ Vec3 hit_point(const Geometry& geometry, const Flight& flight) {
     return (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2);
 }
 
-Flight fly(const Geometry& geometry, Particle particle) {
+Flight fly(const Geometry& geometry, Particle particle, double free_path) {
     const bool bounded =
         geometry.box.boundary[0] != Boundary::open && geometry.box.boundary[1] != Boundary::open;
     Flight flight;
     Trail trail;
-    double back_up = 0.0;
+    double back_up = 0.0, travelled = 0.0;
     while (flight.segments < kMaxSegments) {
         trail.add(particle.position);
         const SideMeeting side = next_side(geometry.box, particle.position, particle.direction);
@@ -159,8 +159,9 @@ Flight fly(const Geometry& geometry, Particle particle) {
             rise == 0.0 ? kInfinity
                         : ((rise > 0.0 ? geometry.top : geometry.bottom) - particle.position.z()) / rise;
         flight.direction = particle.direction;
+        const double left = free_path - travelled;
         const SegmentHit hit =
-            trace_segment(geometry, particle, back_up, std::min(side.distance, exit), flight);
+            trace_segment(geometry, particle, back_up, std::min({side.distance, exit, left}), flight);
         if (hit == SegmentHit::front) {
             flight.end = FlightEnd::hit;
             return flight;
@@ -171,6 +172,10 @@ Flight fly(const Geometry& geometry, Particle particle) {
                 flight.end = FlightEnd::hit;
             else
                 rescue(geometry, trail, flight);
+            return flight;
+        }
+        if (left <= std::min(side.distance, exit)) {
+            flight.end = FlightEnd::collided;
             return flight;
         }
         if (exit <= side.distance) {
@@ -184,6 +189,7 @@ Flight fly(const Geometry& geometry, Particle particle) {
             flight.end = FlightEnd::escaped;
             return flight;
         }
+        travelled += side.distance;
         particle.from = surface::kNoTriangle;
         back_up = kOverlap * geometry.skin;
     }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <limits>
 
 #include "flux/lateral.hpp"
 #include "surface/ray_scene.hpp"
@@ -30,7 +31,7 @@ struct Particle {
         surface::kNoTriangle;  ///< the triangle it leaves, which is flat and cannot be hit at once
 };
 
-enum class FlightEnd { hit, escaped, leaked };
+enum class FlightEnd { hit, escaped, leaked, collided };
 
 /// How a flight ended; where, if it hit.
 struct Flight {
@@ -51,7 +52,9 @@ struct Flight {
 /// triangle's rim, else at the surface nearest to where it started or last crossed a side, if one is within
 /// the rounding. If neither, it came past the rim and has escaped if the box has one inside, else it has leaked,
 /// which means that the mesh has a hole.
-Flight fly(const Geometry& geometry, Particle particle);
+/// \param free_path  it collides if it gets this far, through sides, without a hit.
+Flight fly(const Geometry& geometry, Particle particle,
+           double free_path = std::numeric_limits<double>::infinity());
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle);

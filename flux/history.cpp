@@ -4,6 +4,7 @@
 //                 a direction, an energy
 //     fly         to the next hit, through side planes on the way (lateral.hpp)       packets.cpp
 //                 one by one where rounding matters                                   flight.cpp
+//                 with collisions on the way, if the species has a mean free path     gas.cpp
 //     hit         one of three kinds, by what the species does at the surface:
 //       neutrals    stick, or are re-emitted diffusely                                neutral_hits.cpp
 //       ions        and whatever has energy, yields, reflection or redeposition       ion_hits.cpp

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flux/gas.hpp"
 #include "flux/lambert8.hpp"
 #include "flux/packets.hpp"
 #include "surface/ray_scene.hpp"
@@ -33,6 +34,7 @@ bool fly_on(const Trace& trace, std::span<Bundle> bundles, Rays& rays, Event& ev
         terminate_as_leaked(rays, bundles);
         return false;
     }
+    if (std::isfinite(trace.species.mean_free_path)) return fly_through_gas(trace, rays, event, flights);
     fly_block(trace.geometry, rays, flights);
     return true;
 }

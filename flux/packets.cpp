@@ -55,11 +55,13 @@ inline void reach_of(const Bounds& b, const float* x, const float* y, const floa
 struct alignas(64) Crossing {
     std::size_t count = 0;
     Column<float> x, y, z, dx, dy, dz;
+    Column<float> travelled;  // before this segment; only where free paths end
     Column<std::uint32_t> row;
 };
 
 // One by one, from the start of the flight, which the row still holds.
-void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, FlightCounts& counts) {
+void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double free_path,
+               FlightCounts& counts) {
     const auto wide = [](float a, float b, float c) {
         return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
     };
@@ -67,10 +69,13 @@ void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, FlightCoun
     for (int axis = 0; axis < 2; ++axis)
         start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
     const Flight flight =
-        fly(geometry, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]});
+        fly(geometry, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]},
+            free_path);
     counts.segments += flight.segments;
     if (flight.end != FlightEnd::hit) {
-        rays.triangle[row] = flight.end == FlightEnd::escaped ? surface::kNoTriangle : kLeaked;
+        rays.triangle[row] = flight.end == FlightEnd::escaped    ? surface::kNoTriangle
+                             : flight.end == FlightEnd::collided ? kCollided
+                                                                 : kLeaked;
         return;
     }
     counts.rescued += flight.rescued;
@@ -110,10 +115,12 @@ inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, 
     return true;
 }
 
+// Whether free paths end is known when this is compiled, so that it costs nothing where they do not.
+template <bool kWithin>
 class PacketFlight {
   public:
-    PacketFlight(const Geometry& geometry, Rays& rays, FlightCounts& counts)
-        : geometry_(geometry), rays_(rays), counts_(counts), b_(geometry) {
+    PacketFlight(const Geometry& geometry, Rays& rays, const Column<float>* free_path, FlightCounts& counts)
+        : geometry_(geometry), rays_(rays), free_path_(free_path), counts_(counts), b_(geometry) {
         rtcInitIntersectContext(&context_);
     }
 
@@ -124,8 +131,7 @@ class PacketFlight {
         // A flight that crosses more sides than this may not end because of rounding, which fly() finds out.
         for (int round = 0; crossing.count > 0; ++round) {
             if (round == 1000) {
-                for (std::size_t i = 0; i < crossing.count; ++i)
-                    fly_alone(geometry_, rays_, crossing.row[i], counts_);
+                for (std::size_t i = 0; i < crossing.count; ++i) alone(crossing.row[i]);
                 return;
             }
             const std::size_t count = crossing.count;
@@ -136,6 +142,20 @@ class PacketFlight {
     }
 
   private:
+    void alone(std::size_t row) {
+        double free_path = std::numeric_limits<double>::infinity();
+        if constexpr (kWithin) free_path = static_cast<double>((*free_path_)[row]);
+        fly_alone(geometry_, rays_, row, free_path, counts_);
+    }
+
+    // Whether lane i's particle ends its free path before it hits, or comes to a side or out.
+    bool collides(std::size_t i, std::size_t row, float travelled, float back_up) const {
+        const float way = packet_.hit.primID[i] == surface::kNoTriangle
+                              ? std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i])
+                              : packet_.ray.tfar[i] - back_up;
+        return travelled + way > (*free_path_)[row];
+    }
+
     // rtcIntersect8 of the first `lanes` rays, from `back_up` before the given positions.
     void intersect(const float* x, const float* y, const float* z, const float* dx, const float* dy,
                    const float* dz, std::size_t lanes, float back_up) {
@@ -193,20 +213,26 @@ class PacketFlight {
             const int own = triangle == from[i] ? -1 : 0, missed = triangle == surface::kNoTriangle ? -1 : 0;
             unclear[i] = valid_[i] & ((missed & ~out) | (~missed & (behind_[i] | own)));
         }
-        for (std::size_t i = 0; i < kLanes; ++i) any |= unclear[i];
         store_hits(first);
+        if constexpr (kWithin)
+            for (std::size_t i = 0; i < lanes; ++i)
+                if (collides(i, first + i, 0.0f, 0.0f)) {
+                    r.triangle[first + i] = kCollided;
+                    unclear[i] = 0;
+                }
+        for (std::size_t i = 0; i < kLanes; ++i) any |= unclear[i];
         if (any == 0) return;
         for (std::size_t i = 0; i < lanes; ++i) {
             if (unclear[i] == 0) continue;
             const std::size_t row = first + i;
             const Way way = way_of(i, r.dz[row]);
             if (r.triangle[row] != surface::kNoTriangle || way == Way::unclear) {
-                fly_alone(geometry_, r, row, counts_);
+                alone(row);
                 continue;
             }
             float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];
-            if (cross(b_, reach_, i, x, y, z, dx, dy, r.dz[row]))
-                push(crossing, row, x, y, z, dx, dy, r.dz[row]);
+            if (!cross(b_, reach_, i, x, y, z, dx, dy, r.dz[row])) continue;
+            push(crossing, row, x, y, z, dx, dy, r.dz[row], std::min(reach_.side_x[i], reach_.side_y[i]));
         }
     }
 
@@ -220,9 +246,14 @@ class PacketFlight {
             const std::uint32_t row = c.row[at], triangle = packet_.hit.primID[i];
             float x = c.x[at], y = c.y[at], z = c.z[at], dx = c.dx[at], dy = c.dy[at];
             const float dz = c.dz[at];
+            if constexpr (kWithin)
+                if (collides(i, row, c.travelled[at], b_.overlap)) {
+                    r.triangle[row] = kCollided;
+                    continue;
+                }
             if (triangle != surface::kNoTriangle) {
                 if (behind_[i]) {
-                    fly_alone(geometry_, r, row, counts_);
+                    alone(row);
                     continue;
                 }
                 r.x[row] = packet_.ray.org_x[i];
@@ -234,12 +265,13 @@ class PacketFlight {
                 continue;
             }
             const Way way = way_of(i, dz);
+            const float travelled = kWithin ? c.travelled[at] : 0.0f;
             if (way == Way::unclear)
-                fly_alone(geometry_, r, row, counts_);
+                alone(row);
             else if (way == Way::out || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
                 r.triangle[row] = surface::kNoTriangle;
             else
-                push(c, row, x, y, z, dx, dy, dz);
+                push(c, row, x, y, z, dx, dy, dz, travelled + std::min(reach_.side_x[i], reach_.side_y[i]));
         }
     }
 
@@ -267,7 +299,8 @@ class PacketFlight {
         rays_.distance[row] = packet_.ray.tfar[lane];
     }
 
-    static void push(Crossing& c, std::size_t row, float x, float y, float z, float dx, float dy, float dz) {
+    static void push(Crossing& c, std::size_t row, float x, float y, float z, float dx, float dy, float dz,
+                     float travelled) {
         const std::size_t at = c.count++;
         c.x[at] = x;
         c.y[at] = y;
@@ -275,11 +308,13 @@ class PacketFlight {
         c.dx[at] = dx;
         c.dy[at] = dy;
         c.dz[at] = dz;
+        if constexpr (kWithin) c.travelled[at] = travelled;
         c.row[at] = static_cast<std::uint32_t>(row);
     }
 
     const Geometry& geometry_;
     Rays& rays_;
+    const Column<float>* free_path_;
     FlightCounts& counts_;
     const Bounds b_;
     RTCIntersectContext context_;
@@ -329,12 +364,26 @@ void turn_back(Rays& rays, const Straightened& kept) {
 
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
     if (!geometry.straight) {
-        PacketFlight(geometry, rays, counts).fly();
+        PacketFlight<false>(geometry, rays, nullptr, counts).fly();
         return;
     }
     static thread_local Straightened kept;  // too large for a stack frame
     turn_into_plane(geometry, rays, kept);
-    PacketFlight(geometry, rays, counts).fly();
+    PacketFlight<false>(geometry, rays, nullptr, counts).fly();
+    turn_back(rays, kept);
+}
+
+void fly_block_within(const Geometry& geometry, Rays& rays, const Column<float>& free_path,
+                      FlightCounts& counts) {
+    if (!geometry.straight) {
+        PacketFlight<true>(geometry, rays, &free_path, counts).fly();
+        return;
+    }
+    static thread_local Straightened kept;
+    static thread_local Column<float> in_plane;
+    turn_into_plane(geometry, rays, kept);
+    for (std::size_t i = 0; i < rays.count; ++i) in_plane[i] = free_path[i] * kept.share[i];
+    PacketFlight<true>(geometry, rays, &in_plane, counts).fly();
     turn_back(rays, kept);
 }
 

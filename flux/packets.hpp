@@ -18,4 +18,9 @@ struct FlightCounts {
 /// the thread.
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts);
 
+/// The same for particles whose free paths end: row i flies at most \p free_path[i], through sides, in world units.
+/// Those that get that far have the triangle kCollided, and where they are is not told.
+void fly_block_within(const Geometry& geometry, Rays& rays, const Column<float>& free_path,
+                      FlightCounts& counts);
+
 }  // namespace sidewall::flux

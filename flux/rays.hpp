@@ -31,5 +31,6 @@ struct alignas(64) Rays {
 };
 
 constexpr std::uint32_t kLeaked = 0xfffffffeu;
+constexpr std::uint32_t kCollided = 0xfffffffdu;  ///< its free path ended first: fly_block_within
 
 }  // namespace sidewall::flux

@@ -27,6 +27,14 @@ inline Vec3 sample_cosine_power(const Vec3& axis, double exponent, double u1, do
     return direction_around(axis, std::exp(log_cosine), std::sqrt(-std::expm1(2.0 * log_cosine)), u2);
 }
 
+/// A direction within the hemisphere of \p axis, density per solid angle cos (1 + b cos^2) / (pi (1 + b / 2)), b >= -1,
+/// by inversion in cos^2. \p u1, \p u2 uniform in (0, 1).
+inline Vec3 sample_cosine_beta(const Vec3& axis, double b, double u1, double u2) {
+    const double whole = u1 * (2.0 + b);
+    const double squared = std::min(1.0, whole / (1.0 + std::sqrt(std::max(0.0, 1.0 + b * whole))));
+    return direction_around(axis, std::sqrt(squared), std::sqrt(1.0 - squared), u2);
+}
+
 /// Density of sample_cosine_power, per steradian, at an angle whose cosine to the axis is \p cosine.
 inline double cosine_power_density(double cosine, double exponent) {
     return cosine > 0.0 ? (exponent + 1.0) / (2.0 * std::numbers::pi) * std::pow(cosine, exponent) : 0.0;

@@ -150,6 +150,16 @@ void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& 
             set(row, d, energy);
             continue;
         }
+        if (species.source_beta != 0.0) {
+            Vec3 d = sample_cosine_beta(axis, species.source_beta, unit_double(pair.first),
+                                        unit_double(pair.second));
+            while (!(d.z() < -1e-6)) {
+                const double u1 = random.uniform(), u2 = random.uniform();
+                d = sample_cosine_beta(axis, species.source_beta, u1, u2);
+            }
+            set(row, d, 0.0);
+            continue;
+        }
         Vec3 d = sample_cosine_power(axis, species.source_exponent, unit_double(pair.first),
                                      unit_double(pair.second));
         while (!(d.z() < -1e-6))
@@ -194,8 +204,8 @@ void emit(const Geometry& geometry, const Species& species, const SurfaceSource&
     rays.count = count;
     Column<double> on_surface;
     emit_positions(geometry, surface.share, key, batch, first, rays, on_surface);
-    const bool thermal =
-        species.source_exponent == 1.0 && species.beam.z() == -1.0 && species.energy.mean == 0.0;
+    const bool thermal = species.source_exponent == 1.0 && species.beam.z() == -1.0 &&
+                         species.energy.mean == 0.0 && species.bins.empty() && species.source_beta == 0.0;
     if (thermal)
         emit_thermal(batch, rays);
     else

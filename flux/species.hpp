@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -77,11 +78,12 @@ struct Redeposition {
     std::vector<double> sticking{1.0};  ///< by material
 };
 
-/// A share of what a source sends: even over angles from `beam` and over energies.
+/// A share of what a source sends: even over angles from `beam` and over energies, which are 0 for a species without.
 struct SourceBin {
     double angle_from = 0.0, angle_to = 0.0;    ///< radian, below pi/2
     double energy_from = 0.0, energy_to = 0.0;  ///< eV
     double until = 1.0;                         ///< its share and those of the bins before it; 1 of the last
+    bool operator==(const SourceBin&) const = default;
 };
 
 /// Particles of one kind.
@@ -94,12 +96,18 @@ struct Species {
     bool rotating = false;       ///< the wafer turns: every azimuth of the beam is as likely
     Energy energy{};
     Reflection reflection{};
-    std::vector<SourceBin>
-        bins{};                ///< of an ion: if any, in place of source_exponent and of how energies scatter
-    double stop_energy = 0.0;  ///< an ion that a reflection leaves with less is absorbed
-    std::vector<Yield> yields{};  ///< a tally each, beside the arrivals
+    std::vector<SourceBin> bins{};  ///< if any, in place of source_exponent and of how energies scatter
+    double stop_energy = 0.0;       ///< an ion that a reflection leaves with less is absorbed
+    std::vector<Yield> yields{};    ///< a tally each, beside the arrivals
     std::optional<Redeposition> redeposition{};
     bool desorbs = false;  ///< particles of it start on the surface, too: TraceOptions::emission_by_wedge
+    /// b of the source's cos (1 + b cos^2) about `beam`, at least -1, in place of source_exponent: what a sputtered
+    /// target sends, under-cosine below 0 and over-cosine above (Yamamura et al., Radiat. Eff. Defects Solids 118, 237
+    /// (1991)). 0: source_exponent counts.
+    double source_beta = 0.0;
+    /// Between collisions in the gas, which turn a particle into any direction as likely. Only for species without
+    /// energy and redeposition; infinite: none collides.
+    double mean_free_path = std::numeric_limits<double>::infinity();
 };
 
 /// Fluxes a species yields, in this order everywhere: arrivals, each of its yields, redeposition if it has
@@ -127,7 +135,8 @@ inline bool goes_on_diffusely(const Species& species) {
 /// neutrals from the same source alone that differ in their sticking alone.
 inline bool same_paths(const Species& a, const Species& b) {
     return goes_on_diffusely(a) && goes_on_diffusely(b) && a.source_exponent == b.source_exponent &&
-           a.beam == b.beam && a.rotating == b.rotating && !a.desorbs && !b.desorbs;
+           a.beam == b.beam && a.rotating == b.rotating && !a.desorbs && !b.desorbs && a.bins == b.bins &&
+           a.source_beta == b.source_beta && a.mean_free_path == b.mean_free_path;
 }
 
 /// Ions of Belen et al.: n = 500, 100 +- 10 eV, coned reflection from 70 to 90 degrees, no yields yet.

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "app/models/chemistry.hpp"
-#include "app/models/model.hpp"
+#include "app/models/gas.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -15,6 +15,7 @@ Model make(const Values& values, const Materials& materials) {
     const std::vector<double> sticking = by_material_id(values.get<ByMaterial>("sticking"), materials);
     Model model;
     model.species = {{"precursor", 1.0, sticking}};
+    add_gas(values, "", model);
     model.deposit = film(values, materials, true);
     model.coverages.names = {"precursor"};
     model.coverages.pulse = pulse;
@@ -37,7 +38,7 @@ Model make(const Values& values, const Materials& materials) {
 
 ModelEntry ald() {
     const std::string flux = "1e15 /cm^2/time";
-    return {
+    ModelEntry entry{
         "ald",
         "atomic layer deposition, cycle after cycle of pulse and purge: V = growth_per_cycle * theta / cycle",
         {{"growth_per_cycle", 0.0, "length", "at full coverage", required(kPositive)},
@@ -54,6 +55,8 @@ ModelEntry ald() {
           {.min = 1, .max = 1000}},
          deposit_key()},
         make};
+    for (Key& key : gas_keys()) entry.keys.push_back(std::move(key));
+    return entry;
 }
 
 }  // namespace sidewall::app

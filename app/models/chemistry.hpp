@@ -1,5 +1,7 @@
 #pragma once
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 // Surface kinetics as pure functions. Rates in sites per area and time, all in the same unit; any of them may
 // be zero, and the limits are taken exactly.
@@ -26,6 +28,31 @@ inline PassivatedCoverage passivated_coverage(double etchant_gain, double etchan
                 passivant_gain / (etchant_gain + passivant_gain)};
     const double e = etchant_gain / etchant_loss, p = passivant_gain / passivant_loss;
     return {e / (1.0 + e + p), p / (1.0 + e + p)};
+}
+
+/// Gain and loss of one of several adsorbates: gain (free sites) = loss * coverage.
+struct Adsorbate {
+    double gain = 0.0, loss = 0.0;
+};
+
+/// Steady state of adsorbates that compete for free sites: theta_k = r_k / (1 + sum of r), r = gain / loss. Those that
+/// never leave share all sites, as they were taken.
+template <std::size_t N>
+std::array<double, N> competing_coverages(const std::array<Adsorbate, N>& adsorbates) {
+    std::array<double, N> theta{};
+    double sum = 1.0, kept = 0.0;
+    for (std::size_t k = 0; k < N; ++k) {
+        const auto [gain, loss] = adsorbates[k];
+        if (!(gain > 0.0)) continue;
+        theta[k] = loss > 0.0 ? gain / loss : INFINITY;
+        if (std::isinf(theta[k]))
+            kept += gain;
+        else
+            sum += theta[k];
+    }
+    for (std::size_t k = 0; k < N; ++k)
+        theta[k] = kept > 0.0 ? (std::isinf(theta[k]) ? adsorbates[k].gain / kept : 0.0) : theta[k] / sum;
+    return theta;
 }
 
 /// Coverages of La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003).

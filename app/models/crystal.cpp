@@ -66,16 +66,18 @@ CrystalAxes axes_of(const Values& values) {
 }
 
 std::vector<Key> crystal_keys(const char* what) {
-    const std::string doc = std::string(what) + " of ";
+    const auto rate = [&](const char* name, const char* faces) {
+        return Key{name, 0.0, "length/time", std::string(what) + " of " + faces, required(kNotNegative)};
+    };
     return {{"material",
              std::string(),
              "",
              "the crystal; all else is inert",
              {.required = true, .material = true}},
-            {"r100", 0.0, "length/time", doc + "<100> faces", required(kNotNegative)},
-            {"r110", 0.0, "length/time", doc + "<110> faces", required(kNotNegative)},
-            {"r111", 0.0, "length/time", doc + "<111> faces", required(kNotNegative)},
-            {"r311", 0.0, "length/time", doc + "<311> faces", required(kNotNegative)},
+            rate("r100", "<100> faces"),
+            rate("r110", "<110> faces"),
+            rate("r111", "<111> faces"),
+            rate("r311", "<311> faces"),
             {"axis_100",
              std::vector<double>{1.0, 1.0, 0.0},
              "",
@@ -85,9 +87,8 @@ std::vector<Key> crystal_keys(const char* what) {
 }
 
 // V(n) on the materials marked, 0 elsewhere.
-Model crystal_model(const Values& values, std::vector<std::uint8_t> marked, double sign) {
-    const CrystalRates rates{values.get<double>("r100"), values.get<double>("r110"),
-                             values.get<double>("r111"), values.get<double>("r311")};
+Model crystal_model(const Values& values, const CrystalRates& rates, std::vector<std::uint8_t> marked,
+                    double sign) {
     const CrystalAxes axes = axes_of(values);
     Model model;
     model.depends_on_normal = true;
@@ -113,7 +114,26 @@ Model crystal_model(const Values& values, std::vector<std::uint8_t> marked, doub
 Model make_wet(const Values& values, const Materials& materials) {
     std::vector<std::uint8_t> marked(materials.size(), 0);
     marked[static_cast<std::size_t>(*material_id(materials, values.get<std::string>("material")))] = 1;
-    return crystal_model(values, std::move(marked), -1.0);
+    const CrystalRates rates{values.get<double>("r100"), values.get<double>("r110"),
+                             values.get<double>("r111"), values.get<double>("r311")};
+    return crystal_model(values, rates, std::move(marked), -1.0);
+}
+
+using Number = std::optional<double>;
+
+// Slowest on <111>, as in selective epitaxy of silicon and its alloys with germanium, which these faces
+// bound. 1 and 0.5 are the defaults of ViennaPS 4.6 (psSelectiveEpitaxy.hpp), which knows these two families;
+// the others grow at their mean.
+constexpr double kGrowth100 = 1.0, kShare111 = 0.5;
+
+CrystalRates growth_rates(const Values& values) {
+    CrystalRates rates;
+    rates.r100 = values.get<double>("r100");
+    rates.r111 = values.get<Number>("r111").value_or(kShare111 * rates.r100);
+    const double mean = 0.5 * (rates.r100 + rates.r111);
+    rates.r110 = values.get<Number>("r110").value_or(mean);
+    rates.r311 = values.get<Number>("r311").value_or(mean);
+    return rates;
 }
 
 // The film is a crystal like the one it grows on.
@@ -122,7 +142,7 @@ Model make_epitaxy(const Values& values, const Materials& materials) {
     const std::optional<int> deposit = film(values, materials, true);
     marked[static_cast<std::size_t>(*material_id(materials, values.get<std::string>("material")))] = 1;
     marked[static_cast<std::size_t>(*deposit)] = 1;
-    Model model = crystal_model(values, std::move(marked), 1.0);
+    Model model = crystal_model(values, growth_rates(values), std::move(marked), 1.0);
     model.deposit = deposit;
     return model;
 }
@@ -137,6 +157,18 @@ ModelEntry wet() {
 
 ModelEntry epitaxy() {
     std::vector<Key> keys = crystal_keys("growth rate");
+    Rule open = kNotNegative;
+    open.word = "auto";
+    for (Key& key : keys) {
+        if (key.name == "r100") {
+            key.fallback = kGrowth100;
+            key.rule = kNotNegative;
+        } else if (key.name.starts_with("r")) {
+            key.fallback = Number();
+            key.doc += key.name == "r111" ? "; auto: half of r100" : "; auto: the mean of r100 and r111";
+            key.rule = open;
+        }
+    }
     keys.push_back(deposit_key());
     return {"epitaxy", "selective epitaxy: a crystal grows on a crystal only, facets by direction",
             std::move(keys), make_epitaxy};

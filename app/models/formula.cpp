@@ -7,6 +7,7 @@
 
 #include "app/models/formula_coverages.hpp"
 #include "app/models/formula_yields.hpp"
+#include "app/models/gas.hpp"
 #include "app/models/ions.hpp"
 #include "app/models/particles.hpp"
 
@@ -107,6 +108,7 @@ void read_all_species(const Values& values, Model& model, Names& names, std::set
     for (std::size_t k = 0; k < list.size(); ++k) {
         const std::size_t first = names.fluxes.size();
         model.species.push_back(read_species(list[k], k, names, cosines));
+        add_gas(list[k], species_path(k), model);
         model.species_keys.push_back(species_path(k));
         const std::vector<std::string> tallies = flux::tally_names(model.species.back());
         for (std::size_t t = 0; t < tallies.size(); ++t) {

@@ -13,6 +13,7 @@ ModelEntry teos();
 ModelEntry ald();
 ModelEntry sf6_o2();
 ModelEntry hbr_o2();
+ModelEntry cf4_o2();
 ModelEntry fluorocarbon();
 ModelEntry ion_beam();
 ModelEntry wet();
@@ -26,9 +27,9 @@ ModelEntry cut();
 
 const std::vector<ModelEntry>& models() {
     static const std::vector<ModelEntry> table = {
-        isotropic(), directional(), single_particle(), multi_particle(), formula(), teos(),    ald(),
-        sf6_o2(),    hbr_o2(),      fluorocarbon(),    ion_beam(),       wet(),     epitaxy(), planarize(),
-        fill(),      strip(),       conformal(),       mask(),           cut()};
+        isotropic(), directional(), single_particle(), multi_particle(), formula(),  teos(), ald(),
+        sf6_o2(),    hbr_o2(),      cf4_o2(),          fluorocarbon(),   ion_beam(), wet(),  epitaxy(),
+        planarize(), fill(),        strip(),           conformal(),      mask(),     cut()};
     return table;
 }
 

@@ -61,6 +61,9 @@ struct Model {
     std::vector<flux::Species> species;
     /// Where the recipe holds the keys of each species, e.g. "species[1]."; empty: beside the model's own.
     std::vector<std::string> species_keys;
+    /// By species: mean free path in the gas in metres, which make_model (recipe/step_model.hpp) converts into
+    /// Species::mean_free_path; 0, or no entry: as the species says.
+    std::vector<double> free_paths;
     Coverages coverages;  ///< none by default
     /// Sticking of species \p k where coverages decide it; empty: as the species says. Its fluxes do not
     /// enter.

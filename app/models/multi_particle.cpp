@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "app/models/gas.hpp"
 #include "app/models/particles.hpp"
 #include "flux/yield.hpp"
 
@@ -75,6 +76,7 @@ Model make(const Values& values, const Materials& materials) {
         tallies += flux::tally_count(species);
         model.species.push_back(std::move(species));
         refuse_twins(model.species);
+        add_gas(list[k], key(k, ""), model);
         model.species_keys.push_back(key(k, ""));
         rates.push_back(by_material_id(list[k].get<ByMaterial>("rate"), materials));
         grows = grows || *std::max_element(rates.back().begin(), rates.back().end()) > 0.0;

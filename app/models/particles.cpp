@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/models/gas.hpp"
 #include "app/models/ions.hpp"
 #include "app/models/table.hpp"
 
@@ -48,7 +49,7 @@ void make_ion(flux::Species& species, const Values& values, const std::string& p
 
 std::vector<Key> particle_keys() {
     const Rule angle{.min = 0.0, .max = 90.0, .word = "auto"};
-    return {
+    std::vector<Key> keys = {
         {"name", std::string(), "", "labels the flux in outputs", required()},
         {"kind",
          std::string("neutral"),
@@ -61,9 +62,16 @@ std::vector<Key> particle_keys() {
          "",
          "n of the source's cos^n; auto: 1 neutral, 1000 collimated, 500 ion",
          {.min = 0.0, .max = 1e6, .word = "auto"}},
+        {"source_beta",
+         Number(),
+         "",
+         "neutrals: b of a source cos (1 + b cos^2), which a sputtered target is: -1 to 0 under-cosine, above 0 "
+         "over-cosine; none: cos^n",
+         {.min = -1.0, .max = 1e6, .word = "none"}},
         {"source_file", std::string(), "",
-         "ions: CSV of energy_from, energy_to (eV), angle_from, angle_to (degree, from the source's axis), weight, a "
-         "bin a row: how many arrive of which energy and angle, beside the recipe"},
+         "CSV beside the recipe, of how many come from which angle (degree, from the source's axis). Ions: energy_from, "
+         "energy_to (eV), angle_from, angle_to, weight, a bin a row. Neutrals: angle_from, angle_to, weight; or angle "
+         "and intensity, what the source sends per solid angle"},
         {"tilt_deg", 0.0, "degree", "of the source's axis from the vertical", {.min = 0.0, .max = 85.0}},
         {"azimuth_deg", 0.0, "degree", "it flies to, from x to y", {.min = -360.0, .max = 360.0}},
         {"rotating", false, "", "the wafer turns under the tilted source"},
@@ -80,6 +88,8 @@ std::vector<Key> particle_keys() {
         {"reflect_from_deg", Number(), "degree", "ions: least incidence that reflects; auto: 70", angle},
         {"reflect_to_deg", Number(), "degree", "ions: incidence from which all reflect; auto: 90", angle},
     };
+    for (Key& key : gas_keys()) keys.push_back(std::move(key));
+    return keys;
 }
 
 flux::Species particle(const Values& values, const std::string& path) {
@@ -95,14 +105,27 @@ flux::Species particle(const Values& values, const std::string& path) {
         species.rotating = values.get<bool>("rotating");
     }
     if (is_ion(values)) {
+        if (values.get<Number>("source_beta"))
+            throw KeyError(path + "source_beta", "is for neutrals; ions have source_exponent or source_file");
         make_ion(species, values, path);
         return species;
     }
     for (const char* name : {"energy", "energy_spread", "reflect_from_deg", "reflect_to_deg"})
         if (values.get<Number>(name))
             throw KeyError(path + name, "is for ions; set kind = \"ion\" or drop it");
-    if (!values.get<std::string>("source_file").empty())
-        throw KeyError(path + "source_file", "is for ions; set kind = \"ion\" or drop it");
+    const auto& file = values.get<std::string>("source_file");
+    const Number beta = values.get<Number>("source_beta");
+    if (beta && !file.empty())
+        throw KeyError(path + "source_beta", "comes from source_file; drop one of the two");
+    if (!beta && file.empty()) return species;
+    if (values.get<Number>("source_exponent"))
+        throw KeyError(path + "source_exponent", fmt::format("comes from {}; drop one of the two",
+                                                             beta ? "source_beta" : "source_file"));
+    species.source_exponent = kThermal;
+    if (beta)
+        species.source_beta = *beta;
+    else
+        species.bins = read_source_angles(file);
     return species;
 }
 

@@ -4,7 +4,7 @@
 // Particles that a recipe describes: what the models with a list of species share.
 namespace sidewall::app {
 
-/// name, kind, the source and its tilt, and of ions energy and reflection.
+/// name, kind, the source and its tilt, of neutrals the gas, and of ions energy and reflection.
 std::vector<Key> particle_keys();
 
 /// The species that they describe, without a neutral's sticking and an ion's yields. Ions have sticking 0: reflection

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "app/models/model.hpp"
+#include "app/models/gas.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -11,6 +11,7 @@ Model make(const Values& values, const Materials& materials) {
     Model model;
     model.species = {{"neutral", values.get<double>("source_exponent"),
                       by_material_id(values.get<ByMaterial>("sticking"), materials)}};
+    add_gas(values, "", model);
     model.deposit = film(values, materials, *std::max_element(rate.begin(), rate.end()) > 0.0);
     model.speed = [rate](const SurfacePoint& point) {
         return rate[static_cast<std::size_t>(point.material)] * point.flux[0];
@@ -21,21 +22,20 @@ Model make(const Values& values, const Materials& materials) {
 }  // namespace
 
 ModelEntry single_particle() {
-    return {"single_particle",
-            "one neutral species: V = rate * flux",
-            {{"rate", ByMaterial{}, "length/time",
-              "speed at flux 1, an open flat wafer's; positive grows, negative etches; 0 for materials a "
-              "table leaves out",
-              required()},
-             {"sticking", ByMaterial{1.0}, "",
-              "probability that a hit sticks; else it is re-emitted diffusely", kProbability},
-             {"source_exponent",
-              1.0,
-              "",
-              "n of the source's cos^n; 1 is a thermal gas",
-              {.min = 0.0, .max = 1e6}},
-             deposit_key()},
-            make};
+    std::vector<Key> keys = {
+        {"rate", ByMaterial{}, "length/time",
+         "speed at flux 1, an open flat wafer's; positive grows, negative etches; 0 for materials a table leaves out",
+         required()},
+        {"sticking", ByMaterial{1.0}, "", "probability that a hit sticks; else it is re-emitted diffusely",
+         kProbability},
+        {"source_exponent",
+         1.0,
+         "",
+         "n of the source's cos^n; 1 is a thermal gas",
+         {.min = 0.0, .max = 1e6}}};
+    for (Key& key : gas_keys()) keys.push_back(std::move(key));
+    keys.push_back(deposit_key());
+    return {"single_particle", "one neutral species: V = rate * flux", std::move(keys), make};
 }
 
 }  // namespace sidewall::app

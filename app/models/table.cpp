@@ -38,6 +38,27 @@ std::size_t index_on(const std::vector<double>& axis, double x) {
     return static_cast<std::size_t>(std::lower_bound(axis.begin(), axis.end(), x) - axis.begin());
 }
 
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+const std::vector<double>& column_of(const CsvColumns& csv, const std::filesystem::path& path,
+                                     const char* name, const char* all) {
+    const auto found = std::find(csv.names.begin(), csv.names.end(), name);
+    if (found == csv.names.end())
+        throw FileError(fmt::format("{}: has no column {}; a source has {}, and this file {}", path.string(),
+                                    name, all, fmt::join(csv.names, ", ")));
+    return csv.columns[static_cast<std::size_t>(found - csv.names.begin())];
+}
+
+// Makes shares of running sums of weights, whose last is `total`.
+std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, double total,
+                                        const std::filesystem::path& path) {
+    if (!(total > 0.0) || !std::isfinite(total))
+        throw FileError(fmt::format("{}: its weights add up to {:g}", path.string(), total));
+    for (flux::SourceBin& bin : bins) bin.until /= total;
+    bins.back().until = 1.0;
+    return bins;
+}
+
 }  // namespace
 
 double Table::operator()(double a, double b) const {
@@ -81,24 +102,17 @@ Table read_table(const std::filesystem::path& path) {
 std::vector<flux::SourceBin> read_source(const std::filesystem::path& path) {
     const CsvColumns csv = read_csv(path);
     const auto column = [&](const char* name) -> const std::vector<double>& {
-        const auto found = std::find(csv.names.begin(), csv.names.end(), name);
-        if (found == csv.names.end())
-            throw FileError(
-                fmt::format("{}: has no column {}; a source has energy_from, energy_to, angle_from, angle_to "
-                            "and weight, and this file {}",
-                            path.string(), name, fmt::join(csv.names, ", ")));
-        return csv.columns[static_cast<std::size_t>(found - csv.names.begin())];
+        return column_of(csv, path, name, "energy_from, energy_to, angle_from, angle_to and weight");
     };
     const auto &energy_from = column("energy_from"), &energy_to = column("energy_to"),
                &angle_from = column("angle_from"), &angle_to = column("angle_to"), &weight = column("weight");
-    constexpr double kRadians = std::numbers::pi / 180.0;
     std::vector<flux::SourceBin> bins;
     double total = 0.0;
     for (std::size_t r = 0; r < weight.size(); ++r) {
         const bool energies = energy_from[r] >= 0.0 && energy_to[r] >= energy_from[r] && energy_to[r] > 0.0 &&
                               energy_to[r] <= 1e6;
         const bool angles = angle_from[r] >= 0.0 && angle_to[r] >= angle_from[r] && angle_to[r] < 90.0;
-        if (!energies || !angles || weight[r] < 0.0)
+        if (!energies || !angles || !(weight[r] >= 0.0))
             throw FileError(fmt::format(
                 "{}: row {} of the bins: energies must rise within [0, 1e6] eV, angles within [0, 90) degrees, and "
                 "the weight must be 0 or more",
@@ -108,11 +122,79 @@ std::vector<flux::SourceBin> read_source(const std::filesystem::path& path) {
         bins.push_back(
             {kRadians * angle_from[r], kRadians * angle_to[r], energy_from[r], energy_to[r], total});
     }
-    if (!(total > 0.0) || !std::isfinite(total))
-        throw FileError(fmt::format("{}: its weights add up to {:g}", path.string(), total));
-    for (flux::SourceBin& bin : bins) bin.until /= total;
-    bins.back().until = 1.0;
-    return bins;
+    return shared_out(std::move(bins), total, path);
+}
+
+namespace {
+
+// The integral of (p + q a) sin a.
+double sine_integral(double p, double q, double a) {
+    return q * std::sin(a) - (p + q * a) * std::cos(a);
+}
+
+std::vector<flux::SourceBin> bins_of_intensity(const CsvColumns& csv, const std::filesystem::path& path) {
+    constexpr double kWidest = 0.25 * kRadians, kRight = 90.0 * kRadians - 1e-8;
+    std::vector<double> angle = column_of(csv, path, "angle", "angle and intensity"),
+                        intensity = column_of(csv, path, "intensity", "angle and intensity");
+    for (std::size_t r = 0; r < angle.size(); ++r)
+        if (!(angle[r] >= 0.0 && angle[r] <= 90.0) || !(intensity[r] >= 0.0) ||
+            (r > 0 && angle[r] <= angle[r - 1]))
+            throw FileError(
+                fmt::format("{}: row {}: angles must rise within [0, 90] degrees, and the intensity must "
+                            "be 0 or more",
+                            path.string(), r + 1));
+    if (!angle.empty() && angle.front() > 0.0) {
+        angle.insert(angle.begin(), 0.0);
+        intensity.insert(intensity.begin(), intensity.front());
+    }
+    std::vector<flux::SourceBin> bins;
+    double total = 0.0;
+    for (std::size_t r = 0; r + 1 < angle.size(); ++r) {
+        const double from = kRadians * angle[r], to = std::min(kRadians * angle[r + 1], kRight);
+        const double q = (intensity[r + 1] - intensity[r]) / (kRadians * (angle[r + 1] - angle[r])),
+                     p = intensity[r] - q * from;
+        const int parts = std::max(1, static_cast<int>(std::ceil((to - from) / kWidest - 1e-9)));
+        for (int i = 0; i < parts; ++i) {
+            const double low = from + (to - from) * i / parts, high = from + (to - from) * (i + 1) / parts;
+            const double share = sine_integral(p, q, high) - sine_integral(p, q, low);
+            if (!(share > 0.0)) continue;
+            total += share;
+            bins.push_back({low, high, 0.0, 0.0, total});
+        }
+    }
+    return shared_out(std::move(bins), total, path);
+}
+
+}  // namespace
+
+std::vector<flux::SourceBin> read_source_angles(const std::filesystem::path& path) {
+    const CsvColumns csv = read_csv(path);
+    const auto has = [&](const char* name) {
+        return std::find(csv.names.begin(), csv.names.end(), name) != csv.names.end();
+    };
+    if (has("energy_from") || has("energy_to"))
+        throw FileError(
+            fmt::format("{}: has energies, which only ions have; drop these columns, or set kind = \"ion\"",
+                        path.string()));
+    if (has("intensity")) return bins_of_intensity(csv, path);
+    const auto column = [&](const char* name) -> const std::vector<double>& {
+        return column_of(csv, path, name, "angle_from, angle_to and weight, or angle and intensity");
+    };
+    const auto &angle_from = column("angle_from"), &angle_to = column("angle_to"), &weight = column("weight");
+    std::vector<flux::SourceBin> bins;
+    double total = 0.0;
+    for (std::size_t r = 0; r < weight.size(); ++r) {
+        const bool angles = angle_from[r] >= 0.0 && angle_to[r] >= angle_from[r] && angle_to[r] < 90.0;
+        if (!angles || !(weight[r] >= 0.0))
+            throw FileError(
+                fmt::format("{}: row {} of the bins: angles must rise within [0, 90) degrees, and the "
+                            "weight must be 0 or more",
+                            path.string(), r + 1));
+        if (weight[r] == 0.0) continue;
+        total += weight[r];
+        bins.push_back({kRadians * angle_from[r], kRadians * angle_to[r], 0.0, 0.0, total});
+    }
+    return shared_out(std::move(bins), total, path);
 }
 
 }  // namespace sidewall::app

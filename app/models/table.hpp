@@ -25,4 +25,11 @@ Table read_table(const std::filesystem::path& path);
 /// \throws FileError naming the file and the row that is none.
 std::vector<flux::SourceBin> read_source(const std::filesystem::path& path);
 
+/// Reads how many neutrals come from which angle to the source's axis (degree) from a CSV file: a histogram with the
+/// columns angle_from, angle_to and weight, a bin a row; or what a target sends per solid angle, with the columns angle
+/// and intensity, linear between the rows, constant below the first angle and 0 beyond the last. The latter becomes bins
+/// of at most a quarter of a degree, which hold their exact shares.
+/// \throws FileError naming the file and the row that is none.
+std::vector<flux::SourceBin> read_source_angles(const std::filesystem::path& path);
+
 }  // namespace sidewall::app

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/models/model.hpp"
+#include "app/models/gas.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -20,6 +20,8 @@ Model make(const Values& values, const Materials& materials) {
         precursors.push_back({list[k].get<double>("rate"), list[k].get<double>("order")});
         const std::string name = list.size() == 1 ? "precursor" : k == 0 ? "precursor_1" : "precursor_2";
         model.species.push_back({name, 1.0, by_material_id(list[k].get<ByMaterial>("sticking"), materials)});
+        model.species_keys.push_back("precursors[" + std::to_string(k) + "].");
+        add_gas(list[k], model.species_keys.back(), model);
         model.coverages.names.push_back(name);
     }
     model.deposit = film(values, materials, true);
@@ -42,11 +44,12 @@ Model make(const Values& values, const Materials& materials) {
 }  // namespace
 
 ModelEntry teos() {
-    const std::vector<Key> precursor = {
+    std::vector<Key> precursor = {
         {"rate", 1.0, "length/time", "growth at flux 1", required(kNotNegative)},
         {"sticking", ByMaterial{0.1}, "", "s; what does not stick is re-emitted diffusely", kProbability},
         {"order", 1.0, "", "m, the reaction's order in this precursor", {.min = 1.0, .max = 5.0}},
     };
+    for (Key& key : gas_keys()) precursor.push_back(std::move(key));
     return {"teos",
             "chemical vapour deposition from one or two precursors: V = sum of rate * flux^order",
             {{"precursors", std::vector<Values>(), "", "one or two", {.required = true, .keys = precursor}},

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/schema/units.hpp"
 #include "flux/radiosity.hpp"
@@ -29,6 +30,27 @@ void refuse_mirrored_beams(const Model& model, const DomainSection& domain) {
         }
 }
 
+// A path through a feature of n cells makes about (n cells / mean free path)^2 collisions.
+constexpr double kLeastPath = 0.1;  // cells
+
+void settle_free_paths(Model& model, const DomainSection& domain) {
+    for (std::size_t k = 0; k < model.species.size(); ++k) {
+        double& path = model.species[k].mean_free_path;
+        const bool kinetic = k < model.free_paths.size() && model.free_paths[k] > 0.0;
+        if (kinetic) path = model.free_paths[k] / metres_in(domain.length_unit);
+        if (!(path < kLeastPath * domain.grid_spacing)) continue;
+        throw KeyError(
+            (k < model.species_keys.size() ? model.species_keys[k] : "") +
+                (kinetic ? "pressure" : "mean_free_path"),
+            fmt::format("{} a mean free path of {:.4g} {}, below a tenth of grid_spacing: particles would "
+                        "collide too often to be followed; {}",
+                        kinetic ? "makes" : "is", path, domain.length_unit,
+                        kinetic ? "lower it, or use a smaller grid_spacing"
+                                : "raise it, or use a smaller grid_spacing"));
+    }
+    model.free_paths.clear();
+}
+
 }  // namespace
 
 Model make_model(const Step& step, const Materials& materials, const DomainSection& domain) {
@@ -38,6 +60,7 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
     if (entry->make == nullptr) return model;
     model = entry->make(step.values, materials);
     refuse_mirrored_beams(model, domain);
+    settle_free_paths(model, domain);
     if (model.in_nm_per_s) {
         model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
             return unit * speed(point);

@@ -68,6 +68,113 @@ TEST_CASE("passivated coverages are the steady state, in every limit too") {
     is(passivated_coverage(3, 0, 1, 0), 0.75, 0.25);
 }
 
+TEST_CASE("adsorbates that compete for sites are in steady state, in every limit too") {
+    for (const double g : {3.0, 0.0, 1e-9, 1e9})
+        for (const double l : {2.0, 1e-7, 1e7}) {
+            const std::array<Adsorbate, 3> all{{{g, 2.0}, {5.0, l}, {0.7, 0.3}}};
+            const auto theta = competing_coverages(all);
+            const double sites = 1.0 - theta[0] - theta[1] - theta[2];
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double balance = all[k].gain * sites - all[k].loss * theta[k];
+                // Free sites are what three fractions leave of 1.
+                CHECK(std::abs(balance) <= 1e-14 * all[k].gain + 1e-12 * all[k].loss * theta[k]);
+            }
+        }
+    // Two adsorbates: Belen's.
+    const auto two = competing_coverages<2>({{{3.0, 2.0}, {0.5, 0.04}}});
+    const PassivatedCoverage belen = passivated_coverage(3.0, 2.0, 0.5, 0.04);
+    CHECK(two[0] == Approx(belen.etchant).epsilon(1e-14));
+    CHECK(two[1] == Approx(belen.passivant).epsilon(1e-14));
+    using Three = std::array<double, 3>;
+    CHECK(competing_coverages<3>({{{0, 0}, {0, 1}, {0, 0}}}) == Three{0, 0, 0});
+    CHECK(competing_coverages<3>({{{6, 2}, {0, 0}, {0, 1}}}) == Three{0.75, 0, 0});
+    CHECK(competing_coverages<3>({{{6, 2}, {1, 0}, {2, 1}}}) ==
+          Three{0, 1, 0});  // what never leaves takes all
+    CHECK(competing_coverages<3>({{{3, 0}, {1, 0}, {2, 1}}}) == Three{0.75, 0.25, 0});
+    CHECK(competing_coverages<3>({{{1e3, 1e-320}, {1, 1}, {0, 0}}}) == Three{1, 0, 0});
+}
+
+TEST_CASE("cf4_o2 on a flat wafer etches at the formula's rate: silicon, silicon-germanium and mask") {
+    for (const bool beta : {true, false}) {
+        const Case etch = step(std::string("model = \"cf4_o2\"\nduration = 1\ncoverage_beta = ") +
+                               (beta ? "true\n" : "false\n"));
+        CHECK(flux_names(etch.model.species) ==
+              std::vector<std::string>{"etchant", "oxygen", "polymer", "ion", "ion_sputter", "ion_enhanced",
+                                       "ion_oxygen_removal", "ion_polymer_removal"});
+        // Ions at normal incidence and exactly 100 eV.
+        const double root = std::sqrt(100.0), removal = 3.0 * (root - std::sqrt(10.0));
+        struct Material {
+            const char* name;
+            double x, a_sp, a_ie, rho;
+        };
+        for (const Material& m : {Material{"Si", 0.0, 0.0337, 7.0, 5.02}, {"SiGe", 0.3, 0.03, 6.5, 4.8}}) {
+            const double y_sp = m.a_sp * (root - std::sqrt(20.0)), y_ie = m.a_ie * (root - std::sqrt(15.0));
+            std::vector<double> theta(3, 0.0);
+            const double speed =
+                etch.settled(m.name, {1.0, 1.0, 1.0, 1.0, y_sp, y_ie, removal, removal}, theta);
+            const double k = 300.0 * std::exp(0.4675 * m.x);
+            const double f = (beta ? 0.7 : 1.0) * 1800.0 / (k + 2.0 * 12.0 * y_ie),
+                         o = 100.0 /
+                             (0.04 + 12.0 * removal + (m.x > 0.0 ? (beta ? 0.3 : 1.0) * 1800.0 : 0.0)),
+                         c = 100.0 / (12.0 * removal + (beta ? 0.3 : 1.0) * 100.0);
+            const double sum = 1.0 + f + o + c;
+            CHECK(theta[0] == Approx(f / sum).epsilon(1e-9));
+            CHECK(theta[1] == Approx(o / sum).epsilon(1e-9));
+            CHECK(theta[2] == Approx(c / sum).epsilon(1e-9));
+            const double nm_per_s = (k * f / sum / 4.0 + 12.0 * y_sp + f / sum * 12.0 * y_ie) / m.rho;
+            CHECK(speed == Approx(-1e-3 * nm_per_s).epsilon(1e-9));  // um/s
+            const auto sticks = [&](std::size_t s) {
+                return etch.model.sticking(s, etch.point(m.name, {}, theta));
+            };
+            CHECK(sticks(0) == Approx(0.7 / sum + 0.3 * o / sum).epsilon(1e-9));
+            CHECK(sticks(1) == Approx(1.0 / sum + 0.3 * c / sum).epsilon(1e-9));
+            CHECK(sticks(2) == Approx(1.0 / sum + 0.3 * o / sum).epsilon(1e-9));
+            CHECK(sticks(3) == 0.0);
+        }
+        std::vector<double> theta(3, 0.0);
+        const double mask = 0.0139 * (root - std::sqrt(20.0));
+        CHECK(etch.settled("Mask", {1.0, 1.0, 1.0, 1.0, mask, 0.0, removal, removal}, theta) ==
+              Approx(-1e-3 * mask * 12.0 / 500.0).epsilon(1e-9));
+    }
+}
+
+TEST_CASE("cf4_o2: what selects silicon-germanium is the oxygen that fluorine takes off it") {
+    // A remote plasma: no ions are traced.
+    const auto rate = [](const char* material, const std::string& keys) {
+        const Case etch = step(
+            "model = \"cf4_o2\"\nduration = 1\nion_flux = 0\ncoverage_beta = false\n"
+            "etchant_flux = 500\npolymer_flux = 5\n" +
+            keys);
+        CHECK(etch.model.species.size() == 3);
+        std::vector<double> theta(3, 0.0);
+        return -etch.settled(material, {1.0, 1.0, 1.0}, theta);
+    };
+    const std::string oxygen = "oxygen_flux = 50\n";
+    // By hand: F 500/300 and 500/345.2, O 50/0.04 and 50/500.04, C 5/50.
+    CHECK(rate("Si", oxygen) ==
+          Approx(1e-3 * 75.0 * (500.0 / 300.0) / (1.1 + 500.0 / 300.0 + 1250.0) / 5.02).epsilon(1e-9));
+    const double k = 300.0 * std::exp(0.4675 * 0.3);
+    CHECK(rate("SiGe", oxygen) ==
+          Approx(1e-3 * 0.25 * k * (500.0 / k) / (1.1 + 500.0 / k + 50.0 / 500.04) / 4.8).epsilon(1e-9));
+    CHECK(rate("SiGe", oxygen) / rate("Si", oxygen) > 400.0);
+    // Without oxygen the polymer never leaves and stops both; without both it is k_sigma that differs.
+    CHECK(rate("Si", "oxygen_flux = 0\n") == 0.0);
+    CHECK(rate("SiGe", "oxygen_flux = 0\n") == 0.0);
+    const auto bare = [](const char* material) {
+        const Case etch =
+            step("model = \"cf4_o2\"\nduration = 1\nion_flux = 0\noxygen_flux = 0\npolymer_flux = 0\n");
+        std::vector<double> theta(3, 0.0);
+        return -etch.settled(material, {1.0, 1.0, 1.0}, theta);
+    };
+    CHECK(bare("Si") == Approx(1e-3 * 75.0 / (1.0 + 300.0 / 1260.0) / 5.02).epsilon(1e-9));
+    CHECK(bare("SiGe") == Approx(1e-3 * 0.25 * k / (1.0 + k / 1260.0) / 4.8).epsilon(1e-9));
+    // No etchant at all: nothing happens.
+    const Case none = step("model = \"cf4_o2\"\nduration = 1\nion_flux = 0\netchant_flux = 0\n");
+    std::vector<double> theta(3, 0.0);
+    CHECK(none.settled("Si", {1.0, 1.0, 1.0}, theta) == 0.0);
+    CHECK(theta[0] == 0.0);
+}
+
 TEST_CASE("sf6_o2 on a flat wafer etches at the formula's rate, silicon and mask") {
     for (const bool beta : {true, false}) {
         const Case etch = step(std::string("model = \"sf6_o2\"\nduration = 1\ncoverage_beta = ") +
@@ -231,6 +338,34 @@ TEST_CASE("ald: coverage follows its differential equation, and growth a cycle s
     }
     CHECK(gained < 1e-7);
     CHECK(before == Approx(1e-4).epsilon(1e-6));
+}
+
+TEST_CASE("epitaxy has rates of its own: slowest on <111>, and what is given counts") {
+    const auto rates = [](const std::string& keys) {
+        const Case grow = step(
+            "model = \"epitaxy\"\nduration = 1\nmaterial = \"Si\"\ndeposit = \"SiGe\"\naxis_100 = [1, 0, 0]\n"
+            "axis_010 = [0, 1, 0]\n" +
+            keys);
+        std::vector<double> result;
+        for (const Vec3& face : {Vec3(0, 0, 1), Vec3(1, 1, 0), Vec3(1, 1, 1), Vec3(3, 1, 1)}) {
+            SurfacePoint point = grow.point("SiGe", {});
+            point.normal = face.normalized();
+            result.push_back(grow.model.speed(point));
+            point.material = *material_id(grow.recipe.materials, "SiO2");
+            CHECK(grow.model.speed(point) == 0.0);
+        }
+        return result;
+    };
+    const auto are = [](const std::vector<double>& rates, const std::vector<double>& expected) {
+        for (std::size_t k = 0; k < 4; ++k) CHECK(rates[k] == Approx(expected[k]).epsilon(1e-12));
+    };
+    are(rates(""), {1.0, 0.75, 0.5, 0.75});
+    are(rates("r100 = 2\n"), {2.0, 1.5, 1.0, 1.5});
+    are(rates("r100 = 2\nr111 = 0.8\n"), {2.0, 1.4, 0.8, 1.4});  // as in configs/fin_epitaxy.toml
+    are(rates("r111 = 0\nr110 = 0.3\nr311 = \"auto\"\n"), {1.0, 0.3, 0.0, 0.5});
+    CHECK_THROWS_WITH(rates("r111 = -1\n"), Catch::Contains("step[0].r111 = -1: must be at least 0"));
+    CHECK_THROWS_WITH(step("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 1\n"),
+                      Catch::Contains("step[0].r110: missing"));
 }
 
 TEST_CASE("a crystal's four families of faces move at their rates, in any orientation") {

@@ -169,6 +169,82 @@ TEST_CASE("multi_particle: V is the sum of every species' rate times its flux") 
     CHECK(one.model.species[0].sticking == same.model.species[0].sticking);
 }
 
+TEST_CASE("a gas has a mean free path, given or by kinetic theory, in the recipe's length") {
+    const auto path = [](const std::string& keys) {
+        return step("model = \"single_particle\"\nrate = -1\n" + keys).model.species[0].mean_free_path;
+    };
+    CHECK(std::isinf(path("")));
+    CHECK(std::isinf(path("mean_free_path = \"none\"\n")));
+    CHECK(path("mean_free_path = 2.5\n") == 2.5);
+    // Air at one atmosphere and 20 degrees Celsius: 0.0657 um (0.066 in tables).
+    CHECK(path("pressure = 101325\ntemperature = 293.15\n") ==
+          Approx(1e6 * 1.380649e-23 * 293.15 /
+                 (std::sqrt(2.0) * 3.14159265358979 * 0.37e-9 * 0.37e-9 * 101325.0))
+              .epsilon(1e-12));
+    CHECK(path("pressure = 101325\ntemperature = 293.15\n") == Approx(0.0657).epsilon(1e-3));
+    CHECK(path("pressure = 10\n") == Approx(path("pressure = 20\ntemperature = 600\n")));
+    CHECK(path("pressure = 10\nmolecule_diameter = 0.74\n") == Approx(0.25 * path("pressure = 10\n")));
+
+    // Every model of neutrals has it.
+    CHECK(step("model = \"ald\"\ngrowth_per_cycle = 0.1\npulse = 1\npurge = 1\nprecursor_flux = 1\ndeposit = "
+               "\"SiO2\"\nmean_free_path = 3\n")
+              .model.species[0]
+              .mean_free_path == 3.0);
+    const Model teos =
+        step(
+            "model = \"teos\"\ndeposit = \"SiO2\"\nprecursors = [{ rate = 1 }, { rate = 1, pressure = "
+            "10 }]\n")
+            .model;
+    CHECK(std::isinf(teos.species[0].mean_free_path));
+    CHECK(teos.species[1].mean_free_path == Approx(path("pressure = 10\n")));
+    const Model formula =
+        step(
+            "model = \"formula\"\nrate = \"-a\"\nspecies = [{ name = \"b\" }, { name = \"a\", "
+            "mean_free_path = 1 }]\n")
+            .model;
+    CHECK(std::isinf(formula.species[0].mean_free_path));
+    CHECK(formula.species[1].mean_free_path == 1.0);
+    CHECK(why_monte_carlo(
+              step("model = \"single_particle\"\nrate = -1\nsticking = 0.5\npressure = 1\n").model, 0) ==
+          "its particles collide in the gas");
+}
+
+TEST_CASE("a gas that makes no sense is refused with its place") {
+    const auto gas = [](const std::string& keys) {
+        return refusal("model = \"single_particle\"\nrate = -1\n" + keys + "\n");
+    };
+    CHECK(gas("mean_free_path = 0").find("step[0].mean_free_path = 0: must be greater than 0") !=
+          std::string::npos);
+    CHECK(gas("pressure = -1").find("step[0].pressure = -1: must be") != std::string::npos);
+    CHECK(gas("mean_free_path = 1\npressure = 1").find("step[0].pressure = 1: comes with mean_free_path") !=
+          std::string::npos);
+    CHECK(gas("temperature = 400").find("step[0].temperature = 400: belongs to pressure") !=
+          std::string::npos);
+    CHECK(gas("molecule_diameter = 0.4").find("belongs to pressure") != std::string::npos);
+    CHECK(gas("mean_free_path = 0.009")
+              .find("step[0].mean_free_path = 0.009: is a mean free path of 0.009 um, below a "
+                    "tenth of grid_spacing") != std::string::npos);
+    CHECK(gas("pressure = 1e6").find("step[0].pressure = 1000000.0: makes a mean free path of") !=
+          std::string::npos);
+    const auto several = [](const std::string& keys) {
+        return refusal(
+            "model = \"multi_particle\"\nspecies = [{ name = \"n\", rate = -1 },\n{ name = \"a\", rate = "
+            "-1, " +
+            keys + " }]\n");
+    };
+    CHECK(several("kind = \"ion\", mean_free_path = 1")
+              .find("species[1].mean_free_path = 1: is for neutrals") != std::string::npos);
+    CHECK(several("mean_free_path = 1e-3").find("species[1].mean_free_path = 0.001: is a mean free path") !=
+          std::string::npos);
+    CHECK(several("source_beta = -2").find("species[1].source_beta = -2: must be in [-1,") !=
+          std::string::npos);
+    CHECK(several("source_beta = 1, source_exponent = 2")
+              .find("species[1].source_exponent = 2: comes from source_beta") != std::string::npos);
+    CHECK(several("kind = \"ion\", source_beta = 1").find("species[1].source_beta = 1: is for neutrals") !=
+          std::string::npos);
+    CHECK(several("source_beta = 1").find("accepted") != std::string::npos);
+}
+
 TEST_CASE("a model that grows names its film, and one that does not names none") {
     const std::string grow = "missing: a positive rate grows a film";
     CHECK(refusal("model = \"isotropic\"\nrate = 1\n").find("step[0].deposit: " + grow) != std::string::npos);

@@ -6,6 +6,9 @@
 
 #include "app/process/simulation.hpp"
 #include "app/recipe/step_model.hpp"
+#include "flux/radiosity.hpp"
+#include "flux/random.hpp"
+#include "flux/sampling.hpp"
 #include "flux/yield.hpp"
 #include "tests/folder.hpp"
 
@@ -115,6 +118,73 @@ rate = "-0.1*ion_y"
     CHECK(depth == Approx(0.1 * exact).epsilon(5.0 * 0.45 / std::sqrt(1e5)));
 }
 
+TEST_CASE("neutrals come from the angles that a table says, exactly") {
+    const Folder folder;
+    // Intensity per solid angle, linear between its rows: of a target with most at 40 degrees.
+    write(folder, "curve.csv", "angle,intensity\n0,0.6\n40,1\n70,0.4\n90,0\n");
+    const auto intensity = [](double degree) {
+        return degree < 40.0   ? 0.6 + 0.4 * degree / 40.0
+               : degree < 70.0 ? 1.0 - 0.6 * (degree - 40.0) / 30.0
+                               : 0.4 - 0.4 * (degree - 70.0) / 20.0;
+    };
+    const Model model =
+        model_of(folder,
+                 "model = \"multi_particle\"\nspecies = [{ name = \"Ti\", rate = -0.1, source_file = "
+                 "\"curve.csv\" }]\n");
+    const flux::Species& species = model.species[0];
+    CHECK(species.energy.mean == 0.0);
+    CHECK(flux::goes_on_diffusely(species));
+    CHECK(flux::why_not_radiosity(species) == "its source is no cos^n");
+    CHECK_FALSE(flux::same_paths(species, {"other", 1.0, {1.0}}));
+    // Chi-square of 45 bins of 2 degrees, against the integral of intensity times sine.
+    constexpr int kBins = 45, kSamples = 400'000;
+    std::vector<double> counts(kBins, 0.0), shares(kBins, 0.0);
+    for (std::uint64_t i = 0; i < kSamples; ++i) {
+        const flux::Draws d = flux::draw(flux::random_key(3, 0, 0), i, 0);
+        const auto [direction, energy] =
+            flux::sample_bins(species.bins, -Vec3::UnitZ(), d.uniform(0), d.uniform(1), d.uniform(2));
+        CHECK_FALSE(energy != 0.0);
+        counts[static_cast<std::size_t>(std::acos(-direction.z()) * 180.0 / std::numbers::pi / 2.0)] += 1.0;
+    }
+    double all = 0.0;
+    for (int b = 0; b < kBins; ++b)
+        for (int k = 0; k < 1000; ++k) {
+            const double degree = 2.0 * (b + (k + 0.5) / 1000.0);
+            const double part = intensity(degree) * std::sin(degree * std::numbers::pi / 180.0);
+            shares[static_cast<std::size_t>(b)] += part;
+            all += part;
+        }
+    double chi = 0.0;
+    for (std::size_t b = 0; b < kBins; ++b) {
+        const double expected = kSamples * shares[b] / all;
+        chi += (counts[b] - expected) * (counts[b] - expected) / expected;
+    }
+    CHECK(chi < 44.0 + 4.0 * std::sqrt(2.0 * 44.0));
+
+    // A histogram: as many as it says, evenly over each bin's angle; angles below the first are the first's.
+    write(folder, "bins.csv", "angle_to,weight,angle_from\n20,3,10\n60,1,40\n5,0,0\n");
+    const auto bins = read_source_angles(folder.path / "bins.csv");
+    REQUIRE(bins.size() == 2);
+    CHECK(bins[0].until == 0.75);
+    CHECK(bins[1].angle_from == Approx(40.0 * std::numbers::pi / 180.0));
+    // A flat wafer etches at its rate whatever the source.
+    RunOptions options;
+    options.output = folder.path / "out";
+    options.quiet = true;
+    const TriangleMesh surface =
+        run_recipe(
+            parsed(
+                folder,
+                "model = \"multi_particle\"\nspecies = [{ name = \"a\", rate = -0.1, source_file = "
+                "\"bins.csv\" }, { name = \"b\", rate = -0.1, source_beta = -0.8, pressure = 100, sticking = "
+                "0.2 }]\n"),
+            options)
+            .surface;
+    double depth = 0.0;
+    for (const Vec3& p : surface.vertices) depth -= p.z() / static_cast<double>(surface.vertices.size());
+    CHECK(depth == Approx(0.2).epsilon(3e-3));
+}
+
 TEST_CASE("files that are no tables or sources are refused by name and line", "[foreign]") {
     const Folder folder;
     const auto table = [&](const std::string& text) { return read_table(write(folder, "t.csv", text)); };
@@ -139,6 +209,20 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     CHECK_THROWS_WITH(source(head + "1,5,0,1,-1\n"), Contains("row 1"));
     CHECK_THROWS_WITH(source(head + "1,5,0,1,0\n"), Contains("add up to 0"));
 
+    const auto angles = [&](const std::string& text) {
+        return read_source_angles(write(folder, "a.csv", text));
+    };
+    CHECK_THROWS_WITH(angles("angle_from,weight\n1,2\n"),
+                      Contains("no column angle_to; a source has angle_from"));
+    CHECK_THROWS_WITH(angles("intensity,degree\n1,2\n"), Contains("no column angle;"));
+    CHECK_THROWS_WITH(angles("angle_from,angle_to,weight\n0,90,1\n"), Contains("row 1"));
+    CHECK_THROWS_WITH(angles("angle_from,angle_to,weight\n0,9,0\n"), Contains("add up to 0"));
+    CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n50,1\n40,1\n"), Contains("row 3: angles must rise"));
+    CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n50,-1\n"), Contains("row 2"));
+    CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n95,1\n"), Contains("row 2"));
+    CHECK_THROWS_WITH(angles("angle,intensity\n0,0\n50,0\n"), Contains("add up to 0"));
+    CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n"), Contains("add up to 0"));
+
     write(folder, "source.csv", kSource);
     const auto species = [&](const std::string& keys) {
         return model_of(
@@ -146,7 +230,7 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     };
     CHECK(species("kind = \"ion\", source_file = \"source.csv\"").species[0].bins.size() == 2);
     CHECK_THROWS_WITH(species("source_file = \"source.csv\""),
-                      Contains("species[0].source_file") && Contains("is for ions"));
+                      Contains("source.csv: has energies, which only ions have"));
     CHECK_THROWS_WITH(species("kind = \"ion\", source_file = \"sauce.csv\""),
                       Contains("species[0].source_file") && Contains("no such file"));
     CHECK_THROWS_WITH(species("kind = \"ion\", energy = 5.0, source_file = \"source.csv\""),

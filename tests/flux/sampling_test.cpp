@@ -90,6 +90,15 @@ TEST_CASE("sampled directions follow their density about any axis", "[slow]") {
         CAPTURE(n, chi.degrees);
         CHECK(chi.value < chi.degrees + 4.0 * std::sqrt(2.0 * chi.degrees));
     }
+    SECTION("a sputtered target's, under- and over-cosine") {
+        const double b = GENERATE(-1.0, -0.5, 0.0, 3.0);
+        const auto chi = compare_to_density(
+            axis, std::numbers::pi / 2,
+            [&](const Draws& d) { return sample_cosine_beta(axis, b, d.uniform(0), d.uniform(1)); },
+            [&](double c) { return c * (1.0 + b * c * c) / (std::numbers::pi * (1.0 + 0.5 * b)); });
+        CAPTURE(b, chi.degrees);
+        CHECK(chi.value < chi.degrees + 4.0 * std::sqrt(2.0 * chi.degrees));
+    }
 }
 
 TEST_CASE("exponent 1 is Lambert's law") {

@@ -125,13 +125,16 @@ TEST_CASE("the tallies agree with each other: arrivals by triangle, wedge and ve
 
 namespace {
 
-// Neutrals that all stick, neutrals on weights, and ions that sputter: the three ways through a block.
-std::vector<Species> three_kinds() {
+// Neutrals that all stick, neutrals on weights, ions that sputter, and neutrals in a gas: the ways through a
+// block.
+std::vector<Species> kinds() {
     Species ions = ion("ion");
     ions.reflection.from = 0.5;
     ions.yields = {{"sputter", Angular::sputter, 20.0, {0.1}, {9.3}}};
     ions.redeposition = Redeposition{{"out", Angular::cosine, 20.0, {0.1}, {}}, Reemission::coned, {0.5}};
-    return {{"stick", 1.0, {1.0}}, {"neutral", 1.0, {0.1}}, ions};
+    Species gas{"gas", 1.0, {0.2}};
+    gas.mean_free_path = 0.5;
+    return {{"stick", 1.0, {1.0}}, {"neutral", 1.0, {0.1}}, ions, gas};
 }
 
 void check_same_bits(const FluxResult& a, const FluxResult& b) {
@@ -157,7 +160,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
     const surface::RayScene scene(mesh);
     const auto box = lateral_box(mesh, kPeriodic);
     const auto wedges = make_wedges(mesh);
-    const Species species = GENERATE(from_range(three_kinds()));
+    const Species species = GENERATE(from_range(kinds()));
     // 16 batches of 12 blocks and a bit; tasks of 1, 1, 2, 5 and all blocks of a batch.
     constexpr std::uint64_t kRays = 200'000;
     const auto run = [&](int threads, std::uint32_t task_rays, double target) {

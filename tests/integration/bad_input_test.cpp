@@ -359,6 +359,63 @@ TEST_CASE("a recipe whose numbers make no sense is refused with file, line, key 
     }
 }
 
+TEST_CASE("a gas, a target or a plasma that makes no sense is refused with file, line, key and remedy",
+          "[foreign]") {
+    const auto neutral = [](const std::string& keys) {
+        return step("model = \"single_particle\"\nduration = 1.0\nrate = -1.0\n" + keys);  // 10
+    };
+    const auto species = [](const std::string& keys) {
+        return step("model = \"multi_particle\"\nduration = 1.0\nspecies = [{ name = \"a\", rate = -1.0, " +
+                    keys + " }]\n");  // 9
+    };
+    const auto plasma = [](const std::string& keys) {
+        return step("model = \"cf4_o2\"\nduration = 1.0\n" + keys);  // 9
+    };
+    check_rows({
+        recipe("no free path", neutral("mean_free_path = 0\n"),
+               "10: step[0].mean_free_path = 0: ", "greater than 0"),
+        recipe("a path that is no number", neutral("mean_free_path = nan\n"),
+               "10: step[0].mean_free_path = nan: ", "finite"),
+        recipe("a path of words", neutral("mean_free_path = \"short\"\n"),
+               "10: step[0].mean_free_path = \"short\": ", "none"),
+        recipe("a path far below the grid", neutral("mean_free_path = 1e-3\n"),
+               "10: step[0].mean_free_path = 0.001: ", "raise it"),
+        recipe("a pressure below 0", neutral("pressure = -5\n"),
+               "10: step[0].pressure = -5: ", "in (0, 1e+07]"),
+        recipe("the pressure of a liquid", neutral("pressure = 5e6\n"),
+               "10: step[0].pressure = 5000000.0: ", "lower it"),
+        recipe("path and pressure", neutral("mean_free_path = 1.0\npressure = 1.0\n"),
+               "11: step[0].pressure = 1.0: ", "drop one of the two"),
+        recipe("temperature alone", neutral("temperature = 300\n"),
+               "10: step[0].temperature = 300: ", "pressure"),
+        recipe("a molecule of nothing", neutral("pressure = 1.0\nmolecule_diameter = 0\n"),
+               "11: step[0].molecule_diameter = 0: ", "in [0.01, 10]"),
+        recipe("ions in a gas", species("kind = \"ion\", pressure = 1.0"),
+               "9: step[0].species[0].pressure = 1.0: ", "is for neutrals"),
+        recipe("a target that sends less than nothing", species("source_beta = -1.5"),
+               "9: step[0].species[0].source_beta = -1.5: ", "in [-1, 1e+06]"),
+        recipe("a target of ions", species("kind = \"ion\", source_beta = 1.0"),
+               "9: step[0].species[0].source_beta = 1.0: ", "is for neutrals"),
+        recipe("a target and a power", species("source_beta = 1.0, source_exponent = 2.0"),
+               "9: step[0].species[0].source_exponent = 2.0: ", "drop one of the two"),
+        recipe("a source's file that is not there", species("source_file = \"none.csv\""),
+               "9: step[0].species[0].source_file = ", "no such file"),
+        recipe("too much germanium", plasma("germanium = { SiGe = 1.5 }\n"),
+               "9: step[0].germanium.SiGe = 1.5: ", "in [0, 1]"),
+        recipe("sticking above 1", plasma("oxygen_sticking = 2.0\n"),
+               "9: step[0].oxygen_sticking = 2.0: ", "in [0, 1]"),
+        recipe("a flux below 0", plasma("etchant_flux = -1.0\n"),
+               "9: step[0].etchant_flux = -1.0: ", "at least 0"),
+        recipe("an unknown material", plasma("etched = [\"SiGr\"]\n"), "9: step[0].etched", "did you mean"),
+        recipe("a key of another model", plasma("sulfur_flux = 1.0\n"),
+               "9: step[0].sulfur_flux = 1.0: ", "unknown"),
+        recipe(
+            "a growth rate below 0",
+            step("model = \"epitaxy\"\nduration = 1.0\nmaterial = \"Si\"\ndeposit = \"SiGe\"\nr111 = -1.0\n"),
+            "11: step[0].r111 = -1.0: ", "at least 0"),
+    });
+}
+
 TEST_CASE("a layer's file that is no mesh or layout is found by check", "[foreign]") {
     for (const std::string file : {"bad.ply", "bad.vtp", "bad.stl", "bad.obj", "bad.gds", "bad.doc"}) {
         const Folder folder;

@@ -160,6 +160,21 @@ TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
     CHECK(blanket("Si", "model = \"hbr_o2\"\n" + ions) ==
           Approx(plasma(30.0, 0.5, 5.0, 0.1)).epsilon(kTolerance));
 
+    // CF4/O2: three adsorbates; y_sp and y_ie of the material.
+    const auto halogen = [](double x, double a_sp, double a_ie, double rho) {
+        const double root = std::sqrt(100.0), y_sp = a_sp * (root - std::sqrt(20.0)),
+                     y_ie = a_ie * (root - std::sqrt(15.0)), y_p = 3.0 * (root - std::sqrt(10.0)),
+                     k = 300.0 * std::exp(0.4675 * x);
+        const double f = 0.7 * 1800.0 / (k + 24.0 * y_ie),
+                     o = 100.0 / (0.04 + 12.0 * y_p + (x > 0.0 ? 0.3 * 1800.0 : 0.0)),
+                     c = 100.0 / (12.0 * y_p + 30.0), theta = f / (1.0 + f + o + c);
+        return 1e-3 * (0.25 * k * theta + 12.0 * y_sp + 12.0 * theta * y_ie) / rho;
+    };
+    CHECK(blanket("Si", "model = \"cf4_o2\"\n" + ions) ==
+          Approx(halogen(0.0, 0.0337, 7.0, 5.02)).epsilon(kTolerance));
+    CHECK(blanket("SiGe", "model = \"cf4_o2\"\n" + ions) ==
+          Approx(halogen(0.3, 0.03, 6.5, 4.8)).epsilon(kTolerance));
+
     // Fluorocarbon: much polymer precursor grows polymer, little lets the oxide be etched.
     const auto fluorocarbon = [](double polymer) {
         const double y_ie = 0.0361 * (std::sqrt(100.0) - std::sqrt(4.0)),
@@ -197,6 +212,38 @@ duration = 1.0
 rays = 20000
 )");
     CHECK(etch.metrology("mean_rate") == Approx(-1e-7).epsilon(3e-3));
+}
+
+TEST_CASE("a gas changes nothing on a flat wafer, and starves the floor of a trench") {
+    const std::string film = "model = \"single_particle\"\nrate = 0.2\nsticking = 0.3\ndeposit = \"SiO2\"\n";
+    CHECK(blanket("Si", film + "pressure = 1e5\n") == Approx(-0.2).epsilon(3e-3));
+    double before = 0.0;
+    for (const std::string pressure : {"1e5", "1e4", "1.0"}) {
+        const double bottom =
+            run_quick("apcvd_trench.toml", {"step[0].duration=0.2", "step[0].pressure=" + pressure})
+                .metrology("step_coverage_bottom");
+        CHECK(bottom > 1.15 * before);
+        before = bottom;
+    }
+}
+
+TEST_CASE("epitaxy without rates grows one a time on <100>, on the crystal alone") {
+    const std::string faces[] = {"r100", "r110", "r111", "r311"};
+    std::string text = test::read_bytes(SIDEWALL_SOURCE_DIR "/configs/quick/fin_epitaxy.toml");
+    for (const std::string& face : faces) {
+        const std::size_t line = text.find(face + " = ");
+        REQUIRE(line != std::string::npos);
+        text.erase(line, text.find('\n', line) + 1 - line);
+    }
+    const Outcome grown = run(text);
+    // The fin's top is 10 above the silicon, its sides 7 above the oxide; 1.2 of growth, facets cut the
+    // corners.
+    CHECK(grown.metrology("added_volume_SiGe") > 8.0);
+    CHECK(grown.metrology("added_volume_SiGe") < 1.2 * (7.0 * 1.2 + 2.0 * 7.0 * 0.9));
+    CHECK(grown.metrology("added_volume_SiO2") < 0.2);
+    const std::string step = "model = \"epitaxy\"\nmaterial = \"Si\"\ndeposit = \"SiGe\"\n";
+    CHECK(blanket("Si", step) == Approx(-1.0).epsilon(3e-3));
+    CHECK(blanket("SiO2", step) == Approx(0.0).margin(1e-9));
 }
 
 TEST_CASE("selectivity is the ratio of blanket rates") {

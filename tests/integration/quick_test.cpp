@@ -20,6 +20,8 @@ struct Bound {
 // them. An undercut of less than a cell may come out negative by a part of one.
 const std::map<std::string, std::vector<Bound>> kBounds = {
     {"ald_hole", {{"film_top", 22.0, 25.3}, {"film_side", 20.0, 25.3}, {"step_coverage_bottom", 0.9, 1.02}}},
+    // 0.4 s at 1 um/s beside the trench.
+    {"apcvd_trench", {{"film_top", 0.36, 0.44}, {"step_coverage_bottom", 0.02, 0.5}}},
     // 160 and 150 s at 1 nm/s; what the beams leave of the ridge of mask is stripped.
     {"blazed_grating",
      {{"depth", 310.0 - 30.0, 310.0 + 30.0},
@@ -112,6 +114,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"removed_volume_Mask", 0.0, 0.01}}},
     // An open wafer loses 0.17: theta 0.43 times a yield of 6.7 times 0.003 um/s.
     {"sheath_ions", {{"depth", 0.13, 0.18}, {"cd_at_0.1", 0.28, 0.35}, {"sidewall_angle", 85.0, 95.0}}},
+    // Silicon-germanium at most at an open wafer's 9.75 nm/s, silicon hardly.
+    {"sige_selective_etch", {{"recess_SiGe", 10.0, 39.0}, {"depth", 99.0, 101.0}}},
     // An open wafer would lose 1.2.
     {"simple_hole_etch",
      {{"depth", 0.4, 0.8},
@@ -123,6 +127,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"slanted_lines", {{"depth", 0.03, 0.08}, {"removed_volume_Mask", 0.0, 0.001}}},
     {"sputter_facet",
      {{"depth", 0.6 + 0.02, 0.6 + 0.1}, {"cd_at_0.2", 0.85, 1.2}, {"cd_at_0.4", 0.78, 0.82}}},
+    // 0.25 s at 1 um/s on top; the floor sees a part of the target.
+    {"sputter_deposition", {{"film_top", 0.23, 0.27}, {"step_coverage_bottom", 0.05, 0.7}}},
     // The rate falls from 0.04 to 0.031 um/s along x.
     {"sputter_map",
      {{"film_top", 12.0 * 0.031, 12.0 * 0.04 * 1.03},
