@@ -22,6 +22,7 @@ Deposition|pinch_off|--view 15,20
 Deposition|teos_trench|--view 25,25
 Deposition|teos_two_precursors|--view 25,25
 Deposition|ald_hole|--cut y=0 --view 20,15
+Deposition|ald_cavity|--view 0,0|quick
 Deposition|sputter_map|--view 20,20
 Deposition|surface_diffusion|--view 20,20
 Deposition|neutral_transport|--cut y=0 --view 25,15 --color coverage_theta
