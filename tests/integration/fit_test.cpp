@@ -74,7 +74,7 @@ profiles = ["y=0"]
 struct Case : Folder {
     Case() { std::ofstream(path / "recipe.toml", std::ios::binary) << kRecipe; }
     Outcome run(const std::string& arguments, int exit_code = 0) const {
-        Outcome outcome = run_program(path, arguments, 120);
+        Outcome outcome = run_program(path, arguments, 600);
         INFO(arguments << "\n" << outcome.output);
         CHECK(outcome.exit_code == exit_code);
         return outcome;
