@@ -99,8 +99,9 @@ class Refiner {
     }
 
     AccuracyRun describe(const std::string& folder, const Settings& settings, Json summary) const {
+        const auto spacing = summary["grid_spacing"].get<double>();
         return {.folder = folder,
-                .spacing = summary["grid_spacing"].get<double>(),
+                .spacing = spacing,
                 .rays = settings.rays,
                 .relative_error = settings.relative_error,
                 .method = settings.method,
@@ -322,7 +323,8 @@ class Refiner {
     void add_accuracy() {
         Json& summary = result_->summary;
         summary["accuracy"] = Json::object();
-        for (const auto& [measure, value] : summary["metrology"].items()) {
+        for (const auto& entry : summary["metrology"].items()) {
+            const std::string& measure = entry.key();
             const auto asked = std::find_if(asked_.begin(), asked_.end(),
                                             [&](const AskedAccuracy& one) { return one.measure == measure; });
             summary["accuracy"][measure] = bars_of(measure, asked == asked_.end() ? nullptr : &*asked);

@@ -93,6 +93,7 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
     };
     AccuracyBars bars{.value = last.figure(measure), .noise = noise_on(last)};
     std::vector<GridValue> values;
+    values.reserve(grids.size());
     for (const AccuracyRun& run : grids) values.push_back({run.spacing, run.figure(measure), noise_on(run)});
     const bool length = last.summary["metrology_units"].value(measure, "") == recipe.domain.length_unit;
     const GridError error = grid_error(values, length ? kLeastLength * last.spacing : 0.0);
