@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "app/commands/commands.hpp"
-#include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
@@ -20,8 +19,9 @@ struct FitArguments {
 };
 
 std::string resume_command(const FitOptions& fit) {
-    std::string command =
-        fmt::format("sidewall fit {} -o {}", shell_word(fit.recipe), shell_word(fit.output));
+    std::string command = "sidewall fit";
+    for (const std::string& file : fit.recipes) command += " " + shell_word(file);
+    command += " -o " + shell_word(fit.output);
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& value : values) command += fmt::format(" {} {}", option, shell_word(value));
     };
@@ -40,24 +40,33 @@ void add_fit_command(CLI::App& program) {
     CLI::App& command = add_command(
         program, "fit",
         "Find the values of a recipe's keys at which it meets measured figures or profiles, with 95 % intervals");
-    const auto recipe = add_recipe_options(command);
     const auto arguments = std::make_shared<FitArguments>();
     FitOptions& fit = arguments->fit;
+    add_option(
+        command, "RECIPE", fit.recipes, "FILE",
+        "Recipe in TOML; several, as of one process in several geometries, are fitted together, and their names without "
+        "folder and .toml, with a colon, say which one a target, a key or a setting belongs to",
+        {.required = true});
+    add_repeated(
+        command, "--set", [arguments](const std::string& text) { arguments->fit.overrides.push_back(text); },
+        "KEY=VALUE",
+        "Change a key before the recipe is checked, e.g. step[0].duration=2; RECIPE:KEY=VALUE: of one of several; may be "
+        "repeated");
     add_repeated(
         command, "--vary", [arguments](const std::string& text) { arguments->fit.vary.push_back(text); },
         "KEY=LO:HI[:log]",
-        "A key to find, within bounds, on a linear or logarithmic scale; from the recipe's own value, if it lies between; may "
-        "be repeated");
+        "A key to find, within bounds, on a linear or logarithmic scale; from the recipe's own value, if it lies between; "
+        "shared by all recipes, or of one: RECIPE:KEY=...; may be repeated");
     add_repeated(
         command, "--target", [arguments](const std::string& text) { arguments->fit.targets.push_back(text); },
         "NAME=VALUE[+-SIGMA]",
         "A figure of the metrology, such as depth, cd_at_0.5 or step_coverage_bottom, in the recipe's units, and its standard "
-        "deviation; may be repeated");
+        "deviation; of several recipes RECIPE:NAME=...; may be repeated");
     add_repeated(
         command, "--target-profile",
         [arguments](const std::string& text) { arguments->fit.profiles.push_back(text); }, "FILE.csv[@TIME]",
         "Points x,z of the surface in the cut of [metrology], in any order, of all or a part, at a process time (default: the "
-        "end); may be repeated");
+        "end); of several recipes RECIPE:FILE.csv; may be repeated");
     add_option(command, "--profile-sigma", fit.profile_sigma, "LENGTH",
                "Standard deviation of the profiles' points");
     add_option(command, "--profile-offset", fit.profile_offset, "",
@@ -73,10 +82,8 @@ void add_fit_command(CLI::App& program) {
     add_option(command, "--json", arguments->json, "FILE",
                "Write fit.json here too; - for standard output, and then no report");
     add_option(command, "-o,--output", fit.output, "DIR", "Folder for results", {.required = true});
-    run_by(command, [recipe, arguments] {
+    run_by(command, [arguments] {
         FitOptions& fit = arguments->fit;
-        fit.recipe = recipe->file;
-        fit.overrides = recipe->overrides;
         fit.jobs = arguments->jobs.value_or(0);
         fit.max_runs = arguments->max_runs.value_or(fit.max_runs);
         fit.resume_command = resume_command(fit);
@@ -84,8 +91,10 @@ void add_fit_command(CLI::App& program) {
         const Json found = run_fit(fit);
         if (!arguments->json.empty()) write_json(arguments->json, found);
         if (!fit.quiet && arguments->json != "-")
-            fmt::print("{}best recipe: {}; all runs: {}\n", fit_table(found),
-                       (fit.output / "best.toml").string(), (fit.output / "fit.csv").string());
+            fmt::print("{}best recipe{}; all runs: {}\n", fit_table(found),
+                       fit.recipes.size() == 1 ? ": " + (fit.output / "best.toml").string()
+                                               : "s: " + (fit.output / "best_*.toml").string(),
+                       (fit.output / "fit.csv").string());
     });
 }
 

@@ -10,6 +10,7 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/process/simulation.hpp"
+#include "app/study/accuracy.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -20,11 +21,14 @@ void print_report(const RunResult& result, const RunOptions& options) {
     fmt::print("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
                s["time"].get<double>(), time, s["time_steps"].get<int>(),
                s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
-    for (const auto& [name, value] : s["metrology"].items())
-        fmt::print("  {:<20} {}\n", name,
-                   value.is_null() ? "none"
-                                   : fmt::format("{:.5g} {}", value.get<double>(),
-                                                 s["metrology_units"][name].get<std::string>()));
+    if (s.contains("accuracy"))
+        fmt::print("{}", accuracy_table(s));
+    else
+        for (const auto& [name, value] : s["metrology"].items())
+            fmt::print("  {:<20} {}\n", name,
+                       value.is_null() ? "none"
+                                       : fmt::format("{:.5g} {}", value.get<double>(),
+                                                     s["metrology_units"][name].get<std::string>()));
     fmt::print("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
     for_each_phase([&](const char* name, double Timing::*phase) {
         fmt::print("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
@@ -34,10 +38,12 @@ void print_report(const RunResult& result, const RunOptions& options) {
                options.output.string(), options.output.string());
 }
 
-std::string resume_command(const RecipeOptions& recipe, const RunOptions& options) {
+std::string resume_command(const RecipeOptions& recipe, const RunOptions& options,
+                           const std::vector<std::string>& accuracy) {
     std::string command =
         fmt::format("sidewall run {} -o {}", shell_word(recipe.file), shell_word(options.output.string()));
     for (const std::string& setting : recipe.overrides) command += " --set " + shell_word(setting);
+    for (const std::string& asked : accuracy) command += " --accuracy " + shell_word(asked);
     return command + " --resume";
 }
 
@@ -62,16 +68,25 @@ void add_run_command(CLI::App& program) {
             resume);
     add_flag(command, "--quiet", options->quiet,
              "No progress, no word on what happens to the wafer, no report; summary.json has it all");
+    const auto accuracy = std::make_shared<std::vector<std::string>>();
+    add_repeated(
+        command, "--accuracy", [accuracy](const std::string& text) { accuracy->push_back(text); },
+        "MEASURE=BOUND[%]",
+        "Choose grid spacing, rays and simplification so that a figure such as depth or cd_at_0.5 is known so well, in its "
+        "unit or in percent of its value, and state the bars of all figures; may be repeated");
     const auto json = std::make_shared<std::string>();
     add_option(command, "--json", *json, "FILE",
                "Write summary.json here too; - for standard output, and then no report");
-    run_by(command, [recipe, options, json] {
-        const Recipe parsed = load(*recipe);
+    run_by(command, [recipe, options, accuracy, json] {
+        Recipe parsed = load(*recipe);
+        const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();
-        options->resume_command = resume_command(*recipe, *options);
+        options->resume_command = resume_command(*recipe, *options, *accuracy);
         install_interrupt_handler();
-        const RunResult result = about(recipe->file, [&] { return run_recipe(parsed, *options); });
+        const RunResult result = about(recipe->file, [&] {
+            return asked.empty() ? run_recipe(parsed, *options) : run_to_accuracy(parsed, asked, *options);
+        });
         if (!json->empty()) write_json(*json, result.summary);
         if (!options->quiet && *json != "-") print_report(result, *options);
     });

@@ -5,6 +5,7 @@
 #include "app/commands/commands.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/study/validate.hpp"
 
 namespace sidewall::app {
@@ -13,7 +14,7 @@ namespace {
 struct ValidateArguments {
     std::string output = "results/validation", json;
     std::vector<std::string> cases;
-    bool list = false, overwrite = false;
+    bool list = false, overwrite = false, resume = false;
 };
 
 std::string figure(const Json& number) {
@@ -40,6 +41,10 @@ void run(const ValidateArguments& arguments) {
     options.output = arguments.output;
     options.cases = arguments.cases;
     options.overwrite = arguments.overwrite;
+    options.resume = arguments.resume;
+    options.resume_command = "sidewall validate -o " + shell_word(arguments.output);
+    for (const std::string& name : arguments.cases) options.resume_command += " --case " + name;
+    options.resume_command += " --resume";
     const bool quiet = arguments.json == "-";
     if (!quiet) options.finished = print;
     install_interrupt_handler();
@@ -57,12 +62,16 @@ void add_validate_command(CLI::App& program) {
     const auto a = std::make_shared<ValidateArguments>();
     add_repeated(
         command, "--case", [a](const std::string& name) { a->cases.push_back(name); }, "NAME",
-        "Only this case; may be repeated (default: all)");
+        "Only this case, the report keeps the others' figures; may be repeated (default: all)");
     add_flag(command, "--list", a->list, "List the cases, run nothing");
     add_option(
         command, "-o,--output", a->output, "DIR",
         "Folder for the report validation.md, validation.json and the runs (default: results/validation)");
-    add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder");
+    CLI::Option& resume =
+        add_flag(command, "--resume", a->resume,
+                 "Go on after an interruption: runs that are there, of the same recipes and "
+                 "version, are not made again");
+    exclude(add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder"), resume);
     add_option(command, "--json", a->json, "FILE", "Also write the figures there; - for standard output");
     run_by(command, [a] { run(*a); });
 }

@@ -262,8 +262,15 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
             units = read_summary(any).value("metrology_units", Json::object());
         add_table(table, fit, units, "Figures of all runs over the keys", page);
     }
-    page.sections.push_back(recipe_section(folder / "best.toml", text_at(fit, "recipe")));
-    page.sections.back()["title"] = "Recipe and best values";
+    const Json several = fit.value("best_runs", Json::object());  // by recipe
+    for (const auto& [label, number] : several.items()) {
+        page.sections.push_back(recipe_section(folder / fmt::format("best_{}.toml", label), ""));
+        page.sections.back()["title"] = fmt::format("Best values of {}", label);
+    }
+    if (several.empty()) {
+        page.sections.push_back(recipe_section(folder / "best.toml", text_at(fit, "recipe")));
+        page.sections.back()["title"] = "Recipe and best values";
+    }
     return page;
 }
 

@@ -1,6 +1,7 @@
 #include "app/study/fit.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -11,6 +12,7 @@
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/recipe/written_number.hpp"
+#include "app/schema/keys.hpp"
 #include "app/study/batch_folder.hpp"
 #include "app/study/fit_report.hpp"
 #include "app/study/run_table.hpp"
@@ -23,19 +25,74 @@ namespace {
 
 constexpr const char* kFile = "fit.json";
 
+// One of the recipes that are fitted together.
+struct FitRecipe {
+    std::string label;   // empty if it is the only one
+    FitOptions options;  // those that concern it, without its label
+    std::string text;    // of the file
+    FitTargets targets;
+    std::vector<std::string> keys;     // that it varies
+    std::vector<std::size_t> places;   // of these among all
+    std::vector<Recipe> recipes;       // of the points
+    std::vector<std::size_t> numbers;  // of their runs
+};
+
 // A fit under way.
 struct Fit {
     const FitOptions& options;
-    std::string text;  // of the recipe
+    std::vector<FitRecipe> parts;
     std::vector<Vary> varied;
-    std::vector<std::string> keys;
-    FitTargets targets;
+    std::vector<std::string> columns;  // of fit.csv
     BoxPoint start;
     RunSet set;
-    std::vector<RunPoint> points;  // in the order they were asked for
-    std::vector<Recipe> recipes;   // of the points
-    std::string missing;           // a target that a run lacks, or why one failed
+    std::vector<RunValues> points;  // in the order they were asked for
+    std::vector<RunPoint> rows;     // of fit.csv
+    std::string missing;            // a target that a run lacks, or why one failed
 };
+
+std::vector<std::string> labels_of(const std::vector<std::string>& files) {
+    if (files.size() == 1) return {""};
+    std::vector<std::string> labels;
+    for (const std::string& file : files) {
+        labels.push_back(std::filesystem::path(file).stem().string());
+        if (std::count(labels.begin(), labels.end(), labels.back()) > 1)
+            throw RecipeError(
+                fmt::format("{}: two recipes are called {}: their targets could not be told apart: "
+                            "rename one",
+                            file, labels.back()));
+    }
+    return labels;
+}
+
+// What of \p texts concerns a recipe, without its label: all that has none, and what has its own.
+std::vector<std::string> own(const std::vector<std::string>& texts, const std::vector<std::string>& labels,
+                             const std::string& label) {
+    std::vector<std::string> chosen;
+    for (const std::string& text : texts) {
+        const auto before = std::find_if(labels.begin(), labels.end(), [&](const std::string& any) {
+            return !any.empty() && text.starts_with(any + ":");
+        });
+        if (before == labels.end())
+            chosen.push_back(text);
+        else if (*before == label)
+            chosen.push_back(text.substr(label.size() + 1));
+    }
+    return chosen;
+}
+
+void require_labels(const char* option, const std::vector<std::string>& texts,
+                    const std::vector<std::string>& labels) {
+    for (const std::string& text : texts)
+        for (const std::string& label : labels) {
+            const std::size_t colon = text.find(':');
+            const std::string before = text.substr(0, colon);
+            if (label.empty() || std::find(labels.begin(), labels.end(), before) != labels.end()) break;
+            throw RecipeError(
+                fmt::format("{} {}: does not say of which recipe: write {}:{}{}", option, text, label,
+                            colon == std::string::npos ? text : text.substr(colon + 1),
+                            colon == std::string::npos ? "" : did_you_mean(": ", before, labels, "")));
+        }
+}
 
 void require_ranges(const std::vector<Vary>& varied) {
     if (varied.empty())
@@ -62,34 +119,83 @@ RunValues values_of(const Fit& fit, const BoxPoint& point) {
     return values;
 }
 
-Recipe recipe_of(const Fit& fit, const BoxPoint& point) {
+Recipe recipe_of(const FitRecipe& part, const RunValues& values) {
+    RunValues own_values;
+    for (const std::size_t place : part.places) own_values.push_back(values[place]);
     Recipe recipe =
-        recipe_at(fit.text, fit.options.recipe, fit.options.overrides, fit.keys, values_of(fit, point));
-    want_targets(fit.targets, recipe);
+        recipe_at(part.text, part.options.recipes[0], part.options.overrides, part.keys, own_values);
+    want_targets(part.targets, recipe);
     return recipe;
+}
+
+void check_point(const Fit& fit, const BoxPoint& point) {
+    for (const FitRecipe& part : fit.parts) recipe_of(part, values_of(fit, point));
+}
+
+// A key's value in the recipe, if it lies between the bounds.
+std::optional<double> start_of(const FitRecipe& part, const Vary& vary, const std::string& key) {
+    const auto now = written_number(part.text, part.options.recipes[0], part.options.overrides, key);
+    if (!now || *now < vary.low || *now > vary.high) return std::nullopt;
+    return place_of(vary, *now);
+}
+
+void read_parts(const FitOptions& options, Fit& fit) {
+    const std::vector<std::string> labels = labels_of(options.recipes);
+    require_labels("--target", options.targets, labels);
+    require_labels("--target-profile", options.profiles, labels);
+    std::size_t with_errors = 0;
+    for (std::size_t r = 0; r < labels.size(); ++r) {
+        FitRecipe part{.label = labels[r], .options = options};
+        part.options.recipes = {options.recipes[r]};
+        part.options.overrides = own(options.overrides, labels, labels[r]);
+        part.options.vary = own(options.vary, labels, labels[r]);
+        part.options.targets = own(options.targets, labels, labels[r]);
+        part.options.profiles = own(options.profiles, labels, labels[r]);
+        const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
+        part.text = surface::read_whole_file(options.recipes[r]);
+        part.targets = read_targets(part.options, base);
+        with_errors += part.targets.known_errors ? 1 : 0;
+        const std::vector<Vary> varied = parse_vary(part.options.vary, base);
+        require_ranges(varied);
+        for (const Vary& vary : varied) {
+            const bool shared = std::find(options.vary.begin(), options.vary.end(),
+                                          part.options.vary[part.keys.size()]) != options.vary.end();
+            Vary named = vary;
+            if (!shared) named.key = part.label + ":" + vary.key;
+            const auto there = std::find_if(fit.varied.begin(), fit.varied.end(),
+                                            [&](const Vary& any) { return any.key == named.key; });
+            part.places.push_back(static_cast<std::size_t>(there - fit.varied.begin()));
+            part.keys.push_back(vary.key);
+            if (there == fit.varied.end()) fit.varied.push_back(std::move(named));
+        }
+        fit.parts.push_back(std::move(part));
+    }
+    if (with_errors != 0 && with_errors != fit.parts.size())
+        throw RecipeError(
+            "--target: those of some recipes have a standard deviation and those of others none, so that their "
+            "weights are unknown: give all of them one (+-SIGMA, --profile-sigma) or none");
 }
 
 // All that can be refused is refused here, before anything runs.
 Fit read_fit(const FitOptions& options) {
-    const Recipe base = load_recipe(options.recipe, options.overrides);
-    Fit fit{.options = options, .text = surface::read_whole_file(options.recipe)};
-    fit.varied = parse_vary(options.vary, base);
-    require_ranges(fit.varied);
-    fit.targets = read_targets(options, base);
+    Fit fit{.options = options};
+    read_parts(options, fit);
+    if (fit.varied.size() > kSobolDimensions)
+        throw RecipeError(fmt::format("--vary: a fit varies at most {} keys", kSobolDimensions));
+    if (fit.parts.size() > 1) fit.columns.emplace_back("recipe");
+    for (const Vary& vary : fit.varied) fit.columns.push_back(vary.key);
     fit.start = BoxPoint::Constant(static_cast<Eigen::Index>(fit.varied.size()), 0.5);
-    for (std::size_t k = 0; k < fit.varied.size(); ++k) {
-        fit.keys.push_back(fit.varied[k].key);
-        const auto now = written_number(fit.text, options.recipe, options.overrides, fit.keys.back());
-        if (now && *now >= fit.varied[k].low && *now <= fit.varied[k].high)
-            fit.start[static_cast<Eigen::Index>(k)] = place_of(fit.varied[k], *now);
-    }
+    for (auto part = fit.parts.rbegin(); part != fit.parts.rend(); ++part)  // the first one's values count
+        for (std::size_t k = 0; k < part->keys.size(); ++k)
+            if (const auto place = start_of(*part, fit.varied[part->places[k]], part->keys[k]))
+                fit.start[static_cast<Eigen::Index>(part->places[k])] = *place;
     // Rules of one key bound a range at its ends, with the other keys somewhere between theirs.
-    recipe_of(fit, fit.start);
+    check_point(fit, fit.start);
     for (Eigen::Index k = 0; k < fit.start.size(); ++k)
         for (const double end : {0.0, 1.0}) {
             BoxPoint point = fit.start;
             point[k] = end;
-            recipe_of(fit, point);
+            check_point(fit, point);
         }
     fit.set = {.folder = options.output, .jobs = options.jobs, .resume_command = options.resume_command};
     return fit;
@@ -97,13 +203,15 @@ Fit read_fit(const FitOptions& options) {
 
 Json plan_of(const Fit& fit) {
     const FitOptions& options = fit.options;
-    std::string profiles;
-    for (const MeasuredProfile& profile : fit.targets.profiles)
-        for (const Eigen::Vector2d& p : profile.points) profiles += fmt::format("{},{} ", p.x(), p.y());
-    const std::string first = effective_recipe(recipe_of(fit, fit.start));
+    std::string profiles, first;
+    for (const FitRecipe& part : fit.parts) {
+        for (const MeasuredProfile& profile : part.targets.profiles)
+            for (const Eigen::Vector2d& p : profile.points) profiles += fmt::format("{},{} ", p.x(), p.y());
+        first += effective_recipe(recipe_of(part, values_of(fit, fit.start)));
+    }
     return Json{
         {"version", version()},
-        {"recipe", options.recipe},
+        {"recipe", fmt::format("{}", fmt::join(options.recipes, " "))},
         {"vary", options.vary},
         {"set", options.overrides},
         {"target", options.targets},
@@ -116,41 +224,62 @@ Json plan_of(const Fit& fit) {
                                           .dump()))}};
 }
 
-// The point's run, of several points that are asked for at once; nothing where values that are each right do
+// The point's runs, of several points that are asked for at once; false where values that are each right do
 // not fit together.
-std::optional<std::size_t> add_point(Fit& fit, const BoxPoint& point) {
+bool add_point(Fit& fit, const BoxPoint& point) {
+    const RunValues values = values_of(fit, point);
+    std::vector<Recipe> recipes;
     try {
-        Recipe recipe = recipe_of(fit, point);
-        fit.points.push_back({values_of(fit, point), add_run(fit.set, recipe)});
-        fit.recipes.push_back(std::move(recipe));
-        return fit.points.size() - 1;
+        for (const FitRecipe& part : fit.parts) recipes.push_back(recipe_of(part, values));
     } catch (const RecipeError& error) {
         fit.missing = error.what();
-        return std::nullopt;
+        return false;
     }
+    fit.points.push_back(values);
+    for (std::size_t r = 0; r < recipes.size(); ++r) {
+        FitRecipe& part = fit.parts[r];
+        part.numbers.push_back(add_run(fit.set, recipes[r]));
+        part.recipes.push_back(std::move(recipes[r]));
+        RunValues row = values;
+        if (fit.parts.size() > 1) row.insert(row.begin(), part.label);
+        fit.rows.push_back({std::move(row), part.numbers.back()});
+    }
+    return true;
 }
 
 Residuals residuals_at(Fit& fit, std::size_t point) {
-    const std::size_t number = fit.points[point].number;
-    const SetRun& run = fit.set.runs[number - 1];
-    std::string missing;
-    Residuals residuals;
-    if (run.status == "ok")
-        residuals = residuals_of(fit.targets, fit.recipes[point], run, folder_of(fit.set, number), missing);
-    if (!residuals)
-        fit.missing = run.status != "ok" ? run.status : fmt::format("run {:04} has no {}", number, missing);
-    return residuals;
+    Residuals all = Eigen::VectorXd(0);
+    for (const FitRecipe& part : fit.parts) {
+        const std::size_t number = part.numbers[point];
+        const SetRun& run = fit.set.runs[number - 1];
+        std::string missing;
+        Residuals residuals;
+        if (run.status == "ok")
+            residuals =
+                residuals_of(part.targets, part.recipes[point], run, folder_of(fit.set, number), missing);
+        if (!residuals) {
+            fit.missing =
+                run.status != "ok" ? run.status : fmt::format("run {:04} has no {}", number, missing);
+            return std::nullopt;
+        }
+        Eigen::VectorXd joined(all->size() + residuals->size());
+        joined << *all, *residuals;
+        all = std::move(joined);
+    }
+    return all;
 }
 
 std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vector<BoxPoint>& points) {
     std::vector<std::optional<std::size_t>> added;
     std::vector<std::size_t> numbers;
     for (const BoxPoint& point : points) {
-        added.push_back(add_point(fit, point));
-        if (added.back()) numbers.push_back(fit.points[*added.back()].number);
+        const bool good = add_point(fit, point);
+        added.push_back(good ? std::optional(fit.points.size() - 1) : std::nullopt);
+        if (good)
+            for (const FitRecipe& part : fit.parts) numbers.push_back(part.numbers.back());
     }
     make_runs(fit.set, numbers, progress,
-              [&] { write_file(fit.options.output / "fit.csv", run_table(fit.keys, fit.points, fit.set)); });
+              [&] { write_file(fit.options.output / "fit.csv", run_table(fit.columns, fit.rows, fit.set)); });
     std::vector<Residuals> residuals;
     residuals.reserve(added.size());
     for (const auto& point : added) residuals.push_back(point ? residuals_at(fit, *point) : std::nullopt);
@@ -165,18 +294,33 @@ LeastSquaresResult find(Fit& fit) {
         return fit_least_squares(
             {.start = fit.start,
              .evaluate = [&](const std::vector<BoxPoint>& points) { return evaluate(fit, progress, points); },
-             .max_runs = options.max_runs,
-             .known_errors = fit.targets.known_errors});
+             .max_runs = options.max_runs / fit.parts.size(),
+             .known_errors = fit.parts.front().targets.known_errors});
     } catch (const NumericsError& error) {
-        throw NumericsError(fmt::format("{}: {}: {}", options.recipe, error.what(), fit.missing));
+        throw NumericsError(
+            fmt::format("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing));
+    }
+}
+
+// The best recipes, and their profiles over the measured ones.
+void write_best(const Fit& fit, const FitEnd& end) {
+    const std::filesystem::path& folder = fit.options.output;
+    for (const FittedRecipe& fitted : end.recipes) {
+        const std::string label = fitted.label.empty() ? "" : "_" + fitted.label;
+        write_file(folder / fmt::format("best{}.toml", label), fitted.best_run.recipe);
+        for (std::size_t k = 0; k < fitted.targets.profiles.size(); ++k)
+            write_file(
+                folder / fmt::format("overlay{}{}.svg", label, k == 0 ? "" : fmt::format("_{}", k + 1)),
+                overlay_svg(fitted, k));
     }
 }
 
 }  // namespace
 
 Json run_fit(const FitOptions& options) {
-    if (options.max_runs < 1 || options.max_runs > kMostRuns)
-        throw RecipeError(fmt::format("--max-runs {}: must be from 1 to {}", options.max_runs, kMostRuns));
+    if (options.max_runs < options.recipes.size() || options.max_runs > kMostRuns)
+        throw RecipeError(fmt::format("--max-runs {}: must be from {} to {}", options.max_runs,
+                                      options.recipes.size(), kMostRuns));
     Fit fit = read_fit(options);
     make_folder(options.output, "choose another with -o");
     const FolderLock lock(options.output);
@@ -189,29 +333,25 @@ Json run_fit(const FitOptions& options) {
     if (!std::filesystem::exists(path)) write_json(path, json);
 
     const LeastSquaresResult found = find(fit);
-    const RunValues best_values = values_of(fit, found.best);
-    const auto best = std::find_if(fit.points.begin(), fit.points.end(),
-                                   [&](const RunPoint& point) { return point.values == best_values; });
-    const Recipe& recipe = fit.recipes[static_cast<std::size_t>(best - fit.points.begin())];
-    const SetRun& run = fit.set.runs[best->number - 1];
-    const FitEnd end{.varied = fit.varied,
-                     .targets = fit.targets,
-                     .found = found,
-                     .best_recipe = recipe,
-                     .best_run = run,
-                     .best_number = best->number,
-                     .best_folder = folder_of(fit.set, best->number),
-                     .first_folder = folder_of(fit.set, fit.points.front().number)};
-    write_file(options.output / "best.toml", run.recipe);
-    json.update(fit_json(end));
+    const auto best = static_cast<std::size_t>(
+        std::find(fit.points.begin(), fit.points.end(), values_of(fit, found.best)) - fit.points.begin());
+    FitEnd end{.varied = fit.varied, .found = found};
     std::set<std::size_t> numbers;  // equal points share a run
-    for (const RunPoint& point : fit.points) numbers.insert(point.number);
+    for (const FitRecipe& part : fit.parts) {
+        const std::size_t number = part.numbers[best];
+        end.recipes.push_back({.label = part.label,
+                               .targets = part.targets,
+                               .best_recipe = part.recipes[best],
+                               .best_run = fit.set.runs[number - 1],
+                               .best_number = number,
+                               .best_folder = folder_of(fit.set, number),
+                               .first_folder = folder_of(fit.set, part.numbers.front())});
+        numbers.insert(part.numbers.begin(), part.numbers.end());
+    }
+    json.update(fit_json(end));
     json["runs"] = numbers.size();
+    write_best(fit, end);
     write_json(path, json);
-    for (std::size_t k = 0; k < fit.targets.profiles.size(); ++k)
-        write_file(
-            options.output / (k == 0 ? std::string("overlay.svg") : fmt::format("overlay_{}.svg", k + 1)),
-            overlay_svg(end, k));
     return json;
 }
 

@@ -10,11 +10,12 @@ namespace sidewall::app {
 
 /// What to fit, as the user wrote it.
 struct FitOptions {
-    std::string recipe;                   ///< file
-    std::vector<std::string> overrides;   ///< key=value, of all runs
-    std::vector<std::string> vary;        ///< KEY=LO:HI[:log]
-    std::vector<std::string> targets;     ///< NAME=VALUE[+-SIGMA], of figures of a summary's metrology
-    std::vector<std::string> profiles;    ///< FILE.csv[\@TIME]
+    std::vector<std::string>
+        recipes;  ///< files; of several each has a LABEL, its name without folder and .toml
+    std::vector<std::string> overrides;  ///< [LABEL:]key=value, of all recipes' runs or of one's
+    std::vector<std::string> vary;       ///< [LABEL:]KEY=LO:HI[:log], shared by all recipes or of one
+    std::vector<std::string> targets;    ///< [LABEL:]NAME=VALUE[+-SIGMA], of figures of a summary's metrology
+    std::vector<std::string> profiles;   ///< [LABEL:]FILE.csv[\@TIME]
     std::optional<double> profile_sigma;  ///< standard deviation of a profile's points, length
     std::string profile_offset = "none";  ///< or "x", "z", "xz"
     std::size_t max_runs = 60;
@@ -26,7 +27,9 @@ struct FitOptions {
 
 /// Finds the values of a recipe's keys, within bounds, at which its runs come closest to the targets
 /// (study/least_squares.hpp), from the recipe's own values and points spread between the bounds, all with the same random
-/// numbers. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.svg for profiles, and runs/NNNN.
+/// numbers. Several recipes, as one process in several geometries, are run at every point and meet all their targets
+/// together. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.svg for profiles, and runs/NNNN; of several
+/// recipes best_LABEL.toml and overlay_LABEL.svg.
 /// \returns what fit.json holds.
 /// \throws RecipeError, before the first run, for what cannot be fitted; FileError for profiles; Interrupted; IoError;
 ///         NumericsError if no run has all targets.

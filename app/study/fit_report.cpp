@@ -51,30 +51,30 @@ Json correlation_json(const FitEnd& end) {
     return all;
 }
 
-Json residuals_json(const FitEnd& end) {
-    Json all = Json::object();
-    const Json& metrology = end.best_run.summary["metrology"];
-    for (const MeasureTarget& target : end.targets.measures)
-        all[target.name] = Json{{"asked", target.asked},
-                                {"got", metrology[target.name]},
-                                {"sigma", target.sigma ? Json(*target.sigma) : Json()},
-                                {"unit", end.best_run.summary["metrology_units"][target.name]}};
-    for (std::size_t k = 0; k < end.targets.profiles.size(); ++k) {
-        const auto found = profile_residual(end.targets, k, end.best_recipe, end.best_folder);
+void add_residuals(const FittedRecipe& fitted, Json& all) {
+    const std::string label = fitted.label.empty() ? "" : fitted.label + ":";
+    const Json& metrology = fitted.best_run.summary["metrology"];
+    const FitTargets& targets = fitted.targets;
+    for (const MeasureTarget& target : targets.measures)
+        all[label + target.name] = Json{{"asked", target.asked},
+                                        {"got", metrology[target.name]},
+                                        {"sigma", target.sigma ? Json(*target.sigma) : Json()},
+                                        {"unit", fitted.best_run.summary["metrology_units"][target.name]}};
+    for (std::size_t k = 0; k < targets.profiles.size(); ++k) {
+        const auto found = profile_residual(targets, k, fitted.best_recipe, fitted.best_folder);
         if (!found) continue;
         const Eigen::VectorXd& d = found->distance.signed_distances;
-        all[end.targets.profiles[k].name] =
+        all[label + targets.profiles[k].name] =
             Json{{"asked", 0.0},  // distance, its root mean square
                  {"got", number_or_null(d.norm() / std::sqrt(static_cast<double>(d.size())), kDigits)},
-                 {"sigma", end.targets.profile_sigma ? Json(*end.targets.profile_sigma) : Json()},
-                 {"unit", end.best_recipe.domain.length_unit},
+                 {"sigma", targets.profile_sigma ? Json(*targets.profile_sigma) : Json()},
+                 {"unit", fitted.best_recipe.domain.length_unit},
                  {"points", d.size()},
                  {"greatest", number_or_null(d.lpNorm<Eigen::Infinity>(), kDigits)},
                  {"offset",
                   {number_or_null(found->distance.offset.x(), kDigits),
                    number_or_null(found->distance.offset.y(), kDigits)}}};
     }
-    return all;
 }
 
 // Keys of every direction that the targets leave open.
@@ -113,26 +113,32 @@ Json fit_json(const FitEnd& end) {
     const bool free = !found.free_directions.empty();
     Json json{{"status", free ? "not-identifiable" : found.converged ? "converged" : "max-runs"}};
     json["not_identifiable"] = free_keys(end);
-    json["runs"] = found.runs;
-    json["best_run"] = fmt::format("{:04}", end.best_number);
+    for (const FittedRecipe& fitted : end.recipes) {
+        const std::string number = fmt::format("{:04}", fitted.best_number);
+        if (fitted.label.empty())
+            json["best_run"] = number;
+        else
+            json["best_runs"][fitted.label] = number;
+    }
     json["parameters"] = parameters_json(end);
     json["correlation"] = correlation_json(end);
-    json["residuals"] = residuals_json(end);
-    json["errors_from"] = end.targets.known_errors ? "sigma"
-                          : found.error_from_noise ? "simulation-noise"
-                                                   : "residuals";
+    json["residuals"] = Json::object();
+    for (const FittedRecipe& fitted : end.recipes) add_residuals(fitted, json["residuals"]);
+    json["errors_from"] = end.recipes.front().targets.known_errors ? "sigma"
+                          : found.error_from_noise                 ? "simulation-noise"
+                                                                   : "residuals";
     json["simulation_noise"] = number_or_null(found.noise, 3);
     return json;
 }
 
-std::string overlay_svg(const FitEnd& end, std::size_t profile) {
-    const MeasuredProfile& measured = end.targets.profiles[profile];
-    const std::string& unit = end.best_recipe.domain.length_unit;
+std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile) {
+    const MeasuredProfile& measured = fitted.targets.profiles[profile];
+    const std::string& unit = fitted.best_recipe.domain.length_unit;
     Plot plot{.title = measured.name,
               .x_label = fmt::format("across the wafer [{}]", unit),
               .y_label = fmt::format("z [{}]", unit),
               .same_scale = true};
-    const auto best = profile_residual(end.targets, profile, end.best_recipe, end.best_folder);
+    const auto best = profile_residual(fitted.targets, profile, fitted.best_recipe, fitted.best_folder);
     PlotSeries points{.name = "measured", .dots = true};
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const Eigen::Vector2d& p : measured.points) {
@@ -144,10 +150,10 @@ std::string overlay_svg(const FitEnd& end, std::size_t profile) {
     const double margin = 0.2 * (high - low);
     plot.series.push_back(std::move(points));
     if (best) plot.series.push_back(contour_series("best run", best->contour, low - margin, high + margin));
-    if (std::filesystem::exists(end.first_folder / "summary.json"))
-        plot.series.push_back(contour_series("first run",
-                                             contour_of(end.first_folder, end.best_recipe, measured.time),
-                                             low - margin, high + margin));
+    if (std::filesystem::exists(fitted.first_folder / "summary.json"))
+        plot.series.push_back(
+            contour_series("first run", contour_of(fitted.first_folder, fitted.best_recipe, measured.time),
+                           low - margin, high + margin));
     return svg_plot(plot);
 }
 

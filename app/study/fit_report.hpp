@@ -6,21 +6,27 @@
 
 namespace sidewall::app {
 
-/// A fit's end: its parameters, and the run that came closest.
-struct FitEnd {
-    const std::vector<Vary>& varied;
+/// One of a fit's recipes, and its run that came closest.
+struct FittedRecipe {
+    std::string label;  ///< before its targets' names, with a colon; empty if it is the only one
     const FitTargets& targets;
-    const LeastSquaresResult& found;
     const Recipe& best_recipe;
     const SetRun& best_run;
     std::size_t best_number = 0;
     std::filesystem::path best_folder, first_folder;  ///< the first run's: where the fit began
 };
 
+/// A fit's end: its parameters, and the runs there.
+struct FitEnd {
+    const std::vector<Vary>& varied;
+    const LeastSquaresResult& found;
+    std::vector<FittedRecipe> recipes;
+};
+
 /// What fit.json says of it.
 Json fit_json(const FitEnd& end);
 
 /// The measured profile \p profile over the contours of the first and the best run, as SVG.
-std::string overlay_svg(const FitEnd& end, std::size_t profile);
+std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile);
 
 }  // namespace sidewall::app

@@ -58,10 +58,7 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
         want_measure(asked, target.name, "--target");
         if (!is_figure(recipe, target.name))
             throw RecipeError(fmt::format("--target {}: {} stands for several figures: name one, e.g. {}",
-                                          text, target.name,
-                                          target.name == "film" ? "film_side"
-                                          : target.name == "cd" ? "cd_at_0.5"
-                                                                : "scallop_depth"));
+                                          text, target.name, example_of(target.name)));
         for (const MeasureTarget& other : targets.measures)
             if (other.name == target.name)
                 throw RecipeError(fmt::format("--target {}: {} is asked for twice", text, target.name));

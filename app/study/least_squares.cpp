@@ -224,6 +224,31 @@ class Fitter {
         return (step.cwiseAbs().array() <= (kErrorPart * error).cwiseMax(kTolerance).array()).all();
     }
 
+    // Slopes at the best sample by central differences: what a regression takes from farther points, where
+    // the model is bent, may end in a valley beside the minimum. False if there are no runs left for that, or
+    // no room.
+    bool look_from_both_sides() {
+        std::vector<BoxPoint> points;
+        std::vector<double> lengths;
+        for (Eigen::Index i = 0; i < parameters_; ++i) {
+            const double room = std::min(best().x[i], 1.0 - best().x[i]);
+            lengths.push_back(std::min(room, difference_along(VectorXd::Unit(parameters_, i), kLastRadius)));
+            if (lengths.back() < kLeastRadius) return false;
+            for (const double sign : {-1.0, 1.0})
+                points.push_back(best().x + sign * lengths.back() * VectorXd::Unit(parameters_, i));
+        }
+        if (left() < points.size() + 1) return false;
+        const std::size_t first = fresh_ = evaluate(points);
+        for (std::size_t i = first; i < samples_.size(); ++i)
+            if (samples_[i].r.size() == 0) return false;
+        for (Eigen::Index i = 0; i < parameters_; ++i) {
+            const std::size_t low = first + 2 * static_cast<std::size_t>(i);
+            slopes_.col(i) =
+                (samples_[low + 1].r - samples_[low].r) / (2.0 * lengths[static_cast<std::size_t>(i)]);
+        }
+        return true;
+    }
+
     // False if the runs are used up.
     bool descend() {
         double radius = kFirstRadius;
@@ -231,11 +256,15 @@ class Fitter {
             spread(radius);
             take_best();
             regress();
-            const VectorXd step = bounded_step(slopes_, best().r, best().x, radius);
+            VectorXd step = bounded_step(slopes_, best().r, best().x, radius);
             if (settled(step)) {
-                if (radius <= kLastRadius) return true;
-                radius = std::max(kLastRadius, 0.25 * radius);
-                continue;
+                if (radius > kLastRadius) {
+                    radius = std::max(kLastRadius, 0.25 * radius);
+                    continue;
+                }
+                if (!look_from_both_sides()) return true;
+                step = bounded_step(slopes_, best().r, best().x, radius);
+                if (settled(step)) return true;
             }
             if (left() == 0) return false;
             const double before = best().cost, length = step.lpNorm<Eigen::Infinity>();

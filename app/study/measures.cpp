@@ -28,6 +28,10 @@ bool is_figure(const Recipe& recipe, const std::string& name) {
     return word_of(recipe, name).has_value();
 }
 
+std::string example_of(const std::string& word) {
+    return word == "film" ? "film_side" : word == "cd" ? "cd_at_0.5" : "scallop_depth";
+}
+
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option) {
     const std::vector<std::string>& words = measure_names();
     const bool word = std::find(words.begin(), words.end(), name) != words.end();

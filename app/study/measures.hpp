@@ -14,4 +14,7 @@ void want_measure(Recipe& recipe, const std::string& name, const std::string& op
 /// Whether \p name is such a figure, not a word that stands for several.
 bool is_figure(const Recipe& recipe, const std::string& name);
 
+/// One of the figures that a word such as film stands for, for messages.
+std::string example_of(const std::string& word);
+
 }  // namespace sidewall::app

@@ -6,14 +6,16 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/timing.hpp"
 #include "app/common/version.hpp"
 #include "app/process/simulation.hpp"
+#include "app/results/result.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
+#include "surface/file.hpp"
 #include "surface/mesh_io.hpp"
 
 namespace sidewall::app {
@@ -22,6 +24,7 @@ namespace {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kUp = 0.9, kLevel = 0.1;  // of a normal's z: what faces up, what faces sideways
 constexpr int kDigits = 6;
+constexpr const char* kReport = "validation.json";
 // Of a grid spacing: flats are known to lie within it (tests/integration/profile_test.cpp), so no length is
 // claimed to be better known.
 constexpr double kResolution = 0.1;
@@ -63,11 +66,27 @@ double flux_figure(const TriangleMesh& mesh, const ValidationReading& reading) {
     return area > 0.0 ? sum / area : kNone;
 }
 
+// Whether a run of the recipe by this version is there, or a part of one.
+bool is_there(const std::filesystem::path& folder, const Recipe& recipe) {
+    std::error_code failure;
+    if (!std::filesystem::exists(folder / "recipe.toml", failure) ||
+        surface::read_whole_file(folder / "recipe.toml") != effective_recipe(recipe))
+        return false;
+    return !std::filesystem::exists(folder / "summary.json", failure) ||
+           read_summary(folder).value("version", "") == version();
+}
+
 Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
-                 const std::vector<std::string>& changes, bool overwrite) {
+                 const std::vector<std::string>& changes, const ValidationOptions& options, double& seconds) {
     const Recipe recipe = parse_recipe(one.recipe, one.name + ".toml", changes);
-    const RunResult run =
-        run_recipe(recipe, {.output = folder, .overwrite = overwrite, .quiet = true, .title = one.name});
+    const bool resume = options.resume && is_there(folder, recipe);
+    const RunResult run = run_recipe(recipe, {.output = folder,
+                                              .resume = resume,
+                                              .overwrite = options.overwrite && !resume,
+                                              .quiet = true,
+                                              .title = one.name,
+                                              .resume_command = options.resume_command});
+    seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
     const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
     Figures figures;
     for (const ValidationReading& reading : one.readings) {
@@ -82,17 +101,17 @@ Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
 }
 
 Json validate_case(const ValidationCase& one, const ValidationOptions& options) {
-    const double began = now();
+    double seconds = 0.0;
     const auto run = [&](const char* suffix, const std::vector<std::string>& changes) {
-        return run_case(one, options.output / (one.name + suffix), changes, options.overwrite);
+        return run_case(one, options.output / (one.name + suffix), changes, options, seconds);
     };
     const double spacing = parse_recipe(one.recipe, one.name + ".toml").domain.grid_spacing;
     const Figures ours = run("", {}),
                   coarse = run("-coarse", {fmt::format("domain.grid_spacing={}", 2.0 * spacing)});
     const Figures other = one.traced ? run("-seed", {"flux.seed=2"}) : ours;
-    Json json{{"name", one.name},   {"title", one.title},       {"source", one.source},
-              {"note", one.note},   {"grid_spacing", spacing},  {"recipe", one.recipe},
-              {"seconds", nullptr}, {"readings", Json::array()}};
+    Json json{{"name", one.name},   {"title", one.title},      {"source", one.source},
+              {"note", one.note},   {"grid_spacing", spacing}, {"recipe", one.recipe},
+              {"seconds", nullptr}, {"version", version()},    {"readings", Json::array()}};
     for (std::size_t k = 0; k < one.readings.size(); ++k) {
         const ValidationReading& reading = one.readings[k];
         const double least = reading.length ? kResolution * spacing : 0.0;
@@ -111,7 +130,7 @@ Json validate_case(const ValidationCase& one, const ValidationOptions& options) 
                  {"deviation_percent", number_or_null(100.0 * deviation / reading.reference, 3)},
                  {"within_bars", std::abs(deviation) <= bars}});
     }
-    json["seconds"] = number_or_null(now() - began, 3);
+    json["seconds"] = number_or_null(seconds, 3);
     return json;
 }
 
@@ -131,6 +150,22 @@ std::vector<const ValidationCase*> chosen(const std::vector<std::string>& names)
         list.push_back(&validation_cases()[static_cast<std::size_t>(found - known.begin())]);
     }
     return list;
+}
+
+// The rows of the report that is there, by case, of those that are still the same.
+std::map<std::string, Json> earlier_rows(const std::filesystem::path& folder) {
+    std::map<std::string, Json> rows;
+    std::error_code failure;
+    if (!std::filesystem::exists(folder / kReport, failure)) return rows;
+    const Json report = read_json(folder / kReport, "remove it, or choose another folder with -o");
+    if (!report.is_object() || !report.value("cases", Json()).is_array()) return rows;
+    for (const Json& row : report["cases"])
+        for (const ValidationCase& one : validation_cases())
+            if (row.is_object() && row.value("name", Json()) == one.name &&
+                row.value("recipe", Json()) == one.recipe && row.contains("seconds") &&
+                row.value("readings", Json()).is_array() && row["readings"].size() == one.readings.size())
+                rows[one.name] = row;
+    return rows;
 }
 
 // Significant digits for a table.
@@ -194,12 +229,16 @@ std::string validation_page(const Json& validation) {
 
 Json validate(const ValidationOptions& options) {
     const std::vector<const ValidationCase*> cases = chosen(options.cases);
-    Json validation{{"version", version()}, {"cases", Json::array()}};
+    std::map<std::string, Json> rows = earlier_rows(options.output);
+    Json validation;
     for (const ValidationCase* one : cases) {
-        validation["cases"].push_back(validate_case(*one, options));
-        if (options.finished) options.finished(validation["cases"].back());
+        const Json& row = rows[one->name] = validate_case(*one, options);
+        if (options.finished) options.finished(row);
+        validation = Json{{"version", version()}, {"cases", Json::array()}};
+        for (const ValidationCase& any : validation_cases())
+            if (rows.contains(any.name)) validation["cases"].push_back(rows[any.name]);
         // What is finished is kept, should a later case be interrupted.
-        write_json((options.output / "validation.json").string(), validation);
+        write_json((options.output / kReport).string(), validation);
         write_file(options.output / "validation.md", validation_page(validation));
     }
     return validation;

@@ -45,8 +45,10 @@ const std::vector<ValidationCase>& validation_cases();
 
 struct ValidationOptions {
     std::filesystem::path output;
-    std::vector<std::string> cases;               ///< names; empty: all
-    bool overwrite = false;                       ///< as in RunOptions
+    std::vector<std::string> cases;  ///< names; empty: all
+    bool overwrite = false;          ///< as in RunOptions
+    bool resume = false;         ///< runs of the same recipes and version that are there are not made again
+    std::string resume_command;  ///< as in RunOptions
     std::function<void(const Json&)> finished{};  ///< told each case as it ends
 };
 
@@ -54,9 +56,10 @@ struct ValidationOptions {
 /// sum of both differences, which for a scheme of first order estimates grid and noise; of lengths at least a tenth of the grid
 /// spacing.
 ///
-/// Writes DIR/{validation.json, validation.md} and the runs into DIR/NAME, NAME-seed and NAME-coarse.
+/// Writes DIR/{validation.json, validation.md} and the runs into DIR/NAME, NAME-seed and NAME-coarse. Cases that are
+/// not run keep the rows that the report has of them, if their recipes are still the same.
 /// \returns what validation.json holds.
-/// \throws RecipeError for an unknown case; what run_recipe throws.
+/// \throws RecipeError for an unknown case; FileError for a validation.json that is none; what run_recipe throws.
 Json validate(const ValidationOptions& options);
 
 /// The page in Markdown.

@@ -38,10 +38,43 @@ profiles = ["y=0"]
 measures = ["depth", "film"]
 )";
 
+// An etch through a mask by neutrals and ions, as a profile.
+const std::string kEtch = R"(
+[domain]
+extent = [2.0]
+grid_spacing = 0.1
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 0.5
+width = 1.0
+[[step]]
+model = "multi_particle"
+duration = 2.0
+[[step.species]]
+name = "F"
+rate = { Si = -0.3 }
+sticking = 0.3
+[[step.species]]
+name = "ion"
+kind = "ion"
+rate = { Si = -0.5 }
+source_exponent = 100
+[flux]
+rays = 30_000
+[simplify]
+method = "none"
+[output]
+every = 1.0
+profiles = ["y=0"]
+)";
+
 struct Case : Folder {
     Case() { std::ofstream(path / "recipe.toml", std::ios::binary) << kRecipe; }
     Outcome run(const std::string& arguments, int exit_code = 0) const {
-        Outcome outcome = run_program(path, arguments, 120);
+        Outcome outcome = run_program(path, arguments, 600);
         INFO(arguments << "\n" << outcome.output);
         CHECK(outcome.exit_code == exit_code);
         return outcome;
@@ -87,6 +120,60 @@ TEST_CASE("three hidden parameters of a deposition are found within 2 % in at mo
         CHECK(parameter["interval95"][1] > parameter["value"]);
         CHECK(fit["correlation"][key][key] == 1.0);
     }
+}
+
+TEST_CASE("three hidden parameters of an etch are found within 2 % from two of its profiles", "[slow]") {
+    const Case c;
+    std::ofstream(c.path / "etch.toml", std::ios::binary) << kEtch;
+    const std::string neutral = "step[0].species[0].rate.Si", ion = "step[0].species[1].rate.Si",
+                      exponent = "step[0].species[1].source_exponent";
+    const auto values = [&](const std::string& a, const std::string& b, const std::string& n) {
+        return " --set " + neutral + "=" + a + " --set " + ion + "=" + b + " --set " + exponent + "=" + n;
+    };
+    c.run("run etch.toml -o truth --quiet" + values("-0.35", "-0.6", "60"));
+    c.run("fit etch.toml -o fit --quiet --max-runs 40 --vary " + neutral + "=-1:-0.1:log --vary " + ion +
+          "=-1.5:-0.2:log --vary " + exponent +
+          "=10:400:log --target-profile truth/profile_0001.csv@1 --target-profile truth/profile_0002.csv@2" +
+          values("-0.15", "-0.3", "15"));
+    const json fit = c.read("fit/fit.json");
+    INFO(fit.dump(1));
+    CHECK(fit["status"] == "converged");
+    CHECK(fit["runs"] <= 40);
+    CHECK(value(fit, neutral) == Approx(-0.35).epsilon(0.02));
+    CHECK(value(fit, ion) == Approx(-0.6).epsilon(0.02));
+    CHECK(value(fit, exponent) == Approx(60.0).epsilon(0.02));
+}
+
+TEST_CASE("two geometries tell together the rate that they share and what each has of its own") {
+    const Case c;
+    std::ofstream(c.path / "wide.toml", std::ios::binary) << kRecipe;
+    const std::string wide = " --set wide:layer[0].width=3.0";
+    c.run("run recipe.toml -o a --quiet --set step[0].rate=1.2 --set step[0].sticking=0.2");
+    c.run(
+        "run wide.toml -o b --quiet --set layer[0].width=3.0 --set step[0].rate=1.2 --set step[0].sticking=0.6");
+    const std::string targets =
+        " --target recipe:film_side=" + c.read("a/summary.json")["metrology"]["film_side"].dump() +
+        " --target wide:film_side=" + c.read("b/summary.json")["metrology"]["film_side"].dump() +
+        " --target wide:film_top=" + c.read("b/summary.json")["metrology"]["film_top"].dump();
+    const std::string fit =
+        "fit recipe.toml wide.toml -o fit --quiet --vary step[0].rate=0.5:2:log --vary "
+        "recipe:step[0].sticking=0.05:1:log --vary wide:step[0].sticking=0.05:1:log" +
+        wide + targets;
+    c.run(fit);
+    const json found = c.read("fit/fit.json");
+    INFO(found.dump(1));
+    CHECK(value(found, "step[0].rate") == Approx(1.2).epsilon(0.02));
+    CHECK(value(found, "recipe:step[0].sticking") == Approx(0.2).epsilon(0.1));
+    CHECK(value(found, "wide:step[0].sticking") == Approx(0.6).epsilon(0.1));
+    CHECK(found["residuals"].contains("wide:film_top"));
+    CHECK(found["runs"].get<int>() <= 60);
+    CHECK_THAT(read_bytes(c.path / "fit/best_wide.toml"), Catch::Contains("width = 3"));
+    CHECK_THAT(read_bytes(c.path / "fit/fit.csv"),
+               Catch::StartsWith("run,recipe,step[0].rate,") && Catch::Contains("\n0002,wide,"));
+    const std::string before = read_bytes(c.path / "fit/fit.json");
+    c.run(fit + " --resume");
+    CHECK(read_bytes(c.path / "fit/fit.json") == before);
+    c.run("report fit -o fit.html");
 }
 
 TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.17", "[slow]") {
@@ -211,6 +298,21 @@ TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign
              {vary + "--target-profile good.csv@0.3", 2, "runs save no surface at time 0.3"}}) {
         const Outcome outcome = c.run("fit recipe.toml -o out " + arguments, exit_code);
         CHECK_THAT(outcome.output, Catch::Contains(message));
+        CHECK_FALSE(fs::exists(c.path / "out"));
+    }
+    std::ofstream(c.path / "wide.toml", std::ios::binary) << kRecipe;
+    for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
+             {"recipe.toml wide.toml " + vary + "--target depth=2",
+              "--target depth=2: does not say of which recipe: write recipe:depth=2"},
+             {"recipe.toml wide.toml " + vary + "--target wyde:depth=2", "did you mean wide?"},
+             {"recipe.toml wide.toml " + vary + "--target wide:depth=2", "--target: missing"},
+             {"recipe.toml ./recipe.toml " + vary + "--target recipe:depth=2",
+              "two recipes are called recipe"},
+             {"recipe.toml wide.toml " + vary + "--target wide:depth=2 --target recipe:depth=2+-0.1",
+              "give all of them one"},
+             {"recipe.toml wide.toml " + vary + "--target wide:depth=2 --target recipe:depth=2 --max-runs 1",
+              "must be from 2"}}) {
+        CHECK_THAT(c.run("fit -o out " + arguments, 2).output, Catch::Contains(message));
         CHECK_FALSE(fs::exists(c.path / "out"));
     }
 }

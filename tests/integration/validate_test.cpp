@@ -63,6 +63,47 @@ TEST_CASE("validate runs a case on two grids and tells what it finds, with sourc
     CHECK(nlohmann::json::parse(test::read_bytes(folder.path / "out" / "validation.json")) == found);
 }
 
+TEST_CASE("validate goes on where it was killed, and a part of the cases keeps the rows of the others") {
+    const test::Folder folder;
+    const auto run = [&](const std::string& arguments) {
+        const auto outcome = test::run_program(folder.path, "validate -o out --json - " + arguments, 120);
+        INFO(outcome.output);
+        CHECK(outcome.exit_code == 0);
+        return nlohmann::json::parse(outcome.output);
+    };
+    // Killed once the case itself is run and the next one has begun.
+    test::run_command(
+        folder.path,
+        "true; '" SIDEWALL_PROGRAM
+        "' validate -o out --case even_film </dev/null >log 2>&1 & p=$!; until "
+        "[ -e out/even_film/summary.json ]; do sleep 0.02; done; kill -9 $p; wait $p 2>/dev/null");
+    const auto bytes = [&] { return test::read_bytes(folder.path / "out/even_film/summary.json"); };
+    const std::string before = bytes();
+    const auto resumed = run("--case even_film --resume");
+    CHECK(bytes() == before);  // its clock would tell
+    CHECK(run("--case even_film --resume") == resumed);
+    // The row of another case, as a run of all would have left it.
+    auto report = resumed;
+    const app::ValidationCase& other = app::validation_cases().front();
+    REQUIRE(other.name != "even_film");
+    auto row = resumed["cases"][0];
+    row["name"] = other.name;
+    row["recipe"] = other.recipe;
+    row["readings"] = nlohmann::json::array();
+    for (std::size_t k = 0; k < other.readings.size(); ++k)
+        row["readings"].push_back(resumed["cases"][0]["readings"][0]);
+    auto stale = row;  // of a recipe that the program no longer has
+    stale["name"] = app::validation_cases()[1].name;
+    report["cases"] = {stale, row};
+    std::ofstream(folder.path / "out/validation.json") << report;
+    const auto both = run("--case even_film --resume");
+    REQUIRE(both["cases"].size() == 2);
+    CHECK(both["cases"][0] == row);
+    CHECK(both["cases"][1] == resumed["cases"][0]);
+    CHECK(test::read_bytes(folder.path / "out/validation.md").find("\n## " + other.name + "\n") !=
+          std::string::npos);
+}
+
 TEST_CASE("a case that validate does not know is refused by its name") {
     const test::Folder folder;
     const auto outcome = test::run_program(folder.path, "validate --case koh_pitt");
