@@ -191,7 +191,7 @@ std::vector<std::span<const double>> sticking_of_each(std::size_t species, const
 
 std::vector<std::span<const double>> emission_of_each(std::span<const Species> species, const Wedges& wedges,
                                                       const TraceOptions& options) {
-    const auto each = parts(options.emission_by_wedge, "emissions", species.size(), wedges);
+    auto each = parts(options.emission_by_wedge, "emissions", species.size(), wedges);
     for (std::size_t k = 0; k < species.size(); ++k)
         for (const double emission : each[k])
             require(emission >= 0.0 && std::isfinite(emission), species[k].name, "emission of a wedge",

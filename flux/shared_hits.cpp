@@ -24,13 +24,13 @@ void arrive(const Trace& trace, const Worker& w, Bundle& bundle, std::size_t hit
 }
 
 // Below this a weight costs more to carry than it tells.
-constexpr std::uint64_t kFaint = kOne / 16;
+constexpr std::uint64_t kFaintWeight = kOne / 16;
 
 // Roulette by the path, then by the species that are faint on it. Survivors move up in the block.
 void play_together(const Trace& trace, const Event& event, Worker& w, std::span<Bundle> bundles,
                    std::size_t hits) {
     Rays& r = w.rays;
-    const std::uint64_t faint = std::min(kFaint, trace.roulette);  // so never the largest weight
+    const std::uint64_t faint = std::min(kFaintWeight, trace.roulette);  // so never the largest weight
     std::size_t kept = 0;
     for_each_hit(trace, r, w.hits, hits, event, [&](std::size_t k, const auto& words, std::size_t lane) {
         const std::uint32_t row = w.hits[k];

@@ -12,6 +12,7 @@
 
 #include "levelset/outline.hpp"
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -20,7 +21,6 @@ constexpr double kPixelsPerSigma = 5.0, kPixelsPerCell = 5.0, kReach = 5.5;  // 
 constexpr int kSlabs = 4;                                                    // at least, a row of pixels
 constexpr double kMarginCells = 16.0;  // of outlines beyond the domain: more than a narrow band
 constexpr double kMostPixels = 5e7, kMostWork = 2e11;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Pixels that divide the domain; values in rows along x.
 struct Raster {

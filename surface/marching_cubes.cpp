@@ -16,7 +16,7 @@ namespace sidewall::surface {
 namespace {
 
 using Leaf = FloatLeaf;
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
 // A leaf's own edges (from each node towards +x, +y, +z) that the surface crosses, as bit sets. A vertex's
 // number is the leaf's first number plus the rank of its bit, so no per-edge table is needed.
@@ -202,7 +202,7 @@ void connect_vertices(const Parts<LeafEdges>& part, const Signs& signs, const op
                     const int i = x + (corner & 1), j = y + (corner >> 1 & 1), k = z + (corner >> 2);
                     const LeafEdges* leaf =
                         part[static_cast<std::size_t>((i >> 3) | (j >> 3) << 1 | (k >> 3) << 2)];
-                    return leaf ? leaf->vertex(edge / 4, (i & 7) << 6 | (j & 7) << 3 | (k & 7)) : kNone;
+                    return leaf ? leaf->vertex(edge / 4, (i & 7) << 6 | (j & 7) << 3 | (k & 7)) : kNoVertex;
                 };
                 const auto& list = table[signs.pattern(x, y, z)];
                 for (std::size_t e = 0; e < list.size(); e += 3)

@@ -10,8 +10,8 @@
 namespace sidewall::surface {
 namespace {
 
-constexpr double kGain = 1e-6;     // of a cosine: less is no improvement
-constexpr double kRequired = 0.6;  // of the angle aimed at: less is mended by all means
+constexpr double kLeastGain = 1e-6;  // of a cosine: less is no improvement
+constexpr double kRequired = 0.6;    // of the angle aimed at: less is mended by all means
 
 double cosine_of_deg(double degrees) {
     return std::cos(degrees * std::numbers::pi / 180.0);
@@ -108,7 +108,7 @@ bool Improver::merge(std::uint32_t t, double slack) {
         for (const std::uint32_t to : c) {
             if (from == to || (mesh_.side[from] & ~mesh_.side[to]) != 0) continue;
             const double after = mesh_.cosine_if_collapsed(from, to);
-            if (after < before - kGain) ways.push_back({after, from, to});
+            if (after < before - kLeastGain) ways.push_back({after, from, to});
         }
     }
     std::sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.cosine < b.cosine; });
@@ -164,7 +164,7 @@ bool Improver::move(std::uint32_t v) {
                 continue;
             mesh_.point[v] = *q;
             const double cosine = mesh_.cosine_around(v);
-            if (cosine >= best - kGain) continue;
+            if (cosine >= best - kLeastGain) continue;
             best = cosine;
             here = *q;
             better = true;
@@ -172,7 +172,7 @@ bool Improver::move(std::uint32_t v) {
         if (!better) step *= 0.5;
     }
     mesh_.point[v] = here;
-    return best < before - kGain;
+    return best < before - kLeastGain;
 }
 
 bool Improver::flip(std::uint32_t t) {
@@ -227,7 +227,7 @@ bool Improver::insert(std::uint32_t t) {
         for (std::size_t j = i + 1; j < 4; ++j) {
             const std::uint32_t m = mesh_.split(c[i], c[j], 0.5 * (mesh_.point[c[i]] + mesh_.point[c[j]]));
             move(m);
-            if (mesh_.cosine_around(m) < before - kGain) return true;
+            if (mesh_.cosine_around(m) < before - kLeastGain) return true;
             mesh_.collapse(m, c[i]);
         }
     return false;

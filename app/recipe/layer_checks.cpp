@@ -14,8 +14,6 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kRounding = 1e-9;
-
 // What a shape takes up along one axis.
 struct Reach {
     bool covers = false;  // the whole domain

@@ -13,6 +13,7 @@ namespace sidewall::app {
 // A shape under two cells wide has a single node across it, or none. From six on the walls' narrow bands,
 // three cells to either side, keep apart.
 inline constexpr double kFewestCells = 2.0, kGoodCells = 6.0;
+inline constexpr double kRounding = 1e-9;
 
 /// Checks a shape with walls or a centre: it must leave something of the wafer beside it and lie in the domain, its
 /// walls must not meet or reach the neighbours before its end, and both it and what is left beside it must be

@@ -14,8 +14,6 @@ namespace {
 using levelset::Polygon;
 using Corner = std::array<double, 2>;
 
-constexpr double kRounding = 1e-9;
-
 struct Bounds {
     Corner low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     Corner high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};

@@ -225,7 +225,8 @@ std::string text_of(const std::filesystem::path& path) {
     if (!std::filesystem::is_regular_file(path, failure))
         throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
     if (std::filesystem::file_size(path, failure) > kMostRecipeBytes)
-        throw FileError(fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes));
+        throw FileError(
+            fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes));
     return surface::read_whole_file(path);
 }
 

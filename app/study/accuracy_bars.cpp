@@ -9,14 +9,14 @@
 #include "app/recipe/flat.hpp"
 #include "app/study/grid_error.hpp"
 #include "app/study/least_squares.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Of a grid spacing, that no bar of a length is smaller: flats on a node or between two differ by so much.
 constexpr double kLeastLength = 0.05;
-constexpr int kDigits = 6, kBarDigits = 3;
+constexpr int kValueDigits = 6, kBarDigits = 3;
 
 // What happened to the wafer and how its steps ended, without times and places, which move a little with the
 // grid.
@@ -127,12 +127,12 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
 }
 
 Json bars_json(const AccuracyBars& bars, const AskedAccuracy* asked) {
-    Json json{{"value", number_or_null(bars.value, kDigits)},
+    Json json{{"value", number_or_null(bars.value, kValueDigits)},
               {"grid", number_or_null(bars.grid, kBarDigits)},
               {"noise", number_or_null(bars.noise, kBarDigits)},
               {"simplification", number_or_null(bars.simplification, kBarDigits)},
               {"total", bars.known ? number_or_null(bars.total(), kBarDigits) : Json()},
-              {"asked", asked == nullptr ? Json() : number_or_null(bars.asked, kDigits)},
+              {"asked", asked == nullptr ? Json() : number_or_null(bars.asked, kValueDigits)},
               {"status", !bars.known        ? "unknown"
                          : asked == nullptr ? "known"
                          : bars.reached()   ? "reached"

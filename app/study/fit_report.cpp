@@ -12,7 +12,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr int kDigits = 6;
+constexpr int kFitDigits = 6;
 constexpr double kNoBound = 100.0;  // half an interval, in ranges
 
 // The value at a place that may lie outside of the bounds, as an interval's end does.
@@ -30,7 +30,8 @@ Json parameters_json(const FitEnd& end) {
         Json json{{"value", std::stod(value_at(vary, place))}};
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
-                half < kNoBound ? number_or_null(value_beyond(vary, place + sign * half), kDigits) : Json());
+                half < kNoBound ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits)
+                                : Json());
         constexpr double kAtBound = 1e-6;
         if (place < kAtBound || place > 1.0 - kAtBound) json["at_bound"] = place < 0.5 ? vary.low : vary.high;
         parameters[vary.key] = std::move(json);
@@ -66,14 +67,14 @@ void add_residuals(const FittedRecipe& fitted, Json& all) {
         const Eigen::VectorXd& d = found->distance.signed_distances;
         all[label + targets.profiles[k].name] =
             Json{{"asked", 0.0},  // distance, its root mean square
-                 {"got", number_or_null(d.norm() / std::sqrt(static_cast<double>(d.size())), kDigits)},
+                 {"got", number_or_null(d.norm() / std::sqrt(static_cast<double>(d.size())), kFitDigits)},
                  {"sigma", targets.profile_sigma ? Json(*targets.profile_sigma) : Json()},
                  {"unit", fitted.best_recipe.domain.length_unit},
                  {"points", d.size()},
-                 {"greatest", number_or_null(d.lpNorm<Eigen::Infinity>(), kDigits)},
+                 {"greatest", number_or_null(d.lpNorm<Eigen::Infinity>(), kFitDigits)},
                  {"offset",
-                  {number_or_null(found->distance.offset.x(), kDigits),
-                   number_or_null(found->distance.offset.y(), kDigits)}}};
+                  {number_or_null(found->distance.offset.x(), kFitDigits),
+                   number_or_null(found->distance.offset.y(), kFitDigits)}}};
     }
 }
 

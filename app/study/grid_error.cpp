@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "surface/infinity.hpp"
+
 namespace sidewall::app {
 namespace {
 
@@ -19,7 +21,6 @@ GridError grid_error(const std::vector<GridValue>& grids, double least) {
     while (count < std::min<std::size_t>(3, grids.size()) &&
            std::isfinite(grids[grids.size() - 1 - count].value))
         ++count;
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     if (count == 0) return {kInfinity, "the finest grid does not have it"};
     if (count == 1) return {kInfinity, "only one grid has it"};
     const GridValue &fine = grids[grids.size() - 1], &middle = grids[grids.size() - 2];

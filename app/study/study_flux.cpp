@@ -35,9 +35,9 @@ std::vector<Foot> feet_of(const TriangleMesh& surface, const surface::RayScene& 
 }
 
 // The flux by wedge, counted; what it took is added to \p pair.
-std::vector<double> traced(const TriangleMesh& mesh, const surface::RayScene& scene,
-                           const flux::LateralBox& box, const flux::Wedges& wedges, std::uint64_t rays,
-                           double sticking, std::uint64_t seed, FluxPair& pair) {
+std::vector<double> traced_flux(const TriangleMesh& mesh, const surface::RayScene& scene,
+                                const flux::LateralBox& box, const flux::Wedges& wedges, std::uint64_t rays,
+                                double sticking, std::uint64_t seed, FluxPair& pair) {
     flux::Species species;
     species.sticking = {sticking};
     flux::TraceOptions options;
@@ -97,9 +97,9 @@ FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const
     const std::vector<Foot> feet = feet_of(surface, scene);
     const auto half = static_cast<std::uint64_t>(std::max(1.0, 0.5 * rays));
     for (auto* values : {&pair.first, &pair.second}) {
-        const std::vector<double> flux = radiosity
-                                             ? solved(mesh, scene, box, wedges, half, sticking, seed++, pair)
-                                             : traced(mesh, scene, box, wedges, half, sticking, seed++, pair);
+        const std::vector<double> flux =
+            radiosity ? solved(mesh, scene, box, wedges, half, sticking, seed++, pair)
+                      : traced_flux(mesh, scene, box, wedges, half, sticking, seed++, pair);
         values->resize(feet.size());
         for (std::size_t n = 0; n < feet.size(); ++n)
             (*values)[n] = flux::interpolate(wedges, flux, feet[n].triangle, feet[n].u, feet[n].v);
