@@ -189,13 +189,16 @@ std::vector<std::span<const double>> sticking_of_each(std::size_t species, const
     return parts(options.sticking_by_wedge, "sticking probabilities", species, wedges);
 }
 
+// Beyond, rounding hides what comes from the plane.
+constexpr double kMostEmission = 1e9;
+
 std::vector<std::span<const double>> emission_of_each(std::span<const Species> species, const Wedges& wedges,
                                                       const TraceOptions& options) {
     auto each = parts(options.emission_by_wedge, "emissions", species.size(), wedges);
     for (std::size_t k = 0; k < species.size(); ++k)
         for (const double emission : each[k])
-            require(emission >= 0.0 && std::isfinite(emission), species[k].name, "emission of a wedge",
-                    emission, "finite and at least 0");
+            require(emission >= 0.0 && emission <= kMostEmission, species[k].name, "emission of a wedge",
+                    emission, "in [0, 1e9] of the plane's flux");
     return each;
 }
 

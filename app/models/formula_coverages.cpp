@@ -39,7 +39,10 @@ void read_coverages(const Values& values, Formula& formula, std::set<std::string
     const auto& slow = values.get<Expressions>("coverage_rates").named;
     for (const auto* list : {&steady, &slow})
         for (const auto& [name, text] : *list) {
-            check_name((list == &steady ? "coverages." : "coverage_rates.") + name, name, taken);
+            const std::string key = (list == &steady ? "coverages." : "coverage_rates.") + name;
+            check_name(key, name, taken);
+            if (name.starts_with("flux_"))
+                throw KeyError(key, "begins as fluxes do in the results: choose another name");
             names.coverages.push_back(name);
         }
     if (!names.coverages.empty() && names.fluxes.empty())

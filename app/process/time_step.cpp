@@ -55,8 +55,12 @@ double in_equal_parts(const Step& step, const Model& model, double left) {
 double in_growing_parts(const Step& step, const Model& model, const RunState& state, double left) {
     const double n = model.least_time_steps, done = state.time - state.step_start;
     // 1e-6 of a part is beyond the rounding of a time that many time steps added up to, at its root, too.
-    const double k = std::floor(n * std::sqrt(std::max(0.0, done / step.duration)) + 1e-6) + 1.0;
-    const double part = step.duration * (k / n) * (k / n) - done;
+    double k = std::floor(n * std::sqrt(std::max(0.0, done / step.duration)) + 1e-6) + 1.0;
+    const auto part_until = [&](double end) { return step.duration * (end / n) * (end / n) - done; };
+    // Late in a process a part may be less than what its time is known to: the next ones go with it.
+    const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * state.time;
+    while (k < n && part_until(k) <= resolved) ++k;
+    const double part = part_until(k);
     return part < left * (1.0 - 1e-9) ? part : left;
 }
 

@@ -64,6 +64,7 @@ class Refiner {
           spacing_(domain_of(recipe).spacing),
           flat_(is_flat(recipe.domain)),
           traced_(traces(recipe)),
+          least_rays_(std::max(1000.0, static_cast<double>(recipe.flux.batches))),
           method_(recipe.simplify.method) {}
 
     RunResult refine() {
@@ -82,20 +83,22 @@ class Refiner {
             next = next_spacing();
         }
         grids_.back().folder.clear();
-        if (!result_) result_ = run_in(options_.output, recipe_with(last_), options_.overwrite);
+        if (!result_) result_ = run_in(options_.output, last_, options_.overwrite);
         add_accuracy();
         return std::move(*result_);
     }
 
   private:
-    Recipe recipe_with(const Settings& settings) const {
+    Recipe recipe_with(const Settings& settings) const { return recipe_with(settings, text_); }
+
+    Recipe recipe_with(const Settings& settings, const std::string& text) const {
         std::vector<std::string> changes{fmt::format("domain.grid_spacing={}", settings.spacing),
                                          fmt::format("simplify.method=\"{}\"", settings.method),
                                          fmt::format("flux.seed={}", settings.seed)};
         changes.push_back(settings.relative_error
                               ? fmt::format("flux.relative_error={:.3g}", *settings.relative_error)
                               : fmt::format("flux.rays={:.0f}", settings.rays));
-        return parse_recipe(text_, recipe_.file, changes);
+        return parse_recipe(text, recipe_.file, changes);
     }
 
     AccuracyRun describe(const std::string& folder, const Settings& settings, Json summary) const {
@@ -109,17 +112,31 @@ class Refiner {
                 .summary = std::move(summary)};
     }
 
+    // Whether a folder holds a run of this recipe with other settings, which an earlier call may have made.
+    bool holds_other_settings(const fs::path& folder, const Settings& settings,
+                              const std::string& text) const {
+        if (!is_there(options_.output / "accuracy") || !is_there(folder / "recipe.toml")) return false;
+        if (!options_.resume && !is_there(folder / "summary.json")) return false;
+        try {
+            return effective_recipe(
+                       recipe_with(settings, surface::read_whole_file(folder / "recipe.toml"))) == text;
+        } catch (const std::exception&) {
+            return false;
+        }
+    }
+
     // Goes on with what an earlier run of the same recipe left there, if that is wanted. Its own earlier
     // grids are replaced unasked.
-    RunResult run_in(const fs::path& folder, const Recipe& recipe, bool overwrite) {
+    RunResult run_in(const fs::path& folder, const Settings& settings, bool overwrite) {
+        const Recipe recipe = recipe_with(settings);
         const std::string text = effective_recipe(recipe);
         RunOptions run = options_;
         run.quiet = options_.quiet || folder != options_.output;
         run.output = folder;
         run.resume = options_.resume && holds(folder, text);
-        run.overwrite =
-            !run.resume && (overwrite || std::any_of(own_.begin(), own_.end(),
-                                                     [&](const auto& own) { return holds(folder, own); }));
+        run.overwrite = !run.resume && (overwrite || holds_other_settings(folder, settings, text) ||
+                                        std::any_of(own_.begin(), own_.end(),
+                                                    [&](const auto& own) { return holds(folder, own); }));
         own_.insert(text);
         return run_recipe(recipe, run);
     }
@@ -131,18 +148,24 @@ class Refiner {
     // False if so coarse a grid does not hold the wafer.
     bool run_on_grid(const Settings& settings) {
         const bool coarse = settings.spacing > 1.01 * spacing_;
+        std::string text;
         try {
             const Recipe recipe = recipe_with(settings);
-            const std::string text = effective_recipe(recipe);
+            text = effective_recipe(recipe);
             say(fmt::format("grid spacing {:.4g} {}", domain_of(recipe).spacing, describe_rays(settings)));
+        } catch (const RecipeError&) {
+            if (!coarse) throw;
+            return false;
+        }
+        try {
             last_ = settings;
             result_.reset();
             if (options_.resume && holds(record(), text) && fs::exists(record() / "summary.json") &&
-                read_summary(record())["version"] == version()) {
+                is_whole(read_summary(record())) && read_summary(record())["version"] == version()) {
                 own_.insert(text);
                 grids_.push_back(describe("", settings, read_summary(record())));
             } else {
-                result_ = run_in(options_.output, recipe, options_.overwrite);
+                result_ = run_in(options_.output, settings, options_.overwrite);
                 grids_.push_back(describe("", settings, result_->summary));
             }
             if (!lock_) {
@@ -154,16 +177,8 @@ class Refiner {
             if (!coarse) throw;
         } catch (const NumericsError&) {
             if (!coarse) throw;
-        } catch (const RecipeError&) {
-            if (!coarse || result_refused()) throw;
         }
         return false;
-    }
-
-    // A folder that holds something else is refused on every grid.
-    bool result_refused() const {
-        std::error_code failure;
-        return fs::exists(options_.output / "manifest.txt", failure) && own_.size() <= 1;
     }
 
     // The run that others follow is no result yet: what is kept of it tells the bars, and its folder looks
@@ -198,7 +213,7 @@ class Refiner {
             say(fmt::format("the same, seed {}{}", seed,
                             method == last_.method ? "" : ", without simplification"));
             others.push_back(describe(folder.string(), settings,
-                                      run_in(options_.output / folder, recipe_with(settings), true).summary));
+                                      run_in(options_.output / folder, settings, true).summary));
         };
         const std::int64_t seed = last_.seed;
         if (traced_) {
@@ -223,7 +238,7 @@ class Refiner {
         settings.rays = wanted;
         settings.relative_error = recipe_.flux.relative_error;
         if (!noise_) {
-            settings.rays = std::max(settings.rays, kLeastRays);
+            settings.rays = std::max(settings.rays, least_rays_);
             return settings;
         }
         AccuracyRun next = noise_->on;
@@ -247,8 +262,8 @@ class Refiner {
                                 *recipe_.flux.relative_error * 2.0));
         else
             settings.rays =
-                std::round(std::max(kLeastRays, std::clamp(noise_->on.rays * excess * excess,
-                                                           kFewestRays * wanted, kMostRays * wanted)));
+                std::round(std::max(least_rays_, std::clamp(noise_->on.rays * excess * excess,
+                                                            kFewestRays * wanted, kMostRays * wanted)));
         return settings;
     }
 
@@ -271,7 +286,8 @@ class Refiner {
         if (!next) next = halved;
         if (*next < least) return std::nullopt;
         try {
-            const Recipe finer = recipe_with({.spacing = *next, .rays = 1e4, .method = method_, .seed = 1});
+            const Recipe finer =
+                recipe_with({.spacing = *next, .rays = least_rays_, .method = method_, .seed = 1});
             require_memory(finer, domain_of(finer));
         } catch (const RecipeError& error) {
             say(error.what());
@@ -345,14 +361,13 @@ class Refiner {
         write_json((options_.output / "summary.json").string(), summary);
     }
 
-    static constexpr double kLeastRays = 1000.0;
-
     const Recipe& recipe_;
     const std::string text_;
     const std::vector<AskedAccuracy>& asked_;
     const RunOptions& options_;
     const double spacing_;  // the recipe's
     const bool flat_, traced_;
+    const double least_rays_;    // of a run: fewer say nothing, or make no batches
     std::string method_;         // of simplification, from now on
     std::set<std::string> own_;  // recipes that were run here
     Settings last_;

@@ -152,6 +152,15 @@ std::vector<const ValidationCase*> chosen(const std::vector<std::string>& names)
     return list;
 }
 
+// Whether it is what validate_case makes: a report may be damaged.
+bool is_reading(const Json& reading) {
+    if (!reading.is_object()) return false;
+    for (const char* key : {"ours", "noise", "grid", "reference", "reference_bar", "deviation_percent"})
+        if (!reading.contains(key)) return false;
+    return reading["reference_bar"].is_number() && reading.value("label", Json()).is_string() &&
+           reading.value("unit", Json()).is_string() && reading.value("within_bars", Json()).is_boolean();
+}
+
 // The rows of the report that is there, by case, of those that are still the same.
 std::map<std::string, Json> earlier_rows(const std::filesystem::path& folder) {
     std::map<std::string, Json> rows;
@@ -162,8 +171,11 @@ std::map<std::string, Json> earlier_rows(const std::filesystem::path& folder) {
     for (const Json& row : report["cases"])
         for (const ValidationCase& one : validation_cases())
             if (row.is_object() && row.value("name", Json()) == one.name &&
-                row.value("recipe", Json()) == one.recipe && row.contains("seconds") &&
-                row.value("readings", Json()).is_array() && row["readings"].size() == one.readings.size())
+                row.value("recipe", Json()) == one.recipe && row.value("title", Json()).is_string() &&
+                row.value("source", Json()).is_string() && row.value("note", Json()).is_string() &&
+                row.contains("grid_spacing") && row.contains("seconds") &&
+                row.value("readings", Json()).is_array() && row["readings"].size() == one.readings.size() &&
+                std::all_of(row["readings"].begin(), row["readings"].end(), is_reading))
                 rows[one.name] = row;
     return rows;
 }

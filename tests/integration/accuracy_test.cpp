@@ -108,6 +108,33 @@ TEST_CASE("a run to an accuracy that was killed goes on to the same bars") {
     for (const char* part : {"grid", "noise", "simplification"}) CHECK(bars[part].get<double>() > 0.0);
 }
 
+TEST_CASE("a run to an accuracy goes on to another one, up and down, and makes damaged records again") {
+    const Case etch(kEtch + "[metrology]\nmeasures = [\"cd\"]\ncd_depths = [0.5]\n");
+    for (const char* bound : {"20%", "2%", "20%", "5%"}) {
+        etch.run(std::string("--accuracy cd_at_0.5=") + bound + " --resume");
+        CHECK(etch.summary()["accuracy"]["cd_at_0.5"]["status"] == "reached");
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(etch.path / "out/accuracy"))
+        if (entry.path().filename() == "summary.json" &&
+            entry.path().parent_path().filename().string().starts_with("grid_")) {
+            json record = json::parse(read_bytes(entry.path()));
+            record.erase("events");
+            record["timing"] = json::object();
+            std::ofstream(entry.path()) << record;
+        }
+    etch.run("--accuracy cd_at_0.5=2% --resume");
+    CHECK(etch.summary()["accuracy"]["cd_at_0.5"]["status"] == "reached");
+}
+
+TEST_CASE("grids too coarse for the wafer are passed over, again when going on") {
+    const std::string narrow = kEtch + "[metrology]\nmeasures = [\"depth\"]\n";
+    const Case etch(narrow);
+    const std::string coarse = "--set domain.extent=[1.2] --set layer[0].width=0.7 ";
+    etch.run(coarse + "--accuracy depth=20%");
+    etch.run(coarse + "--accuracy depth=20% --resume");
+    etch.run(coarse + "--accuracy depth=20% --overwrite");
+}
+
 TEST_CASE("what an accuracy cannot be asked of is refused, and what cannot be known is said", "[foreign]") {
     const Case c(kEtch);
     for (const auto& [asked, message] : std::vector<std::pair<std::string, std::string>>{

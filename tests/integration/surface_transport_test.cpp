@@ -280,6 +280,49 @@ TEST_CASE("a coverage diffuses only on the materials it is said to, and over cre
     CHECK(total(*both) == Approx(total(*still)).epsilon(1e-9));
 }
 
+TEST_CASE("where a coverage cannot diffuse at a point, its neighbours keep theirs") {
+    const Folder folder;
+    const Course run = course(
+        folder,
+        flat("duration = 1.0\ntime_steps = 8\nspecies = [{ name = \"F\" }]\ncoverage_rates = { theta = "
+             "\"0.5\" }\ndiffusion = { theta = \"x > 0 ? 1 : 0\" }\n"),
+        "half");
+    for (const double theta : run.surface.back()->arriving->coverage[0])
+        CHECK(theta == Approx(0.5).epsilon(1e-9));
+}
+
+TEST_CASE("parabolic time steps that a late process time cannot tell apart are taken together") {
+    const Folder folder;
+    std::ofstream(folder.path / "late.toml") << R"toml(
+[domain]
+extent = [4.0]
+grid_spacing = 0.5
+[[layer]]
+material = "Si"
+[[step]]
+model = "isotropic"
+duration = 3600.0
+rate = 0.0
+[[step]]
+model = "formula"
+duration = 0.06
+time_steps = 1000
+time_spacing = "parabolic"
+species = [{ name = "F", sticking = 1.0 }]
+coverage_rates = { theta = "F*(1 - theta)" }
+rate = 0
+[flux]
+rays = 1000
+)toml";
+    const Outcome outcome = run_program(folder.path, "run late.toml -o out --quiet", 60);
+    INFO(outcome.output);
+    CHECK(outcome.exit_code == 0);
+    const std::string rows = read_bytes(folder.path / "out/timeline.csv");
+    const auto count = std::count(rows.begin(), rows.end(), '\n');
+    CHECK(count > 900);
+    CHECK(count <= 1003);
+}
+
 TEST_CASE("parabolic time steps end at the squares, and at what is saved") {
     const Folder folder;
     const std::string step =
