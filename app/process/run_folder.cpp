@@ -104,8 +104,7 @@ bool RunFolder::finished() const {
 }
 
 RunFolder::Held RunFolder::holds() const {
-    const fs::path copy = options_.output / "recipe.toml";
-    const bool same = is_there(copy) && surface::read_whole_file(copy) == effective_;
+    const bool same = holds_recipe(options_.output, effective_);
     if (finished()) return same ? Held::result : Held::other_result;
     if (is_there(options_.output / "checkpoint.vdb")) return same ? Held::run : Held::other_run;
     const bool surfaces = std::any_of(names_.begin(), names_.end(), [&](const std::string& name) {
@@ -326,6 +325,10 @@ Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps, co
     Json summary = summary_of(recipe_, state, steps, surface);
     write_json((options_.output / "summary.json").string(), summary);
     return summary;
+}
+
+bool holds_recipe(const fs::path& folder, const std::string& effective) {
+    return is_there(folder / "recipe.toml") && surface::read_whole_file(folder / "recipe.toml") == effective;
 }
 
 }  // namespace sidewall::app

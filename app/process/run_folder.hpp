@@ -60,4 +60,7 @@ class RunFolder {
     bool goes_on_ = false;
 };
 
+/// Whether a folder's recipe.toml is \p effective, byte by byte.
+bool holds_recipe(const std::filesystem::path& folder, const std::string& effective);
+
 }  // namespace sidewall::app

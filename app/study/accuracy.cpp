@@ -12,6 +12,7 @@
 #include "app/common/json.hpp"
 #include "app/common/version.hpp"
 #include "app/process/memory.hpp"
+#include "app/process/run_folder.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/result.hpp"
@@ -38,12 +39,6 @@ bool traces(const Recipe& recipe) {
     for (const Step& step : expanded_steps(recipe))
         if (!make_model(step, recipe.materials, recipe.domain).species.empty()) return true;
     return false;
-}
-
-bool holds(const fs::path& folder, const std::string& text) {
-    std::error_code failure;
-    return fs::exists(folder / "recipe.toml", failure) &&
-           surface::read_whole_file(folder / "recipe.toml") == text;
 }
 
 // What a run differs in from the recipe.
@@ -133,16 +128,26 @@ class Refiner {
         RunOptions run = options_;
         run.quiet = options_.quiet || folder != options_.output;
         run.output = folder;
-        run.resume = options_.resume && holds(folder, text);
+        run.resume = options_.resume && holds_recipe(folder, text);
         run.overwrite = !run.resume && (overwrite || holds_other_settings(folder, settings, text) ||
-                                        std::any_of(own_.begin(), own_.end(),
-                                                    [&](const auto& own) { return holds(folder, own); }));
+                                        std::any_of(own_.begin(), own_.end(), [&](const auto& own) {
+                                            return holds_recipe(folder, own);
+                                        }));
         own_.insert(text);
         return run_recipe(recipe, run);
     }
 
     fs::path record() const {
         return options_.output / "accuracy" / fmt::format("grid_{}", grids_.size() + 1);
+    }
+
+    // Of the next grid, if an earlier call has run it and this one goes on.
+    std::optional<Json> kept_summary(const std::string& text) const {
+        if (!options_.resume || !holds_recipe(record(), text) || !is_there(record() / "summary.json"))
+            return std::nullopt;
+        Json summary = read_summary(record());
+        if (!is_whole(summary) || summary["version"] != version()) return std::nullopt;
+        return summary;
     }
 
     // False if so coarse a grid does not hold the wafer.
@@ -160,10 +165,9 @@ class Refiner {
         try {
             last_ = settings;
             result_.reset();
-            if (options_.resume && holds(record(), text) && fs::exists(record() / "summary.json") &&
-                is_whole(read_summary(record())) && read_summary(record())["version"] == version()) {
+            if (std::optional<Json> kept = kept_summary(text)) {
                 own_.insert(text);
-                grids_.push_back(describe("", settings, read_summary(record())));
+                grids_.push_back(describe("", settings, std::move(*kept)));
             } else {
                 result_ = run_in(options_.output, settings, options_.overwrite);
                 grids_.push_back(describe("", settings, result_->summary));

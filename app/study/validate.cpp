@@ -11,11 +11,11 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/version.hpp"
+#include "app/process/run_folder.hpp"
 #include "app/process/simulation.hpp"
 #include "app/results/result.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
 #include "surface/mesh_io.hpp"
 
 namespace sidewall::app {
@@ -67,19 +67,15 @@ double flux_figure(const TriangleMesh& mesh, const ValidationReading& reading) {
 }
 
 // Whether a run of the recipe by this version is there, or a part of one.
-bool is_there(const std::filesystem::path& folder, const Recipe& recipe) {
-    std::error_code failure;
-    if (!std::filesystem::exists(folder / "recipe.toml", failure) ||
-        surface::read_whole_file(folder / "recipe.toml") != effective_recipe(recipe))
-        return false;
-    return !std::filesystem::exists(folder / "summary.json", failure) ||
-           read_summary(folder).value("version", "") == version();
+bool has_begun(const std::filesystem::path& folder, const Recipe& recipe) {
+    return holds_recipe(folder, effective_recipe(recipe)) &&
+           (!is_there(folder / "summary.json") || read_summary(folder).value("version", "") == version());
 }
 
 Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
                  const std::vector<std::string>& changes, const ValidationOptions& options, double& seconds) {
     const Recipe recipe = parse_recipe(one.recipe, one.name + ".toml", changes);
-    const bool resume = options.resume && is_there(folder, recipe);
+    const bool resume = options.resume && has_begun(folder, recipe);
     const RunResult run = run_recipe(recipe, {.output = folder,
                                               .resume = resume,
                                               .overwrite = options.overwrite && !resume,
@@ -164,8 +160,7 @@ bool is_reading(const Json& reading) {
 // The rows of the report that is there, by case, of those that are still the same.
 std::map<std::string, Json> earlier_rows(const std::filesystem::path& folder) {
     std::map<std::string, Json> rows;
-    std::error_code failure;
-    if (!std::filesystem::exists(folder / kReport, failure)) return rows;
+    if (!is_there(folder / kReport)) return rows;
     const Json report = read_json(folder / kReport, "remove it, or choose another folder with -o");
     if (!report.is_object() || !report.value("cases", Json()).is_array()) return rows;
     for (const Json& row : report["cases"])
