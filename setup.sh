@@ -7,7 +7,7 @@ PACKAGES=(
     g++ cmake ninja-build
     libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libtbb-dev libeigen3-dev
     librandom123-dev libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev
-    libpng-dev zlib1g-dev libexpat1-dev libmuparser-dev libjs-three catch2
+    libpng-dev zlib1g-dev libexpat1-dev libmuparser-dev libnlopt-cxx-dev libjs-three catch2
 )
 
 PYTHON_PACKAGES=(pybind11-dev python3-dev)
@@ -56,7 +56,7 @@ case "$command" in
         exec build/release/sidewall run "$@"
         ;;
     test)
-        PACKAGES+=("${PYTHON_PACKAGES[@]}" python3-numpy python3-pytest)
+        PACKAGES+=("${PYTHON_PACKAGES[@]}" python3-numpy python3-pytest libopenmpi-dev openmpi-bin)
         install_packages
         build -DSIDEWALL_TESTS=ON "${PYTHON[@]}" ${SIDEWALL_CMAKE_ARGS:-}
         ctest --preset release

@@ -20,6 +20,7 @@
 #include "app/commands/commands.hpp"
 #include "app/common/console.hpp"
 #include "app/common/free_memory.hpp"
+#include "app/common/ranks.hpp"
 #include "app/common/version.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
@@ -40,10 +41,10 @@ bool for_want_of_memory(const std::exception& error) {
 }
 
 int say_out_of_memory() {
-    std::fputs(
+    app::tell_failure(
         "sidewall: out of memory: use a larger grid_spacing, a smaller extent or mesh or fewer --threads, or "
         "raise the limit (ulimit -v)\n",
-        stderr);
+        4);
     return 4;
 }
 
@@ -71,6 +72,17 @@ std::optional<std::string> unknown_command(CLI::App& program, const std::string&
     if (word.starts_with('-') || std::find(names.begin(), names.end(), word) != names.end()) return {};
     return fmt::format("sidewall: there is no subcommand {}{}\n", surface::printable(word),
                        app::did_you_mean("; ", word, names, "; see sidewall --help"));
+}
+
+// Ranks of mpirun that each did all of the work would only be in one another's way.
+void require_shared_command(int argc, char** argv) {
+    const std::string_view name = argc > 1 ? argv[1] : "";
+    if (app::ranks().count == 1 || name.starts_with('-') || name == "run" || name == "sweep" || name == "fit")
+        return;
+    throw RecipeError(fmt::format(
+        "{}: is work for one process: start it without mpirun, which shares run, sweep and fit; in a script that mpirun "
+        "has started, unset OMPI_COMM_WORLD_SIZE for it",
+        surface::printable(std::string(name))));
 }
 
 // The program's exit code.
@@ -105,6 +117,7 @@ int run(int argc, char** argv) {
             std::fputs(text->c_str(), stderr);
             return 2;
         }
+        require_shared_command(argc, argv);
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");
@@ -114,21 +127,22 @@ int run(int argc, char** argv) {
         return program.exit(error) == 0 ? 0 : 2;
     } catch (const Error& error) {
         // The terminal may have been closed, which is no other error.
-        std::fputs(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(), stderr);
+        app::tell_failure(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(),
+                          error.exit_code());
         return error.exit_code();
     } catch (const std::bad_alloc&) {
         return say_out_of_memory();
     } catch (const std::system_error& error) {  // of the C library's streams, by fmt
         if (for_want_of_memory(error)) return say_out_of_memory();
-        std::fputs(
+        app::tell_failure(
             fmt::format("sidewall: standard output: cannot write: {}; check space on the device it goes to\n",
                         error.code().message())
                 .c_str(),
-            stderr);
+            5);
         return 5;
     } catch (const std::exception& error) {
         if (for_want_of_memory(error)) return say_out_of_memory();
-        fmt::print(stderr, "sidewall: internal error: {}\n", error.what());
+        app::tell_failure(fmt::format("sidewall: internal error: {}\n", error.what()).c_str(), 4);
         return 4;
     }
 }
@@ -148,12 +162,13 @@ int main(int argc, char** argv) {
     keep_freed_memory();
     std::set_terminate(end_in_terminate);
     app::secure_standard_streams();
+    app::begin_rank();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {
-        return run(argc, argv);
+        return app::end_rank(run(argc, argv));
     } catch (const std::bad_alloc&) {  // while the commands were put together, or for the message itself
-        return say_out_of_memory();
+        return app::end_rank(say_out_of_memory());
     } catch (...) {  // not even a message got through
-        return 4;
+        return app::end_rank(4);
     }
 }

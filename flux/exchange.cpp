@@ -10,6 +10,7 @@
 #include "flux/gatherer.hpp"
 #include "flux/leaks.hpp"
 #include "flux/random.hpp"
+#include "flux/shared_finds.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
@@ -51,6 +52,7 @@ void book(Exchange::State& s, const Job& job, Found& found, double rays) {
 std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& jobs, RandomKey key,
                              bool pilot) {
     std::vector<Found> found(jobs.size());
+    const Shares& shares = s.options.shares;
     std::atomic<bool> stopped = false;
     std::atomic<std::size_t> done = 0;
     std::mutex mutex;
@@ -62,7 +64,8 @@ std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& j
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
                 if (!stopped && s.options.stop && s.options.stop()) stopped = true;
                 if (stopped) return;
-                found[i] = gatherer.trace(jobs[i], pilot);
+                // Ranks take turns; what a pilot's few rays find is not worth a message.
+                if (pilot || i % shares.ranks == shares.rank) found[i] = gatherer.trace(jobs[i], pilot);
                 const double part = static_cast<double>(++done) / static_cast<double>(jobs.size());
                 if (!s.options.progress || pilot) continue;
                 const std::unique_lock lock(mutex, std::try_to_lock);
@@ -71,6 +74,7 @@ std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& j
         },
         tbb::simple_partitioner{});
     if (stopped) throw Interrupted("interrupted while tracing rays between points of the surface");
+    if (!pilot) share_finds(shares, found);
     return found;
 }
 
@@ -118,13 +122,12 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
         if (!(n >= 0.0 && n <= 1e6))
             throw RecipeError(fmt::format("source_exponent = {}: must be in [0, 1e6]", n));
     Geometry geometry = make_geometry(mesh, scene, box);
-    geometry.straight = false;  // both ends of a path are weighed at the y where it ends
-    state_ = std::unique_ptr<State>(new State{geometry,
-                                              wedges,
-                                              std::move(options),
-                                              RayDensities(geometry, wedges, std::move(source_exponents)),
-                                              mass_matrix(mesh, wedges),
-                                              {}});
+    Strip strip = make_strip(geometry, wedges);
+    geometry.straight = !strip.partner.empty();
+    RayDensities densities(geometry, strip, std::move(source_exponents));
+    MassMatrix mass = mass_matrix(mesh, strip.unknowns);
+    state_ = std::unique_ptr<State>(new State{
+        geometry, wedges, std::move(strip), std::move(options), std::move(densities), std::move(mass), {}});
 }
 
 Exchange::~Exchange() = default;
@@ -169,6 +172,15 @@ void Exchange::gather(std::uint64_t rays) {
             s.leaked, s.rays));
 }
 
+void Exchange::start_where(std::span<const double> variance) {
+    state_->densities.set_starts(variance);
+    state_->focused = true;
+}
+
+bool Exchange::is_focused() const {
+    return state_->focused;
+}
+
 std::uint64_t Exchange::rays() const {
     return state_->rays;
 }
@@ -182,7 +194,7 @@ double Exchange::seconds() const {
     return state_->seconds;
 }
 std::size_t Exchange::unknowns() const {
-    return state_->wedges.count();
+    return state_->strip.unknowns.count();
 }
 
 std::uint64_t Exchange::links() const {

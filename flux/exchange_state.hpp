@@ -6,6 +6,7 @@
 #include "flux/links.hpp"
 #include "flux/radiosity.hpp"
 #include "flux/ray_densities.hpp"
+#include "flux/strip.hpp"
 
 namespace sidewall::flux {
 
@@ -14,6 +15,7 @@ namespace sidewall::flux {
 struct Exchange::State {
     Geometry geometry;
     const Wedges& wedges;
+    Strip strip;  ///< tells the unknowns
     ExchangeOptions options;
     RayDensities densities;
     MassMatrix mass;
@@ -21,6 +23,7 @@ struct Exchange::State {
     std::uint64_t group_rays = 0;
     std::uint64_t rays = 0, segments = 0, leaked = 0;
     std::uint32_t gathers = 0;
+    bool focused = false;
     double seconds = 0.0;
 };
 

@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "flux/sampling.hpp"
 #include "flux/source.hpp"
@@ -60,9 +59,14 @@ void barycentric(const Facet& facet, const Vec3& point, float& u, float& v) {
     v = static_cast<float>(std::clamp((b * aa - a * ab) / determinant, 0.0, 1.0 - static_cast<double>(u)));
 }
 
-// pi r^2 / (cos cos)
-double form_of(double length, double cosines) {
-    return std::numbers::pi * length * length / std::max(1e-12, cosines);
+// Particles from the source, as the plane of x and z sees them.
+void turn_into_plane(Rays& rays) {
+    for (std::size_t i = 0; i < rays.count; ++i) {
+        const float share = std::sqrt(rays.dx[i] * rays.dx[i] + rays.dz[i] * rays.dz[i]);
+        rays.dx[i] /= share;
+        rays.dz[i] /= share;
+        rays.dy[i] = 0.0f;
+    }
 }
 
 }  // namespace
@@ -113,9 +117,11 @@ void Gatherer::draw(const Job& job, Block& block) const {
         const std::size_t row = r.count;
         Vec3 direction;
         if (job.kind == RayKind::cosine) {
-            direction = sample_lambertian(facet.normal, first, second);
+            direction = densities.straight() ? sample_lambertian_in_plane(facet.normal, first)
+                                             : sample_lambertian(facet.normal, first, second);
         } else {
-            const RayDensities::Target target = densities.target(first, second, random.uniform(2));
+            RayDensities::Target target = densities.target(first, second, random.uniform(2));
+            if (densities.straight()) target.point.y() = position.y();
             const Vec3 way = target.point - position;
             if (!(way.dot(facet.normal) > 0.0 && way.dot(target.normal) < 0.0)) continue;
             direction = way.normalized();
@@ -152,7 +158,7 @@ void Gatherer::join_exit(const Ray& ray, Found& found) const {
     if (out) {
         const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;
         if (ray.aimed && image != ray.image) return;
-        const double form = form_of(travelled, ray.direction.dot(facet.normal) * rise);
+        const double form = densities.form(travelled, ray.direction.dot(facet.normal) * rise);
         weight = densities.exit_weight(ray.from, end, image, form, rise);
     } else {
         if (ray.aimed) return;
@@ -176,20 +182,20 @@ void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
     // Seen from the hit the plane lies in the image the other way, which has the same share.
     const double weight =
         densities.exit_weight(ray.triangle, ray.start, cosine >= kLevel ? path.image : kNoImage,
-                              form_of(path.length, cosine * arrival), cosine);
+                              densities.form(path.length, cosine * arrival), cosine);
     found.exits.push_back(
         {ray.triangle, ray.u, ray.v, static_cast<float>(weight), static_cast<float>(cosine)});
 }
 
 // A ray from one point of the surface to another.
 void Gatherer::join_link(const Ray& ray, bool pilot, Found& found) const {
-    if (ray.aimed && ray.triangle != ray.target) return;
     const RayDensities& densities = s_.densities;
+    if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;
     const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
     if (ray.aimed && path.image != ray.image) return;
     const Facet& facet = densities.facets()[ray.from];
     const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
-    const double form = form_of(path.length, ray.direction.dot(facet.normal) * arrival);
+    const double form = densities.form(path.length, ray.direction.dot(facet.normal) * arrival);
     Link link{ray.from,
               ray.triangle,
               0.0f,
@@ -243,6 +249,7 @@ Found Gatherer::trace(const Job& job, bool pilot) const {
         species.source_exponent = s_.densities.exponents()[job.exponent];
         const Batch batch = make_batch(key_, number(job), s_.densities.counts().source);
         emit(s_.geometry, species, {}, key_, batch, job.first, job.count, r);
+        if (s_.densities.straight()) turn_into_plane(r);
     } else {
         draw(job, block);
     }

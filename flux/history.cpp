@@ -24,6 +24,8 @@
 #include "flux/history.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <vector>
 
 #include "flux/hits.hpp"
@@ -95,6 +97,44 @@ void Counts::add(const Counts& other) {
     arrivals += other.arrivals;
     flux::add(ledger, other.ledger);
     flux::add(redeposited, other.redeposited);
+}
+
+void PassCounts::add(const PassCounts& other) {
+    for (std::size_t k = 0; k < species.size(); ++k) species[k].add(other.species[k]);
+    flights.segments += other.flights.segments;
+    flights.rescued += other.flights.rescued;
+}
+
+namespace {
+
+// Counts and FlightCounts are words alone.
+template <class T>
+using Words = std::array<std::uint64_t, sizeof(T) / sizeof(std::uint64_t)>;
+
+template <class T>
+void write_words(const T& counts, std::vector<std::uint64_t>& words) {
+    const auto own = std::bit_cast<Words<T>>(counts);
+    words.insert(words.end(), own.begin(), own.end());
+}
+
+template <class T>
+void read_words(T& counts, std::span<std::uint64_t>& words) {
+    Words<T> own;
+    std::copy_n(words.begin(), own.size(), own.begin());
+    counts = std::bit_cast<T>(own);
+    words = words.subspan(own.size());
+}
+
+}  // namespace
+
+void PassCounts::write(std::vector<std::uint64_t>& words) const {
+    for (const Counts& counts : species) write_words(counts, words);
+    write_words(flights, words);
+}
+
+void PassCounts::read(std::span<std::uint64_t>& words) {
+    for (Counts& counts : species) read_words(counts, words);
+    read_words(flights, words);
 }
 
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,

@@ -48,6 +48,17 @@ struct Counts {
     void add(const Counts& other);
 };
 
+/// The same of all species of a pass, and their flights.
+struct PassCounts {
+    std::vector<Counts> species;
+    FlightCounts flights;
+    void add(const PassCounts& other);
+    /// Adds them to \p words, in a fixed order.
+    void write(std::vector<std::uint64_t>& words) const;
+    /// Takes them from the front of \p words, which write() has made for as many species.
+    void read(std::span<std::uint64_t>& words);
+};
+
 /// A thread's own: buffers, its bins of every tally, and the counts of the batch in progress.
 struct Worker {
     Rays rays, secondaries;              ///< in flight; what the hits of a bounce sputter

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace sidewall::flux {
 namespace {
@@ -24,8 +25,11 @@ struct Ends {
     void add(double amount, double* y) const {
         for (int k = 0; k < 3; ++k) y[corner[k]] += amount * weight[k];
     }
+    // Corners of a strip's triangle may be one unknown.
     void add_squares(double amount, double* y) const {
-        for (int k = 0; k < 3; ++k) y[corner[k]] += amount * weight[k] * weight[k];
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                if (corner[i] == corner[j]) y[corner[i]] += amount * weight[i] * weight[j];
     }
 };
 
@@ -56,6 +60,12 @@ std::vector<double> absorption(const MassMatrix& mass, std::span<const double> a
 }
 
 }  // namespace
+
+double lobe_scale(double exponent, bool straight) {
+    if (!straight) return 0.5 * (exponent + 1.0);
+    return 2.0 * std::numbers::inv_sqrtpi *
+           std::exp(std::lgamma(0.5 * exponent + 1.0) - std::lgamma(0.5 * (exponent + 1.0)));
+}
 
 MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
     struct Entry {
@@ -225,14 +235,15 @@ void Balance::apply(std::span<const double> x, std::span<double> y) const {
     });
 }
 
-std::vector<double> Balance::direct(double exponent) const {
+std::vector<double> Balance::direct(double exponent, bool straight) const {
+    const double scale = lobe_scale(exponent, straight);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
         for (std::size_t n = 0; n < part.leaving; ++n) {
             const Exit& exit = part.exits[n];
             if (exit.cosine > 0.0f)
                 Ends(wedges_, exit.a, exit.au, exit.av)
-                    .add(static_cast<double>(part.exit_weight[n]) *
+                    .add(static_cast<double>(part.exit_weight[n]) * scale *
                              lobe(exponent, static_cast<double>(exit.cosine)),
                          sums);
         }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "flux/radiosity.hpp"
+#include "flux/strip.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
@@ -56,25 +57,55 @@ std::vector<double> sticking_by_wedge(const Wedges& wedges, std::span<const std:
     return sticking;
 }
 
-std::vector<RadiosityFlux> solve_fluxes_to(double target, Exchange& exchange,
+std::uint64_t Exchange::fewest_rays() const {
+    return static_cast<std::uint64_t>(kFirstRays) * unknowns();
+}
+
+void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
+                const SolveOptions& options) {
+    constexpr std::uint64_t kFirstPart = 4;
+    if (rays < exchange.fewest_rays() || rays > exchange.rays_left() || exchange.is_focused())
+        return exchange.gather(rays);  // too few to tell, or refused
+    const std::uint64_t first = rays / kFirstPart;
+    exchange.gather(first);
+    SolveOptions rough = options;
+    rough.errors = false;
+    rough.tolerance = std::max(1e-3, options.tolerance);
+    try {
+        std::vector<RadiosityFlux> fluxes;
+        for (const DiffuseSpecies& one : species) fluxes.push_back(solve_flux(exchange, one, rough));
+        focus(exchange, species, fluxes, options);
+    } catch (const NumericsError&) {  // so few rays may leave a pocket without a way out: even starts will do
+    }
+    exchange.gather(std::min(rays - first, exchange.rays_left()));
+}
+
+std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,
                                            std::span<const DiffuseSpecies> species, std::uint64_t most_rays,
                                            const SolveOptions& options) {
-    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
+    if (targets.size() != species.size())
+        throw RecipeError(
+            fmt::format("{} relative errors for {} species: give one each", targets.size(), species.size()));
+    for (const double target : targets)
+        if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
     if (exchange.rays() == 0)
-        exchange.gather(std::min(
-            {most_rays, exchange.rays_left(), static_cast<std::uint64_t>(kFirstRays) * exchange.unknowns()}));
+        exchange.gather(std::min({most_rays, exchange.rays_left(), exchange.fewest_rays()}));
     while (true) {
         std::vector<RadiosityFlux> fluxes;
-        double worst = 0.0;
-        for (const DiffuseSpecies& one : species) {
-            fluxes.push_back(solve_flux(exchange, one, options));
-            worst = std::max(worst, fluxes.back().relative_error);
+        double worst = 0.0;  // of what was asked
+        for (std::size_t k = 0; k < species.size(); ++k) {
+            fluxes.push_back(solve_flux(exchange, species[k], options));
+            worst = std::max(worst, fluxes.back().relative_error / targets[k]);
         }
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
-        if (worst <= target || left < rays / 16) return fluxes;
+        if (worst <= 1.0 || left < rays / 16) return fluxes;
+        try {
+            if (!exchange.is_focused()) focus(exchange, species, fluxes, options);
+        } catch (const NumericsError&) {
+        }
         // Errors of few rays fall faster than their square root: do not leap too far.
-        const double more = std::clamp(1.1 * std::pow(worst / target, 2.0) - 1.0, 0.25, 3.0);
+        const double more = std::clamp(1.1 * std::pow(worst, 2.0) - 1.0, 0.25, 3.0);
         exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
     }
 }
@@ -108,7 +139,8 @@ MethodChoice choose_method(double target, const TriangleMesh& mesh, const surfac
     }
     sticking /= area;
     const double rays = std::max(kFirstRays, kSpread * kSpread * sticking / (choice.target * choice.target));
-    choice.radiosity_cost = kRayCost * (rays * static_cast<double>(wedges.count()) + kPilotRays);
+    const std::size_t unknowns = make_strip(make_geometry(mesh, scene, box), wedges).unknowns.count();
+    choice.radiosity_cost = kRayCost * (rays * static_cast<double>(unknowns) + kPilotRays);
     choice.radiosity = choice.radiosity_cost < choice.monte_carlo_cost;
     return choice;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flux/lateral.hpp"
+#include "flux/shares.hpp"
 #include "flux/species.hpp"
 #include "flux/tracer.hpp"
 #include "flux/wedges.hpp"
@@ -33,6 +34,7 @@ struct ExchangeOptions {
     std::function<void(double)>
         progress{};                ///< told the finished fraction of a gather, by one thread at a time
     std::function<bool()> stop{};  ///< asked often, by any thread; true ends gather or solve with Interrupted
+    Shares shares{};  ///< other processes that gather the same, see TraceOptions; all get all rays
 };
 
 /// Bytes that the links of \p rays rays take, at most.
@@ -51,10 +53,15 @@ class Exchange {
     Exchange& operator=(Exchange&&) noexcept;
 
     /// Traces about \p rays more, as many from every wedge; 64 an unknown give 1 to 2 % at low sticking. The
-    /// same bits whatever the number of threads, and a function of the rays gathered before and the seed.
+    /// same bits whatever the number of threads and ranks, and a function of the rays gathered before and the seed.
     /// \throws RecipeError if the links would take more than most_bytes, with both figures; Interrupted;
     ///         NumericsError if too many rays pass through the surface, see leaks_too_much.
     void gather(std::uint64_t rays);
+
+    /// Starts rays of further gathers half evenly, half where they lower the variance.
+    /// \param variance  by triangle, what rays that started there so far contribute to it; in any unit.
+    void start_where(std::span<const double> variance);
+    bool is_focused() const;  ///< start_where has been called
 
     std::uint64_t rays() const;      ///< traced so far: a counter that no solve changes
     std::uint64_t segments() const;  ///< ray-scene intersections of them
@@ -63,6 +70,7 @@ class Exchange {
     std::uint64_t bytes() const;  ///< memory that the links take
     double seconds() const;       ///< wall time of all gathers
     std::size_t unknowns() const;
+    std::uint64_t fewest_rays() const;  ///< 32 an unknown: groups of fewer tell no errors
     /// What of \p rays the next gather may trace within most_bytes.
     std::uint64_t rays_left() const;
 
@@ -123,12 +131,27 @@ std::string why_not_radiosity(const Species& species);
 RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species,
                          const SolveOptions& options = {});
 
-/// Gathers until the relative_error of every one of \p species is at most \p target, or rays or memory are
+/// Has further gathers of \p exchange start their rays where they lower the relative errors of all \p fluxes most, as adjoint
+/// solutions on the rays so far tell. Traces no ray.
+void focus(Exchange& exchange, std::span<const DiffuseSpecies> species, std::span<const RadiosityFlux> fluxes,
+           const SolveOptions& options = {});
+
+/// Gathers \p rays more, most of them where a few that come first say they count for \p species.
+/// \throws as Exchange::gather and solve_flux.
+void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
+                const SolveOptions& options = {});
+
+/// Gathers until the relative_error of every one of \p species is at most its target, or rays or memory are
 /// spent; the results' relative_error tells which.
+/// \param targets    by species, above 0.
 /// \param most_rays  to gather in all, those that \p exchange has included.
-std::vector<RadiosityFlux> solve_fluxes_to(double target, Exchange& exchange,
+std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,
                                            std::span<const DiffuseSpecies> species, std::uint64_t most_rays,
                                            const SolveOptions& options = {});
+
+/// What auto lets radiosity gather, times the rays of the paths whose error it is to reach: it costs less than they do, and an
+/// estimate that is off by more is not followed.
+constexpr std::uint64_t kMostOfAuto = 4;
 
 /// Which method takes less CPU time to a relative error, as estimated.
 struct MethodChoice {

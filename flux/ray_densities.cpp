@@ -67,9 +67,16 @@ Distribution::Pick Distribution::pick(double u) const {
     return {item, width > 0.0 ? std::clamp((at - cumulative_[item]) / width, 0.0, 1.0 - 1e-9) : 0.5};
 }
 
-RayDensities::RayDensities(const Geometry& geometry, const Wedges& wedges, std::vector<double> exponents)
-    : box_(geometry.box), top_(geometry.top), exponents_(std::move(exponents)) {
+RayDensities::RayDensities(const Geometry& geometry, const Strip& strip, std::vector<double> exponents)
+    : box_(geometry.box),
+      top_(geometry.top),
+      straight_(geometry.straight),
+      width_(geometry.box.max[1] - geometry.box.min[1]),
+      exponents_(std::move(exponents)),
+      partner_(strip.partner) {
     const TriangleMesh& mesh = geometry.mesh;
+    const Wedges& wedges = strip.unknowns;
+    for (const double exponent : exponents_) lobes_.push_back(lobe_scale(exponent, straight_));
     facets_.resize(mesh.triangles.size());
     for (std::size_t t = 0; t < facets_.size(); ++t) {
         const auto vertex = [&](std::size_t k) -> Vec3 {
@@ -86,23 +93,46 @@ RayDensities::RayDensities(const Geometry& geometry, const Wedges& wedges, std::
     item_of_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) item_of_[order_[i]] = static_cast<std::uint32_t>(i);
     // As many rays from every wedge, spread over its fan by area.
-    start_share_.assign(facets_.size(), 0.0);
+    even_share_.assign(facets_.size(), 0.0);
     double wedges_used = 0.0;
     for (const double area : wedges.area) wedges_used += area > 0.0 ? 1.0 : 0.0;
     for (std::size_t t = 0; t < facets_.size(); ++t)
         for (std::size_t k = 0; k < 3; ++k)
             if (facets_[t].area > 0.0)
-                start_share_[t] +=
+                even_share_[t] +=
                     facets_[t].area / (3.0 * wedges.area[wedges.corner[3 * t + k]] * wedges_used);
-    std::vector<double> weights(order_.size());
-    for (std::size_t i = 0; i < order_.size(); ++i) weights[i] = start_share_[order_[i]];
-    starts_.assign(std::move(weights));
+    set_starts({});
     opening_.assign(kCells * kCells, 1.0 / static_cast<double>(kCells * kCells));
     image_share_[image_share_.size() / 2] = 1.0;
     images_.assign({image_share_.begin(), image_share_.end()});
     make_targets();
     cosine_density_.assign(facets_.size(), 0.0);
     start_density_.assign(facets_.size(), 0.0);
+}
+
+void RayDensities::set_starts(std::span<const double> variance) {
+    start_share_ = even_share_;
+    // Runs of neighbours together: what single triangles tell is noise.
+    constexpr std::size_t kRun = 16;
+    std::vector<double> best(order_.size(), 0.0);
+    double total = 0.0;
+    for (std::size_t first = 0; first < order_.size() && !variance.empty(); first += kRun) {
+        const std::size_t last = std::min(first + kRun, order_.size());
+        double even = 0.0, spread = 0.0;
+        for (std::size_t i = first; i < last; ++i) {
+            even += even_share_[order_[i]];
+            spread += variance[order_[i]];
+        }
+        if (!(even > 0.0)) continue;
+        const double ratio = std::sqrt(spread / even);  // of the variance of one ray
+        for (std::size_t i = first; i < last; ++i) best[i] = ratio * even_share_[order_[i]];
+        total += ratio * even;
+    }
+    for (std::size_t i = 0; i < order_.size() && total > 0.0; ++i)
+        start_share_[order_[i]] = 0.5 * even_share_[order_[i]] + 0.5 * best[i] / total;
+    std::vector<double> weights(order_.size());
+    for (std::size_t i = 0; i < order_.size(); ++i) weights[i] = start_share_[order_[i]];
+    starts_.assign(std::move(weights));
 }
 
 void RayDensities::make_targets() {
@@ -115,8 +145,15 @@ void RayDensities::make_targets() {
         const std::uint32_t t = order_[i];
         if (relayed > 0.0 && facets_[t].area > 0.0)
             target_density_[t] += relayed * relay_[i] / facets_[t].area;
-        weights[i] = target_density_[t] * facets_[t].area;
     }
+    // A path in the plane ends in either triangle of a facet: they must not differ.
+    if (straight_)
+        for (std::uint32_t t = 0; t < partner_.size(); ++t)
+            if (const std::uint32_t other = partner_[t]; t < other)
+                target_density_[t] = target_density_[other] =
+                    0.5 * (target_density_[t] + target_density_[other]);
+    for (std::size_t i = 0; i < order_.size(); ++i)
+        weights[i] = target_density_[order_[i]] * facets_[order_[i]].area;
     cell_density_.resize(opening_.size());
     const double cell_area = box_.area() / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i) {
@@ -196,6 +233,11 @@ void RayDensities::set_openings(std::span<const double> exits) {
     const double even = 1.0 / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i)
         opening_[i] = total > 0.0 ? 0.1 * even + 0.9 * exits[i] / total : even;
+    for (std::size_t column = 0; straight_ && column < kCells; ++column) {  // whatever y
+        double sum = 0.0;
+        for (std::size_t row = 0; row < kCells; ++row) sum += opening_[row * kCells + column];
+        for (std::size_t row = 0; row < kCells; ++row) opening_[row * kCells + column] = sum / kCells;
+    }
     make_targets();
 }
 
@@ -267,7 +309,8 @@ double RayDensities::exit_weight(std::uint32_t a, const Vec3& point, int image, 
                                  double cosine) const {
     double density = cosine_density_[a];
     const double source = counts_.source / box_.area();
-    for (const double exponent : exponents_) density += source * lobe(exponent, cosine);
+    for (std::size_t i = 0; i < lobes_.size(); ++i)
+        density += source * lobes_[i] * lobe(exponents_[i], cosine);
     if (image != kNoImage)
         density += start_density_[a] * cell_density_[cell_of(point)] *
                    image_share_[static_cast<std::size_t>(image)] * form;

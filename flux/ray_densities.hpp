@@ -1,12 +1,14 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <vector>
 
 #include "flux/flight.hpp"
-#include "flux/wedges.hpp"
+#include "flux/strip.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // Which rays a gather traces, and how densely each kind samples a pair of points: multiple importance
@@ -64,8 +66,11 @@ class Distribution {
 class RayDensities {
   public:
     /// \param exponents  of the sources.
-    RayDensities(const Geometry& geometry, const Wedges& wedges, std::vector<double> exponents);
+    RayDensities(const Geometry& geometry, const Strip& strip, std::vector<double> exponents);
 
+    /// Starts half of the rays evenly, half in proportion to the square root of the \p variance, by triangle, that an even
+    /// start has there.
+    void set_starts(std::span<const double> variance);
     /// Sets how many rays of each kind a group traces from now on.
     void set_counts(const RayCounts& counts);
     const RayCounts& counts() const { return counts_; }
@@ -82,6 +87,10 @@ class RayDensities {
     void set_relays(std::span<const double> lit, std::span<const double> kept);
 
     const std::vector<Facet>& facets() const { return facets_; }
+    /// Whether rays fly in the plane of x and z.
+    bool straight() const { return straight_; }
+    /// Whether two triangles are one facet.
+    bool are_one(std::uint32_t a, std::uint32_t b) const { return a == b || (straight_ && partner_[a] == b); }
     const std::vector<double>& exponents() const { return exponents_; }
     const Distribution& starts() const { return starts_; }
     std::uint32_t start_triangle(std::size_t item) const { return order_[item]; }
@@ -100,7 +109,13 @@ class RayDensities {
     /// Image that the straightened point lies in.
     int image_of(const Vec3& point) const;
 
-    /// Weight of a ray between two triangles at distance r, \p form = pi r^2 / (cos cos).
+    /// Area that a point sees under as much of Lambert's law as a point of the surface at distance \p length with this
+    /// product of \p cosines: pi r^2 / (cos cos), of a strip, whose width is w, 2 r w / (cos cos).
+    double form(double length, double cosines) const {
+        const double around = straight_ ? 2.0 * width_ : std::numbers::pi * length;
+        return around * length / std::max(1e-12, cosines);
+    }
+    /// Weight of a ray between two triangles, see form.
     double link_weight(std::uint32_t a, std::uint32_t b, int image, double form) const {
         const double connect =
             image == kNoImage
@@ -123,10 +138,13 @@ class RayDensities {
 
     const LateralBox box_;
     const double top_;
-    std::vector<double> exponents_;
+    const bool straight_;
+    const double width_;
+    std::vector<double> exponents_, lobes_;  // lobe_scale of each
     std::vector<Facet> facets_;
-    std::vector<std::uint32_t> order_, item_of_;  // triangles along a space-filling curve, and back
-    std::vector<double> start_share_;             // of a triangle, of the rays that start on the surface
+    std::vector<std::uint32_t> order_, item_of_;    // triangles along a space-filling curve, and back
+    std::vector<std::uint32_t> partner_;            // see Strip
+    std::vector<double> even_share_, start_share_;  // of a triangle, of the rays that start on the surface
     std::vector<double> cosine_density_, start_density_, target_density_;  // by triangle
     std::vector<double> cell_density_;
     std::vector<double> opening_, relay_;  // shares of cells, and of items of starts_

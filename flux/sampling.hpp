@@ -45,6 +45,12 @@ inline Vec3 sample_lambertian(const Vec3& normal, double u1, double u2) {
     return direction_around(normal, std::sqrt(u1), std::sqrt(1.0 - u1), u2);
 }
 
+/// What a plane of x and z sees of sample_lambertian: as many in equal parts of the sine to \p normal, which lies in it.
+inline Vec3 sample_lambertian_in_plane(const Vec3& normal, double u) {
+    const double sine = 2.0 * u - 1.0, cosine = std::sqrt(1.0 - sine * sine);
+    return Vec3(cosine * normal.x() - sine * normal.z(), 0.0, cosine * normal.z() + sine * normal.x());
+}
+
 /// Density of sample_lambertian, per steradian.
 inline double lambertian_density(double cosine) {
     return std::max(0.0, cosine) * std::numbers::inv_pi;

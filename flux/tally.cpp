@@ -86,12 +86,35 @@ Tally::Bins& Tally::bins() {
 }
 
 void Tally::close_batch() {
-    ++batches_;
     std::vector<std::uint64_t*> triangle, wedge;
     for (Bins& bins : bins_) {
         triangle.push_back(bins.triangle.data());
         wedge.push_back(bins.wedge.data());
     }
+    close_batch(triangle, wedge);
+}
+
+void Tally::close_batch(std::span<std::uint64_t> words) {
+    close_batch({words.data()}, {words.data() + triangles_.round.size()});
+}
+
+void Tally::take_batch(std::vector<std::uint64_t>& words) {
+    const std::size_t at = words.size(), triangles = triangles_.round.size();
+    words.resize(at + bin_count(), 0);
+    const auto move = [&](std::vector<std::uint64_t> Bins::*bins, std::uint64_t* sums, std::size_t count) {
+        std::vector<std::uint64_t*> from;
+        for (Bins& own : bins_) from.push_back((own.*bins).data());
+        for_ranges(count, [&](std::size_t first, std::size_t last) {
+            take(from, first, last, [&](std::size_t i, std::uint64_t sum) { sums[i] = sum; });
+        });
+    };
+    move(&Bins::triangle, words.data() + at, triangles);
+    move(&Bins::wedge, words.data() + at + triangles, by_wedge_.round.size());
+}
+
+void Tally::close_batch(const std::vector<std::uint64_t*>& triangle,
+                        const std::vector<std::uint64_t*>& wedge) {
+    ++batches_;
     for_ranges(mesh_.triangles.size(), [&](std::size_t first, std::size_t last) {
         take(triangle, first, last, [&](std::size_t t, std::uint64_t sum) { triangles_.round[t].add(sum); });
     });

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "flux/flux_field.hpp"
@@ -16,6 +17,9 @@ namespace sidewall::flux {
 /// Sums arrivals on triangles and, by barycentric weights, on wedges and vertices, batch by batch. Every
 /// thread has bins of its own, and bins are integers: neither locks nor the order of arrivals nor the threads
 /// change a bit. Only one batch is held; earlier ones live on in their sums and sums of squares.
+///
+/// A bin of a batch, over all threads and ranks, holds kMostHits hits of whole particles. More than that, on all elements
+/// together, ends the trace, so that no sum overflows; a yield's bins hold as many divided by the hits' mean yield.
 class Tally {
   public:
     /// The bins of a thread for a batch.
@@ -47,6 +51,12 @@ class Tally {
 
     /// Ends a batch; no add may run meanwhile. O(elements), parallel.
     void close_batch();
+
+    /// Ends this rank's part of a batch that several share: adds a word for each of bin_count() to \p words.
+    void take_batch(std::vector<std::uint64_t>& words);
+    std::size_t bin_count() const { return triangles_.round.size() + by_wedge_.round.size(); }
+    /// Ends the batch whose \p words are those of take_batch, summed over the ranks. Takes them.
+    void close_batch(std::span<std::uint64_t> words);
 
     /// Ends a round of batches of equal numbers of rays, at least two; the next round's may be larger.
     /// Variances of rounds add up.
@@ -80,6 +90,7 @@ class Tally {
         return std::min(limit, static_cast<std::uint64_t>(std::max<std::int64_t>(0, amount)));
     }
     static FluxField flux_of(const Sums& sums, const std::vector<double>& area, double area_per_ray);
+    void close_batch(const std::vector<std::uint64_t*>& triangle, const std::vector<std::uint64_t*>& wedge);
 
     const TriangleMesh& mesh_;
     const Wedges& wedges_;

@@ -5,16 +5,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <utility>
 
 #include "flux/check.hpp"
 #include "flux/history.hpp"
+#include "flux/monitor.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
@@ -40,34 +39,6 @@ Sticking make_sticking(const std::vector<double>& by_material, std::span<const s
         sticking.by_triangle[t] = fixed_probability(by_material[static_cast<std::size_t>(materials[t])]);
     return sticking;
 }
-
-// Tells the caller how far the trace is, and asks whether to go on. Thread-safe.
-class Monitor {
-  public:
-    explicit Monitor(const TraceOptions& options) : options_(options) {}
-    bool stop() {
-        if (!stopped_ && options_.stop && options_.stop()) stopped_ = true;
-        return stopped_;
-    }
-    /// \p rays may change as the trace goes on; the fraction told does not fall.
-    void expect(std::uint64_t rays) { rays_ = rays; }
-    void finished(std::uint64_t rays) {
-        const std::uint64_t done = done_ += rays;
-        if (!options_.progress) return;
-        const std::unique_lock lock(mutex_, std::try_to_lock);
-        if (!lock) return;
-        told_ = std::max(told_, std::min(1.0, static_cast<double>(done) / static_cast<double>(rays_)));
-        options_.progress(told_);
-    }
-
-  private:
-    const TraceOptions& options_;
-    std::uint64_t rays_ = 1;
-    std::atomic<std::uint64_t> done_ = 0;
-    std::atomic<bool> stopped_ = false;
-    std::mutex mutex_;
-    double told_ = 0.0;
-};
 
 // Species traced together, and what of the options is theirs.
 struct Pass {
@@ -98,7 +69,7 @@ class Tracer {
                  fixed_probability(options.roulette),
                  options.max_bounces,
                  [this] { return monitor_.stop(); }},
-          counts_(pass.species.size()) {
+          counts_{std::vector<Counts>(pass.species.size()), {}} {
         for (std::size_t k = 0; k < pass.species.size(); ++k) {
             const Species& species = pass.species[k];
             trace_.active.push_back(k);
@@ -115,8 +86,12 @@ class Tracer {
         const std::uint64_t batches =
             std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
         const auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
-        for (std::uint64_t b = 0; b < batches; ++b)
+        const bool alone = options_.shares.ranks == 1;
+        for (std::uint64_t b = 0; b < batches; ++b) {
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
+            alone ? close_batch() : hold_batch(batch_rays);
+        }
+        if (!alone) share_batches();
         for (Tally* tally : active_tallies()) tally->close_round();
     }
 
@@ -141,7 +116,7 @@ class Tracer {
         const double seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
         std::vector<FluxResult> results;
-        for (std::size_t k = 0; k < counts_.size(); ++k) {
+        for (std::size_t k = 0; k < counts_.species.size(); ++k) {
             results.push_back(result(k));
             results.back().seconds = seconds;
         }
@@ -150,11 +125,11 @@ class Tracer {
 
   private:
     FluxResult result(std::size_t k) const {
-        const Counts& counts = counts_[k];
+        const Counts& counts = counts_.species[k];
         const double scale = area_per_ray(k);
         FluxResult result;
         static_cast<TallyFlux&>(result) = flux_of(tallies_[k], scale);
-        if (counts_.size() == 1)
+        if (counts_.species.size() == 1)
             for (std::size_t n = 1; n < tallies_.size(); ++n)
                 result.others.push_back(flux_of(tallies_[n], scale));
         result.emitted = counts.emitted;
@@ -162,12 +137,12 @@ class Tracer {
         result.escaped = counts.escaped;
         result.leaked = counts.leaked;
         result.arrivals = counts.arrivals;
-        result.segments = flights_.segments;
-        result.rescued = flights_.rescued;
+        result.segments = counts_.flights.segments;
+        result.rescued = counts_.flights.rescued;
         result.ledger = counts.ledger;
         result.redeposited = counts.redeposited;
         result.relative_error = relative_error(result.vertex);
-        result.pass_species = static_cast<std::uint32_t>(counts_.size());
+        result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
         result.pass_place = static_cast<std::uint32_t>(k);
         return result;
     }
@@ -187,7 +162,8 @@ class Tracer {
 
     // Flux 1 of the plane, and its like of the surface.
     double area_per_ray(std::size_t k) const {
-        return box_.area() / (1.0 - trace_.desorption.share) / static_cast<double>(counts_[k].emitted);
+        return box_.area() / (1.0 - trace_.desorption.share) /
+               static_cast<double>(counts_.species[k].emitted);
     }
     static TallyFlux flux_of(const Tally& tally, double scale) {
         return {tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
@@ -197,7 +173,7 @@ class Tracer {
     std::vector<Tally*> active_tallies() {
         std::vector<Tally*> active;
         for (std::size_t n = 0; n < tallies_.size(); ++n)
-            if (counts_.size() == 1 || std::ranges::binary_search(trace_.active, n))
+            if (counts_.species.size() == 1 || std::ranges::binary_search(trace_.active, n))
                 active.push_back(&tallies_[n]);
         return active;
     }
@@ -207,25 +183,30 @@ class Tracer {
         if (!local) {
             local = std::make_unique<Worker>();
             for (Tally& tally : tallies_) local->bins.push_back(&tally.bins());
-            local->counts.resize(counts_.size());
-            if (counts_.size() > 1) local->weights.resize(counts_.size());
+            local->counts.resize(counts_.species.size());
+            if (counts_.species.size() > 1) local->weights.resize(counts_.species.size());
         }
         return *local;
     }
 
-    // Blocks are the same whatever the tasks: only whole ones are handed out.
+    // Blocks are the same whatever the tasks: only whole ones are handed out, and over all batches the ranks
+    // take turns.
     void trace_batch(const Batch& batch) {
-        const std::uint32_t blocks = static_cast<std::uint32_t>((batch.count + kBlock - 1) / kBlock);
+        const Shares& shares = options_.shares;
+        const auto blocks = static_cast<std::uint32_t>((batch.count + kBlock - 1) / kBlock);
+        const std::uint32_t first_own = (shares.rank + shares.ranks - blocks_ % shares.ranks) % shares.ranks;
+        const std::uint32_t own = first_own < blocks ? (blocks - first_own - 1) / shares.ranks + 1 : 0;
+        blocks_ = (blocks_ + blocks) % shares.ranks;
         const std::size_t task_blocks = std::max<std::size_t>(1, options_.task_rays / kBlock);
         tbb::parallel_for(
-            tbb::blocked_range<std::uint32_t>(0, blocks, task_blocks),
+            tbb::blocked_range<std::uint32_t>(0, own, task_blocks),
             [&](const tbb::blocked_range<std::uint32_t>& range) {
                 Worker& mine = worker();
-                for (std::uint32_t block = range.begin(); block < range.end() && !monitor_.stop(); ++block) {
-                    const auto first = static_cast<std::uint32_t>(block * kBlock);
+                for (std::uint32_t i = range.begin(); i < range.end() && !monitor_.stop(); ++i) {
+                    const auto first = static_cast<std::uint32_t>((first_own + i * shares.ranks) * kBlock);
                     const auto count = std::min(static_cast<std::uint32_t>(kBlock), batch.count - first);
                     trace_block(trace_, batch, first, count, tallies_, mine);
-                    monitor_.finished(count);
+                    monitor_.finished(std::uint64_t{count} * shares.ranks);
                 }
             },
             tbb::simple_partitioner{});
@@ -236,15 +217,59 @@ class Tracer {
             throw Interrupted("interrupted while tracing " + names);
         }
         emitted_ += batch.count;
+    }
+
+    // Of the batch just traced, by this rank.
+    PassCounts take_counts() {
+        PassCounts batch{std::vector<Counts>(counts_.species.size()), {}};
         for (std::unique_ptr<Worker>& worker : workers_) {
             if (!worker) continue;
-            for (std::size_t k = 0; k < counts_.size(); ++k) counts_[k].add(worker->counts[k]);
-            worker->counts.assign(counts_.size(), {});
-            flights_.segments += worker->flights.segments;
-            flights_.rescued += worker->flights.rescued;
+            batch.add({worker->counts, worker->flights});
+            worker->counts.assign(counts_.species.size(), {});
             worker->flights = {};
         }
+        return batch;
+    }
+
+    void add_counts(const PassCounts& batch) {
+        if (batch.flights.segments >= kMostHits)
+            throw NumericsError(fmt::format(
+                "{}: a batch of rays flew {} times: its sums may overflow; use more flux.batches or fewer rays",
+                pass_.species.front().name, batch.flights.segments));
+        counts_.add(batch);
+    }
+
+    void close_batch() {
+        add_counts(take_counts());
         for (Tally* tally : active_tallies()) tally->close_batch();
+    }
+
+    // Several batches are summed over the ranks at once, so that none waits for the slowest at the end of
+    // each.
+    void hold_batch(std::uint32_t rays) {
+        constexpr std::uint64_t kMostWords = 1 << 23, kMostRays = 1 << 21;  // a rank: a second or two
+        take_counts().write(held_);
+        for (Tally* tally : active_tallies()) tally->take_batch(held_);
+        ++held_batches_;
+        if (held_.size() >= kMostWords ||
+            held_batches_ * std::uint64_t{rays} >= options_.shares.ranks * kMostRays)
+            share_batches();
+    }
+
+    void share_batches() {
+        if (held_batches_ == 0) return;
+        options_.shares.sum(held_);
+        std::span<std::uint64_t> words(held_);
+        PassCounts batch = take_counts();  // none
+        for (; held_batches_ > 0; --held_batches_) {
+            batch.read(words);
+            add_counts(batch);
+            for (Tally* tally : active_tallies()) {
+                tally->close_batch(words.first(tally->bin_count()));
+                words = words.subspan(tally->bin_count());
+            }
+        }
+        held_.clear();
     }
 
     const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -255,10 +280,11 @@ class Tracer {
     Trace trace_;
     std::vector<Tally> tallies_;
     tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;
-    std::vector<Counts> counts_;  // by species of the pass
-    FlightCounts flights_;
+    PassCounts counts_;
     std::uint64_t emitted_ = 0;
-    std::uint32_t batches_ = 0;
+    std::uint32_t batches_ = 0, blocks_ = 0;  // blocks modulo the ranks
+    std::vector<std::uint64_t> held_;         // words of batches that wait to be summed over the ranks
+    std::uint32_t held_batches_ = 0;
 };
 
 std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint64_t most, Tracer& tracer) {

@@ -8,6 +8,7 @@
 
 #include "flux/flux_field.hpp"
 #include "flux/lateral.hpp"
+#include "flux/shares.hpp"
 #include "flux/species.hpp"
 #include "flux/wedges.hpp"
 #include "flux/weight.hpp"
@@ -36,7 +37,10 @@ struct TraceOptions {
     /// the result, at least 0. Its own start does not count as an arrival. Of several species: one after the other.
     std::span<const double> emission_by_wedge{};
     std::function<void(double)> progress{};  ///< told the finished fraction, by one thread at a time
-    std::function<bool()> stop{};  ///< asked often, by any thread; true ends the trace with Interrupted
+    /// Asked often, by any thread; true ends the trace with Interrupted. Of several ranks all answer the same between two
+    /// sums of \p shares.
+    std::function<bool()> stop{};
+    Shares shares{};  ///< other processes that trace the same; the result does not depend on them
 };
 
 /// Where the weight of all particles went, in units of 2^-28 of a particle; exact, modulo 2^64 (which 6.9e10
@@ -87,9 +91,9 @@ struct FluxResult : TallyFlux {
 /// \param materials  one id a triangle, at least 0, or empty if there is one material.
 /// \param wedges     from make_wedges(mesh, ...).
 /// \returns the same bits for the same mesh, species, rays, batches, seed, time step and species index, whatever
-///          the number of threads and the task size.
+///          the number of threads, of ranks and the task size.
 /// \throws RecipeError for a species or options out of range, GeometryError for arrays that do not fit \p
-///         mesh, Interrupted if options.stop asked for it.
+///         mesh, Interrupted if options.stop asked for it, NumericsError if a batch's sums might overflow, see Tally.
 FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
                       const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
                       const TraceOptions& options = {});

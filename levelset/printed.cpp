@@ -7,60 +7,38 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numbers>
 #include <numeric>
 
 #include "levelset/outline.hpp"
+#include "levelset/raster.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
-constexpr double kPixelsPerSigma = 5.0, kPixelsPerCell = 5.0, kReach = 5.5;  // sigmas; 4e-8 lies beyond
-constexpr int kSlabs = 4;                                                    // at least, a row of pixels
+constexpr double kPixelsPerCell = 5.0;
+constexpr int kSlabs = 4;              // at least, a row of pixels
 constexpr double kMarginCells = 16.0;  // of outlines beyond the domain: more than a narrow band
-constexpr double kMostPixels = 5e7, kMostWork = 2e11;
-
-// Pixels that divide the domain; values in rows along x.
-struct Raster {
-    std::array<int, 2> count{};
-    std::array<double, 2> size{};
-    std::vector<float> values;
-
-    std::size_t index(int i, int j) const {
-        return static_cast<std::size_t>(j) * static_cast<std::size_t>(count[0]) + static_cast<std::size_t>(i);
-    }
-    float* row(int j) { return values.data() + index(0, j); }
-    const float* row(int j) const { return values.data() + index(0, j); }
-    float at(int i, int j) const { return values[index(i, j)]; }
-};
+constexpr double kMostPixels = 5e7, kMostWork = 3e10;
 
 Raster make_raster(const Blur& blur, const Domain& domain) {
     const double wanted =
         std::max(*std::min_element(blur.sigmas.begin(), blur.sigmas.end()) / kPixelsPerSigma,
                  domain.spacing / kPixelsPerCell);
     Raster raster;
-    double pixels = 1.0, taps = 0.0;
+    double pixels = 1.0, work = 0.0;
     for (std::size_t a = 0; a < 2; ++a) {
         const double extent = domain.max[a] - domain.min[a], count = std::ceil(extent / wanted - 1e-9);
         pixels *= count;
-        for (const double sigma : blur.sigmas) taps += 2.0 * kReach * sigma * count / extent;
         raster.count[a] = static_cast<int>(std::min(count, kMostPixels));
         raster.size[a] = extent / count;
     }
-    if (pixels > kMostPixels || pixels * taps > kMostWork)
+    for (const double sigma : blur.sigmas) work += pixels * blur_work(sigma, wanted);
+    if (pixels > kMostPixels || work > kMostWork)
         throw GeometryError(fmt::format("takes {:.2g} pixels and {:.2g} multiplications, over {:g} and {:g}",
-                                        pixels, pixels * taps, kMostPixels, kMostWork));
+                                        pixels, work, kMostPixels, kMostWork));
     return raster;
-}
-
-// The pixel within the domain that shows what a pixel beyond it does.
-int source_pixel(const Raster& raster, const Domain& domain, std::size_t axis, int index) {
-    const int n = raster.count[axis], period = domain.side[axis] == Side::periodic ? n : 2 * n;
-    int i = index % period;
-    if (i < 0) i += period;
-    return i < n ? i : period - 1 - i;
 }
 
 struct Edge {
@@ -134,47 +112,6 @@ void cover(Raster& raster, const std::vector<Polygon>& polygons, const Domain& d
             if (cuts[s + 1] > cuts[s])
                 add_line(here, 0.5 * (cuts[s] + cuts[s + 1]), (cuts[s + 1] - cuts[s]) / raster.size[1],
                          raster, domain.min[0], raster.row(j), intervals);
-    });
-}
-
-// What a Gaussian at a pixel's centre has over the pixels beside it, up to those 5.5 sigma away.
-std::vector<float> weights_of(double sigma, double pixel) {
-    const int reach = static_cast<int>(std::ceil(kReach * sigma / pixel));
-    std::vector<double> exact;
-    exact.reserve(static_cast<std::size_t>(2 * reach + 1));
-    for (int k = -reach; k <= reach; ++k)
-        exact.push_back(0.5 * (std::erf((k + 0.5) * pixel / (sigma * std::numbers::sqrt2)) -
-                               std::erf((k - 0.5) * pixel / (sigma * std::numbers::sqrt2))));
-    const double sum = std::accumulate(exact.begin(), exact.end(), 0.0);
-    std::vector<float> weights;
-    weights.reserve(exact.size());
-    for (const double w : exact) weights.push_back(static_cast<float>(w / sum));
-    return weights;
-}
-
-// Along x, then along y, whole rows at a time; adds \p weight times the result to \p sum.
-void add_blurred(const Raster& covered, double sigma, double weight, const Domain& domain, Raster& sum) {
-    Raster along_x = covered;
-    const int nx = covered.count[0], ny = covered.count[1];
-    const std::vector<float> wx = weights_of(sigma, covered.size[0]), wy = weights_of(sigma, covered.size[1]);
-    const int rx = static_cast<int>(wx.size()) / 2, ry = static_cast<int>(wy.size()) / 2;
-    const auto add = [](float* to, const float* from, float w, int n) {
-        for (int i = 0; i < n; ++i) to[i] += w * from[i];
-    };
-    tbb::parallel_for(0, ny, [&](int j) {
-        std::vector<float> line;
-        for (int i = -rx; i < nx + rx; ++i)
-            line.push_back(covered.at(source_pixel(covered, domain, 0, i), j));
-        float* row = along_x.row(j);
-        std::fill_n(row, nx, 0.0f);
-        for (int k = 0; k <= 2 * rx; ++k) add(row, line.data() + k, wx[static_cast<std::size_t>(k)], nx);
-    });
-    tbb::parallel_for(0, ny, [&](int j) {
-        std::vector<float> row(static_cast<std::size_t>(nx), 0.0f);
-        for (int k = -ry; k <= ry; ++k)
-            add(row.data(), along_x.row(source_pixel(covered, domain, 1, j + k)),
-                wy[static_cast<std::size_t>(k + ry)], nx);
-        add(sum.row(j), row.data(), static_cast<float>(weight), nx);
     });
 }
 
@@ -307,7 +244,11 @@ std::pair<bool, bool> fate(const Polygon& polygon, const Raster& raster, const D
 
 }  // namespace
 
-Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain) {
+Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain,
+                const std::function<bool()>& stop) {
+    const auto go_on = [&] {
+        if (stop && stop()) throw Interrupted("stopped while outlines were blurred");
+    };
     Raster covered = make_raster(blur, domain);
     cover(covered, repeated(polygons, domain), domain);
     Raster blurred = covered;
@@ -315,15 +256,18 @@ Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Do
     std::vector<double> weights = blur.weights;
     if (weights.empty()) weights.assign(blur.sigmas.size(), 1.0);
     const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
-    for (std::size_t k = 0; k < blur.sigmas.size(); ++k)
+    for (std::size_t k = 0; k < blur.sigmas.size(); ++k) {
+        go_on();
         add_blurred(covered, blur.sigmas[k], weights[k] / sum, domain, blurred);
-
+    }
+    go_on();
     Printed result;
     const auto [least, most] = std::minmax_element(blurred.values.begin(), blurred.values.end());
     result.least = *least;
     result.most = *most;
     result.outlines = Contours(blurred, domain, blur.threshold).run();
     for (std::size_t k = 0; k < polygons.size(); ++k) {
+        go_on();
         bool there = false, prints = false;
         for (const Polygon& copy : repeated({polygons[k]}, domain)) {
             const auto [meets, some] = fate(copy, blurred, domain, blur.threshold);

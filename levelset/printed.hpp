@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "levelset/domain.hpp"
@@ -24,12 +25,15 @@ struct Printed {
 /// Blurs the union of \p polygons within the domain, continued beyond it as the wafer is, mirrored or repeated.
 ///
 /// The area is exact on pixels of a fifth of the least sigma, but at least of a fifth of the grid spacing (exact for
-/// edges along the axes, of second order in an eighth of a pixel for others); so are the Gaussians' weights. Contours
-/// are interpolated between pixels. Of a straight edge they are within 0.01 sigma of their place, or a twentieth of a
+/// edges along the axes, of second order in an eighth of a pixel for others); so are the Gaussians' weights. Wider ones
+/// take the means over pixels of a fifth of their own sigma and are interpolated, as contours are. Of a straight edge they are within 0.01 sigma of their place, or a twentieth of a
 /// grid spacing where that is more than a sigma.
 ///
 /// \returns outlines that go on for 16 grid spacings beyond the domain, at most half its extent.
-/// \throws GeometryError for over 5e7 pixels, or 2e11 multiplications, which take about a minute.
-Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain);
+/// \param stop  asked now and then.
+/// \throws GeometryError for over 5e7 pixels, or 3e10 multiplications, which take some seconds; Interrupted if \p stop
+///         said so.
+Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain,
+                const std::function<bool()>& stop = {});
 
 }  // namespace sidewall::levelset

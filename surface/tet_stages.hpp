@@ -16,4 +16,8 @@ void cut_front(TetComplex& mesh, std::span<const Front> fronts, int k, const Tet
 /// Widens angles below the target.
 void improve(TetComplex& mesh, std::span<const Front> fronts, const TetOptions& options);
 
+/// Moves vertices between two materials along their normals, by at most TetOptions::shift and where that leaves no angle
+/// under 8 degrees, until every material has the volume asked for.
+void match_volumes(TetComplex& mesh, const TetOptions& options);
+
 }  // namespace sidewall::surface

@@ -44,6 +44,7 @@ TetMesh tetrahedralize(std::span<const Front> fronts, const TetOptions& options)
         improve(mesh, fronts, options);  // the next front cuts better ones better
         progress(outside - k);
     }
+    if (!options.volume.empty()) match_volumes(mesh, options);
     return compact(mesh, fronts.size() + (options.outside ? 1 : 0));
 }
 

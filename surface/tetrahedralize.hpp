@@ -13,15 +13,18 @@ using Front = std::function<DistanceSample(const Vec3&)>;
 
 /// How fine tetrahedra are. Lengths are in world units.
 struct TetOptions {
-    Box3 box;                  ///< that they fill
-    double size = 0.0;         ///< longest edge at fronts
-    double least = 0.0;        ///< no edge shorter than this is divided
-    double tolerance = 0.0;    ///< how far a front may bulge over an edge that is longer than \p least
-    double thin = 0.0;         ///< less than this between two fronts is nothing
-    double growth = 0.5;       ///< of edges, by distance from the fronts
-    double target_deg = 12.0;  ///< angles between faces that are improved if they are smaller
-    bool outside = false;      ///< mesh what is in no body, too
-    std::size_t most = 0;      ///< tetrahedra; more are refused; 0: any number
+    Box3 box;                    ///< that they fill
+    double size = 0.0;           ///< longest edge at fronts
+    double least = 0.0;          ///< no edge shorter than this is divided
+    double tolerance = 0.0;      ///< how far a front may bulge over an edge that is longer than \p least
+    double thin = 0.0;           ///< less than this between two fronts is nothing
+    double growth = 0.5;         ///< of edges, by distance from the fronts
+    double target_deg = 12.0;    ///< angles between faces that are improved if they are smaller
+    bool outside = false;        ///< mesh what is in no body, too
+    std::vector<int> material;   ///< by region, the outside's too if it is meshed
+    std::vector<double> volume;  ///< by material, as the mesh is to have it; empty: as it comes
+    double shift = 0.0;          ///< how far a vertex of a front may move for that
+    std::size_t most = 0;        ///< tetrahedra; more are refused; 0: any number
     std::function<void(double)> progress;  ///< gets the share done
 };
 
@@ -31,8 +34,9 @@ struct TetOptions {
 /// Cubes of six tetrahedra are bisected (Maubach, SIAM J. Sci. Comput. 16, 1995) until fronts are resolved. Then the
 /// fronts are cut into them one after the other, from the outermost: vertices near a front move onto it, as in
 /// isosurface stuffing (Labelle and Shewchuk, SIGGRAPH 2007), and edges that still cross it are divided there. Edge
-/// collapses, flips and moves within sides, fronts and contact lines then widen the smallest angles. Vertices on the box stay
-/// there to the last bit.
+/// collapses, flips and moves within sides, fronts and contact lines then widen the smallest angles. Edges are chords of
+/// curved fronts, and corners are cut: at last fronts are offset so that volumes hold. Vertices on the box stay there to
+/// the last bit.
 ///
 /// \param fronts   from the innermost; each body lies within the next.
 /// \returns regions without names and without triangles.

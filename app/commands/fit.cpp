@@ -7,7 +7,9 @@
 #include "app/commands/commands.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
+#include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
+#include "app/study/run_set.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -31,6 +33,7 @@ std::string resume_command(const FitOptions& fit) {
     add("--target-profile", fit.profiles);
     if (fit.profile_sigma) command += fmt::format(" --profile-sigma {}", *fit.profile_sigma);
     if (fit.profile_offset != "none") command += " --profile-offset " + fit.profile_offset;
+    if (fit.method != "auto") command += " --method " + fit.method;
     return fmt::format("{} --max-runs {} --resume", command, fit.max_runs);
 }
 
@@ -72,6 +75,12 @@ void add_fit_command(CLI::App& program) {
     add_option(command, "--profile-offset", fit.profile_offset, "",
                "Find how far profiles are shifted, too (default: none)",
                {.one_of = {"none", "x", "z", "xz"}});
+    add_option(
+        command, "--method", fit.method, "",
+        "How to search (default: auto). gauss-newton: downhill by slopes; auto: the same, and where it ends at several "
+        "minima, which miss the targets, as crs; crs: controlled random search first, which takes 100 runs and more; "
+        "bobyqa: without slopes, for targets with kinks",
+        {.one_of = {"auto", "gauss-newton", "bobyqa", "crs"}});
     add_option(command, "--max-runs", arguments->max_runs, "N", "Runs at most (default: 60)");
     add_option(
         command, "--jobs", arguments->jobs, "J",
@@ -88,6 +97,7 @@ void add_fit_command(CLI::App& program) {
         fit.max_runs = arguments->max_runs.value_or(fit.max_runs);
         fit.resume_command = resume_command(fit);
         install_interrupt_handler();
+        if (ranks().rank != 0) return help_with_runs(fit.output, fit.jobs);
         const Json found = run_fit(fit);
         if (!arguments->json.empty()) write_json(arguments->json, found);
         if (!fit.quiet && arguments->json != "-")

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -10,6 +9,7 @@
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/commands/flux_results.hpp"
+#include "app/commands/flux_species.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
@@ -19,8 +19,7 @@
 #include "app/common/timing.hpp"
 #include "flux/leaks.hpp"
 #include "flux/mend.hpp"
-#include "flux/radiosity.hpp"
-#include "flux/tracer.hpp"
+#include "flux/single.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
 
@@ -30,28 +29,13 @@ namespace {
 using flux::Boundary;
 
 struct FluxArguments {
-    std::string mesh, output, json, boundary, sticking = "1", seed = "1", method = "monte-carlo";
+    std::string mesh, output, json, boundary, seed = "1", method = "monte-carlo";
     std::optional<double> rays, relative_error;
-    double source_exponent = 1.0;
+    FluxSource source;
 };
 
 constexpr double kDefaultRays = 1e6;
 constexpr double kMostRays = 1e10;  // that --relative-error spends unless --rays says otherwise
-
-template <typename Number>
-Number parse_number(const std::string& text, const std::string& where) {
-    Number value{};
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failure != std::errc{} || end != text.data() + text.size())
-        throw RecipeError(fmt::format("{}: \"{}\" is not a number", where, text));
-    return value;
-}
-
-double parse_probability(const std::string& text, const std::string& where) {
-    const double value = parse_number<double>(text, where);
-    if (!(value >= 0.0 && value <= 1.0)) throw RecipeError(fmt::format("{}: must be in [0, 1]", where));
-    return value;
-}
 
 std::array<Boundary, 2> parse_boundary(const std::string& text) {
     const auto words = split(text, ',');
@@ -74,59 +58,6 @@ std::array<Boundary, 2> parse_boundary(const std::string& text) {
 
 const char* name_of(Boundary boundary) {
     return boundary == Boundary::open ? "open" : boundary == Boundary::periodic ? "periodic" : "reflective";
-}
-
-// The distinct material ids, ascending, and each triangle's place among them: ids need not be small.
-struct Materials {
-    std::vector<std::int32_t> ids, of_triangle;
-};
-
-Materials read_materials(const TriangleMesh& mesh, const std::string& path) {
-    const Attribute* attribute = mesh.triangle_attribute("material");
-    if (!attribute) return {{0}, {}};
-    if (attribute->components != 1 || attribute->values.size() != mesh.triangles.size())
-        throw FileError(fmt::format("{}: attribute material must be one integer a triangle", path));
-    Materials materials;
-    for (std::size_t t = 0; t < attribute->values.size(); ++t) {
-        const double value = attribute->values[t];
-        if (!(std::abs(value) <= 2147483647.0) || value != std::floor(value))
-            throw FileError(
-                fmt::format("{}: triangle {} has material {}: must be an integer", path, t, value));
-        materials.of_triangle.push_back(static_cast<std::int32_t>(value));
-    }
-    materials.ids = materials.of_triangle;
-    std::sort(materials.ids.begin(), materials.ids.end());
-    materials.ids.erase(std::unique(materials.ids.begin(), materials.ids.end()), materials.ids.end());
-    for (std::int32_t& id : materials.of_triangle)
-        id = static_cast<std::int32_t>(std::lower_bound(materials.ids.begin(), materials.ids.end(), id) -
-                                       materials.ids.begin());
-    return materials;
-}
-
-// One sticking probability, or one for each of the ids in their order.
-std::vector<double> parse_sticking(const std::string& text, const std::vector<std::int32_t>& ids,
-                                   const std::string& path) {
-    if (text.find('=') == std::string::npos) return {parse_probability(text, "--sticking " + text)};
-    std::vector<double> sticking(ids.size(), -1.0);
-    for (const std::string& part : split(text, ',')) {
-        const std::string where = "--sticking " + part;
-        const auto equals = part.find('=');
-        if (equals == std::string::npos)
-            throw RecipeError(where + ": write ID=s, as in --sticking 0=0.1,1=0.5");
-        const auto id = parse_number<std::int32_t>(part.substr(0, equals), where);
-        const double value = parse_probability(part.substr(equals + 1), where);
-        const auto found = std::lower_bound(ids.begin(), ids.end(), id);
-        if (found == ids.end() || *found != id)
-            throw RecipeError(
-                fmt::format("{}: {} has no material {}; it has {}", where, path, id, fmt::join(ids, ", ")));
-        double& slot = sticking[static_cast<std::size_t>(found - ids.begin())];
-        if (slot >= 0.0) throw RecipeError(fmt::format("{}: material {} is given twice", where, id));
-        slot = value;
-    }
-    for (std::size_t i = 0; i < ids.size(); ++i)
-        if (sticking[i] < 0.0)
-            throw RecipeError(fmt::format("--sticking {}: material {} of {} is missing", text, ids[i], path));
-    return sticking;
 }
 
 TriangleMesh read_mended(const std::string& path) {
@@ -186,6 +117,10 @@ void check_arguments(const FluxArguments& arguments) {
     if (!arguments.output.empty() && arguments.output == arguments.json)
         throw RecipeError(fmt::format("--json {}: is the output file, too; name another", arguments.json));
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
+    if (arguments.source.mean_free_path && arguments.method == "radiosity")
+        throw RecipeError(fmt::format(
+            "--mean-free-path {:g}: radiosity knows no collisions in the gas: use --method monte-carlo",
+            *arguments.source.mean_free_path));
     parse_rays(arguments);
     parse_number<std::uint64_t>(arguments.seed, "--seed");
 }
@@ -207,25 +142,14 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
     json["vertices"] = mesh.vertices.size();
     json["triangles"] = mesh.triangles.size();
     json["boundary"] = {name_of(box.boundary[0]), name_of(box.boundary[1])};
-    json["source_exponent"] = arguments.source_exponent;
-    json["sticking"] = arguments.sticking;
+    json["source_exponent"] = arguments.source.exponent;
+    json["sticking"] = arguments.source.sticking;
+    if (arguments.source.mean_free_path) json["mean_free_path"] = *arguments.source.mean_free_path;
     json["seed"] = parse_number<std::uint64_t>(arguments.seed, "--seed");
     json["threads"] = thread_count();
     json["flux"] = {{"mean", weighted / area}, {"min", low}, {"max", high}};
     return json;
 }
-
-// A surface, ready for either method, and what to do on it.
-struct Task {
-    const FluxArguments& arguments;
-    const TriangleMesh& mesh;
-    const Materials& materials;
-    const flux::LateralBox& box;
-    const flux::Wedges& wedges;
-    const surface::RayScene& scene;
-    flux::Species species;
-    flux::TraceOptions options;
-};
 
 struct Outcome {
     flux::TallyFlux flux;
@@ -233,46 +157,24 @@ struct Outcome {
     std::uint64_t leaked = 0, emitted = 0;
 };
 
-Outcome trace(const Task& t) {
-    const auto target = t.arguments.relative_error;
-    const flux::FluxResult result = target ? flux::trace_flux_to(*target, t.mesh, t.scene, t.box, t.species,
-                                                                 t.materials.of_triangle, t.wedges, t.options)
-                                           : flux::trace_flux(t.mesh, t.scene, t.box, t.species,
-                                                              t.materials.of_triangle, t.wedges, t.options);
+Outcome find(const flux::SingleFlux& asked, const flux::Way& way) {
+    if (way.radiosity) {
+        flux::Exchange exchange = flux::exchange_of(asked);
+        const flux::RadiosityFlux result = flux::solve(asked, way, exchange);
+        return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
+    }
+    const flux::FluxResult result = flux::follow(asked);
     return {result, traced_json(result), result.leaked, result.emitted};
 }
 
-Outcome solve(const Task& t) {
-    const std::vector<double> sticking =
-        flux::sticking_by_wedge(t.wedges, t.materials.of_triangle, t.species);
-    flux::Exchange exchange(t.mesh, t.scene, t.box, t.wedges, {t.species.source_exponent},
-                            {.seed = t.options.seed, .progress = t.options.progress, .stop = t.options.stop});
-    const flux::DiffuseSpecies species{
-        .name = "flux", .source_exponent = t.species.source_exponent, .sticking = sticking};
-    constexpr std::uint64_t kRaysOfUnknown = 64;  // unless told
-    const std::uint64_t rays = t.arguments.rays || t.arguments.relative_error
-                                   ? t.options.rays
-                                   : std::min(kRaysOfUnknown * t.wedges.count(), exchange.rays_left());
-    flux::RadiosityFlux result;
-    if (t.arguments.relative_error) {
-        result = std::move(flux::solve_fluxes_to(*t.arguments.relative_error, exchange, {&species, 1}, rays,
-                                                 {.stop = t.options.stop})
-                               .front());
-    } else {
-        exchange.gather(rays);
-        result = flux::solve_flux(exchange, species, {.stop = t.options.stop});
-    }
-    return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
-}
-
 // The method asked for, or the faster one, and why.
-bool takes_radiosity(const Task& t, Json& json) {
-    if (t.arguments.method != "auto") return t.arguments.method == "radiosity";
-    flux::TraceOptions options = t.options;
-    if (!t.arguments.rays) options.rays = static_cast<std::uint64_t>(kDefaultRays);
-    const flux::MethodChoice choice =
-        flux::choose_method(t.arguments.relative_error.value_or(0.0), t.mesh, t.scene, t.box, t.species,
-                            t.materials.of_triangle, t.wedges, options);
+flux::Way find_way(const std::string& method, const flux::SingleFlux& asked, Json& json) {
+    if (method != "auto") return flux::way_of(asked, method == "radiosity");
+    if (const std::string why = flux::why_not_radiosity(asked.species); !why.empty()) {
+        fmt::print(stderr, "sidewall flux: monte-carlo is taken: {}\n", why);
+        return {};
+    }
+    const flux::MethodChoice choice = flux::choose_method(asked);
     json["auto"] = {{"relative_error", choice.target},
                     {"monte_carlo_cost", choice.monte_carlo_cost},
                     {"radiosity_cost", choice.radiosity_cost}};
@@ -281,15 +183,14 @@ bool takes_radiosity(const Task& t, Json& json) {
                "radiosity {:.2g} million segments\n",
                choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
                choice.radiosity_cost * 1e-6);
-    return choice.radiosity;
+    return flux::way_of(choice);
 }
 
 void run_flux(const FluxArguments& arguments) {
     check_arguments(arguments);
     const TriangleMesh mesh = read_mended(arguments.mesh);
-    const Materials materials = read_materials(mesh, arguments.mesh);
-    const flux::Species species{"flux", arguments.source_exponent,
-                                parse_sticking(arguments.sticking, materials.ids, arguments.mesh)};
+    const FluxMaterials materials = read_materials(mesh, arguments.mesh);
+    const flux::Species species = species_of(arguments.source, mesh, materials, arguments.mesh);
     const flux::LateralBox box = find_box(mesh, arguments);
     const flux::Wedges wedges = flux::make_wedges(mesh, materials.of_triangle);
     const double start = now();
@@ -297,21 +198,21 @@ void run_flux(const FluxArguments& arguments) {
     const double bvh = now() - start;
 
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
-    const Task task{arguments,
-                    mesh,
-                    materials,
-                    box,
-                    wedges,
-                    scene,
-                    species,
-                    {.rays = parse_rays(arguments),
-                     .seed = parse_number<std::uint64_t>(arguments.seed, "--seed"),
-                     .progress = [&](double fraction) { bar->update(100.0 * fraction); },
-                     .stop = interrupted}};
+    const flux::SingleFlux asked{mesh,
+                                 materials.of_triangle,
+                                 box,
+                                 wedges,
+                                 scene,
+                                 species,
+                                 {.rays = parse_rays(arguments),
+                                  .seed = parse_number<std::uint64_t>(arguments.seed, "--seed"),
+                                  .progress = [&](double fraction) { bar->update(100.0 * fraction); },
+                                  .stop = interrupted},
+                                 arguments.relative_error,
+                                 arguments.rays.has_value()};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
     Json why;
-    const bool radiosity = takes_radiosity(task, why);
-    const Outcome outcome = radiosity ? solve(task) : trace(task);
+    const Outcome outcome = find(asked, find_way(arguments.method, asked, why));
     bar.reset();
     if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
         throw NumericsError(fmt::format(
@@ -363,11 +264,15 @@ void add_flux_command(CLI::App& program) {
                     kDefaultRays, kMostRays));
     add_option(command, "--relative-error", arguments->relative_error, "E",
                "Trace until sum(area * standard error) / sum(area * flux) over vertices is at most this");
-    add_option(command, "--source-exponent", arguments->source_exponent, "n",
+    add_option(command, "--source-exponent", arguments->source.exponent, "n",
                "n of the source's cos^n: 1 thermal, hundreds a beam (default 1)");
-    add_option(command, "--sticking", arguments->sticking, "s",
+    add_option(command, "--sticking", arguments->source.sticking, "s",
                "Sticking probability, or one for each id of the per-triangle attribute material: "
                "ID=s,ID=s (default 1)");
+    add_option(
+        command, "--mean-free-path", arguments->source.mean_free_path, "L",
+        "Mean path between collisions in the gas, each of which leaves every direction as likely, in the "
+        "surface's unit; for monte-carlo (default: none collides)");
     add_option(
         command, "--boundary", arguments->boundary, "{reflective,periodic,open}",
         "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "

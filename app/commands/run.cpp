@@ -8,6 +8,7 @@
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
+#include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
 #include "app/process/simulation.hpp"
 #include "app/study/accuracy.hpp"
@@ -34,6 +35,9 @@ void print_report(const RunResult& result, const RunOptions& options) {
         fmt::print("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
                    100.0 * result.timing.*phase / result.timing.total);
     });
+    if (s.contains("ranks"))
+        fmt::print("  {} ranks; {:.2f} s went into sums over them, waiting included\n",
+                   s["ranks"]["count"].get<int>(), s["ranks"]["seconds_in_sums"].get<double>());
     fmt::print("results in {} (open surface.pvd in ParaView, or: sidewall render {} -o picture.png)\n",
                options.output.string(), options.output.string());
 }
@@ -45,6 +49,16 @@ std::string resume_command(const RecipeOptions& recipe, const RunOptions& option
     for (const std::string& setting : recipe.overrides) command += " --set " + shell_word(setting);
     for (const std::string& asked : accuracy) command += " --accuracy " + shell_word(asked);
     return command + " --resume";
+}
+
+// With the other processes that mpirun has started.
+void share_run(RunOptions& options, const std::vector<AskedAccuracy>& asked) {
+    if (!asked.empty())
+        throw RecipeError(
+            "--accuracy: is work for one process: start it without mpirun, or run at a given spacing");
+    options.shares = join_ranks();
+    options.processes_here = ranks().on_this_machine;
+    options.stop = any_rank_interrupted;
 }
 
 }  // namespace
@@ -84,10 +98,12 @@ void add_run_command(CLI::App& program) {
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command(*recipe, *options, *accuracy);
         install_interrupt_handler();
+        if (ranks().count > 1) share_run(*options, asked);
         const RunResult result = about(recipe->file, [&] {
-            return asked.empty() ? run_recipe(parsed, *options) : run_to_accuracy(parsed, asked, *options);
+            return asked.empty() ? run_recipe(parsed, *options)
+                                 : run_to_accuracy(parsed, recipe->overrides, asked, *options);
         });
-        if (!json->empty()) write_json(*json, result.summary);
+        if (!json->empty() && ranks().rank == 0) write_json(*json, result.summary);
         if (!options->quiet && *json != "-") print_report(result, *options);
     });
 }

@@ -8,8 +8,10 @@
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
+#include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/study/run_set.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -80,10 +82,12 @@ void add_sweep_command(CLI::App& program) {
         sweep.jobs = arguments->jobs.value_or(0);
         sweep.resume_command = resume_command(sweep);
         if (arguments->plan) {
+            if (ranks().rank != 0) return;
             fmt::print("{}", plan_sweep(sweep));
             return;
         }
         install_interrupt_handler();
+        if (ranks().rank != 0) return help_with_runs(sweep.output, sweep.jobs);
         const SweepEnd end = run_sweep(sweep);
         if (!sweep.quiet) print_end(sweep, end);
     });

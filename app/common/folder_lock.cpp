@@ -9,11 +9,11 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <string>
-
-#include "surface/error.hpp"
+#include <thread>
 
 namespace sidewall::app {
 namespace {
@@ -40,12 +40,11 @@ bool still_there(int file, const std::filesystem::path& path) {
            opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }
 
-constexpr const char* kLockFile = ".sidewall.lock";
-
 }  // namespace
 
-FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / kLockFile) {
+FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : path_(folder / file) {
     constexpr int kMostTries = 100;  // some network file systems give a file another number each time
+    constexpr int kAsked = 12;       // lock_holder holds it while it asks, of many ranks one after the other
     for (int tries = 0;; ++tries) {
         file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
         // A killed run of another user may have left one that only he may write to.
@@ -57,7 +56,11 @@ FolderLock::FolderLock(const std::filesystem::path& folder) : path_(folder / kLo
         if (!locked && errno == EWOULDBLOCK) {
             const std::string who = holder(file_);
             ::close(file_);
-            throw IoError(
+            if (tries < kAsked) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(5 * (tries + 1)));
+                continue;
+            }
+            throw HeldElsewhere(
                 fmt::format("{}: {} is writing there: wait for it, stop it, or choose another "
                             "folder with -o",
                             folder.string(), who));
@@ -76,7 +79,7 @@ FolderLock::~FolderLock() {
 }
 
 std::optional<std::string> lock_holder(const std::filesystem::path& folder) {
-    const int file = ::open((folder / kLockFile).c_str(), O_RDONLY | O_CLOEXEC);
+    const int file = ::open((folder / FolderLock::kFile).c_str(), O_RDONLY | O_CLOEXEC);
     if (file < 0) return std::nullopt;
     std::optional<std::string> who;
     if (::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) who = holder(file);

@@ -3,7 +3,14 @@
 #include <optional>
 #include <string>
 
+#include "surface/error.hpp"
+
 namespace sidewall::app {
+
+/// Another process holds a lock.
+struct HeldElsewhere : IoError {
+    using IoError::IoError;
+};
 
 /// Keeps other processes that ask for it from writing to a folder: an advisory lock on DIR/.sidewall.lock, which
 /// names its holder. The system frees it when the process ends, however it ends; the file is removed at the
@@ -11,11 +18,14 @@ namespace sidewall::app {
 class FolderLock {
   public:
     /// \pre the folder exists.
-    /// \throws IoError naming the process that holds the folder, or the system's reason.
-    explicit FolderLock(const std::filesystem::path& folder);
+    /// \param file  in the folder, where locks of several kinds are asked for.
+    /// \throws HeldElsewhere naming the process that holds the folder; IoError with the system's reason.
+    explicit FolderLock(const std::filesystem::path& folder, const char* file = kFile);
     ~FolderLock();
     FolderLock(const FolderLock&) = delete;
     FolderLock& operator=(const FolderLock&) = delete;
+
+    static constexpr const char* kFile = ".sidewall.lock";
 
   private:
     std::filesystem::path path_;

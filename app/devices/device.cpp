@@ -22,6 +22,7 @@ constexpr double kSize = 2.0;
 constexpr double kLeast = 0.6;       // edges are not divided below
 constexpr double kTolerance = 0.06;  // that fronts may bulge over an edge
 constexpr double kThin = 0.005;      // less of a film is rounding
+constexpr double kShift = 0.06;      // that fronts are offset by at most so that volumes hold
 
 // Where a region's volume is off by more, edges are divided further. Scraps of a few cells are left as they
 // are.
@@ -101,6 +102,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     tets.least = fine * kLeast * spacing;
     tets.tolerance = fine * kTolerance * spacing;
     tets.thin = kThin * spacing;
+    tets.shift = fine * kShift * spacing;
     tets.outside = options.gas;
     tets.progress = options.progress;
     const Vec3 extent = tets.box.size();
@@ -223,6 +225,8 @@ Device make_device(const Result& result, double spacing, const DeviceOptions& op
     device.size = tets.size;
     device.bottom = tets.box.min.z();
     device.volume = enclosed_volumes(regions, tets);
+    tets.material = regions.of_layer;
+    tets.volume = device.volume;
     const double small = kSmall * spacing * spacing * spacing;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         device.mesh = surface::tetrahedralize(fronts, tets);

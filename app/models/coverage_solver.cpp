@@ -87,8 +87,12 @@ bool integrate_coverages(const CoverageFunction& f, double time, std::span<doubl
     Eigen::Map<Vector> result(theta.data(), static_cast<Eigen::Index>(theta.size()));
     double done = 0.0, step = time;
     Vector at = result;
+    const auto give_up = [&] {
+        result = at;
+        return false;
+    };
     for (int count = 0; done < time; ++count) {
-        if (count == kMostSteps) return false;
+        if (count == kMostSteps) return give_up();
         step = std::min(step, time - done);
         const bool last = done + step >= time;
         const Vector whole = exponential_step(f, at, step);
@@ -100,7 +104,7 @@ bool integrate_coverages(const CoverageFunction& f, double time, std::span<doubl
             step *= 2.0;
         } else {
             step *= 0.5;
-            if (done + step == done) return false;
+            if (done + step == done) return give_up();
         }
     }
     result = at;

@@ -16,7 +16,7 @@ bool solve_coverages(const CoverageFunction& f, std::span<double> theta);
 /// Brings \p theta to what d theta/dt = f(theta) makes of it in \p time: exponential Rosenbrock-Euler steps (Hochbruck and
 /// Ostermann, Acta Numerica 19 (2010) 209), exact where f is linear, stable for any rate, halved until two halves
 /// agree with the whole to 1e-7.
-/// \returns false if that takes over 10^4 steps or stops being finite.
+/// \returns false if that takes over 10^4 steps or stops being finite; \p theta is then where it gave up.
 bool integrate_coverages(const CoverageFunction& f, double time, std::span<double> theta);
 
 }  // namespace sidewall::app

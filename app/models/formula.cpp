@@ -263,7 +263,7 @@ std::vector<Key> species_keys() {
          Expressions{{{"default", "0.0"}}},
          "",
          "neutrals: flux that leaves the surface by Lambert's law, beside what does not stick, of coverages, "
-         "position and time: 1 is what arrives on an open flat wafer; negative as 0",
+         "position and time: 1 is what arrives on an open flat wafer; 0 where an expression is negative, which a number may not be",
          {.material = true}});
     keys.push_back({"yields",
                     std::vector<Values>(),

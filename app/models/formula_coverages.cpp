@@ -74,10 +74,17 @@ void read_diffusion(const Values& values, const Materials& materials, Formula& f
         const std::string key = "diffusion." + name;
         const auto found = std::find(names.coverages.begin(), names.coverages.end(), name);
         const auto k = static_cast<std::size_t>(found - names.coverages.begin());
-        if (found == names.coverages.end() || !formula.slow[k])
+        if (found == names.coverages.end())
             throw KeyError(
                 key,
                 fmt::format("is of no coverage that takes time; give coverage_rates a law for {}", name));
+        if (!formula.slow[k])
+            throw KeyError(
+                key, fmt::format(
+                         "{0} is steady: `coverages` says what it is from the fluxes of each place alone, so "
+                         "that nothing is left to diffuse; diffusion is of a coverage that takes time: give "
+                         "coverage_rates its d/dt in place of that, e.g. a gain less a loss times {0}",
+                         name));
         formula.diffusion[k] = Law{key, read_expression(key, text, names.list(false), names)};
         const Expression& law = formula.diffusion[k]->expression;
         if (!law.used().empty()) continue;

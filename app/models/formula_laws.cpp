@@ -13,6 +13,10 @@ namespace {
 
 const std::vector<std::string> kExtras = {"cos", "x", "y", "z", "depth", "time", "density"};
 
+constexpr const char* kKeepAbove =
+    "keep what is under a root, a power or a logarithm above 0, as in sqrt(max(0, 1 - theta)): coverages may pass 0 or "
+    "1 by rounding";
+
 }  // namespace
 
 const std::vector<std::string>& reserved_names() {
@@ -98,9 +102,10 @@ double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
                 std::span<const double> values) {
     const double value = law.expression(values);
     if (std::isfinite(value)) return value;
-    throw NumericsError(fmt::format("{} = \"{}\" is {} on {}, where {}", law.key, law.expression.text(),
+    throw NumericsError(fmt::format("{} = \"{}\" is {} on {}, where {}: {}", law.key, law.expression.text(),
                                     std::isnan(value) ? "not a number" : "infinite",
-                                    place_of(names, point, values), named_values(law, names, values)));
+                                    place_of(names, point, values), named_values(law, names, values),
+                                    std::isnan(value) ? kKeepAbove : "keep what it divides by from 0"));
 }
 
 std::string named_values(const Law& law, const Names& names, std::span<const double> values) {
@@ -151,6 +156,27 @@ void settle(const Formula& formula, const SurfacePoint& point, std::span<double>
     refuse_unsettled(formula, point, *formula.steady[formula.coupled.front()], values);
 }
 
+// A law that ends where a coverage has come to, as (1 - theta)^0.5 does where a site is full.
+void refuse_edge(const Formula& formula, const SurfacePoint& point, std::span<const double> theta,
+                 std::span<const double> values, const CoverageFunction& rates) {
+    constexpr double kBeyond = 1e-6;  // of a coverage
+    std::vector<double> moved(theta.begin(), theta.end()), rate(theta.size());
+    for (std::size_t i = 0; i < theta.size(); ++i)
+        for (const double step : {kBeyond, -kBeyond}) {
+            moved[i] = theta[i] + step;
+            rates(moved, rate);
+            moved[i] = theta[i];
+            for (std::size_t j = 0; j < rate.size(); ++j) {
+                if (std::isfinite(rate[j])) continue;
+                const Law& law = *formula.slow[formula.moving[j]];
+                throw NumericsError(
+                    fmt::format("{} = \"{}\" ends on {}, where {}, and is not a number beyond: {}", law.key,
+                                law.expression.text(), place_of(formula.names, point, values),
+                                named_values(law, formula.names, values), kKeepAbove));
+            }
+        }
+}
+
 // The slow coverages after `time`, the others in steady state with them throughout.
 void move(const Formula& formula, const SurfacePoint& point, double time, std::span<double> values) {
     std::vector<double> theta;
@@ -168,6 +194,7 @@ void move(const Formula& formula, const SurfacePoint& point, double time, std::s
     put(theta);
     if (moved) return;
     for (const std::size_t k : formula.moving) evaluate(*formula.slow[k], formula.names, point, values);
+    refuse_edge(formula, point, theta, values, f);
     refuse_unsettled(formula, point, *formula.slow[formula.moving.front()], values);
 }
 

@@ -11,6 +11,10 @@ install(FILES README.md CHANGELOG.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}
 install(DIRECTORY configs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/configs COMPONENT program)  # of the README
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program PATTERN "*.sh" EXCLUDE)
 
+if(TARGET sidewall_mpi)
+  install(TARGETS sidewall_mpi LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/sidewall COMPONENT mpi)
+endif()
+
 # The program writes its own manual page and completions.
 install(CODE "
   set(sidewall_program \"$<TARGET_FILE:sidewall>\")
@@ -54,6 +58,9 @@ if(TARGET sidewall_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
   math(EXPR next_python "${Python3_VERSION_MINOR} + 1")
 endif()
+if(TARGET sidewall_mpi)
+  list(APPEND CPACK_COMPONENTS_ALL mpi)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_PACKAGE_CONTACT "Sidewall developers")
 set(CPACK_STRIP_FILES ON)
@@ -80,6 +87,11 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "sidewall (= ${PROJECT_VERSION}), python3-numpy, python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_python})")
 set(CPACK_COMPONENT_PYTHON_DESCRIPTION
     "Its Python package: recipes and runs in scripts, models in Python, mesh functions on NumPy arrays.")
+set(CPACK_DEBIAN_MPI_PACKAGE_NAME sidewall-mpi)
+set(CPACK_DEBIAN_MPI_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_MPI_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_MPI_PACKAGE_DEPENDS "sidewall (= ${PROJECT_VERSION}), openmpi-bin")
+set(CPACK_COMPONENT_MPI_DESCRIPTION "Lets mpirun share one run over processes and machines.")
 if(SIDEWALL_ARCH STREQUAL "x86-64-v3")
   string(APPEND CPACK_COMPONENT_PROGRAM_DESCRIPTION "\nNeeds a processor with AVX2.")
 endif()

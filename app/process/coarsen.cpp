@@ -23,11 +23,10 @@ simplify::Options simplify_options(const SimplifySection& section, double spacin
     return options;
 }
 
-// A particle that leaves through a periodic side must find the same surface on the opposite one. Those that
-// are traced in a strip of one cell leave through none across y.
-std::vector<std::uint8_t> on_periodic_sides(const Recipe& recipe, const levelset::Domain& domain,
-                                            const TriangleMesh& raw) {
-    const bool crossed = domain.cells[1] > 1 || recipe.flux.method != "monte-carlo";
+// A particle that leaves through a periodic side must find the same surface on the opposite one. Those in a
+// strip of one cell leave through none across y.
+std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
+    const bool crossed = domain.cells[1] > 1;
     std::vector<std::uint8_t> flags(raw.vertices.size(), 0);
     for (std::size_t v = 0; v < raw.vertices.size(); ++v)
         for (int axis = 0; axis < (crossed ? 2 : 1); ++axis) {
@@ -37,6 +36,31 @@ std::vector<std::uint8_t> on_periodic_sides(const Recipe& recipe, const levelset
                 flags[v] = 1;
         }
     return flags;
+}
+
+// The strip between the line of \p mesh on the side of least y and its copy on the opposite one: whatever is
+// the same at all y is an unknown of radiosity once.
+TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& domain) {
+    constexpr std::uint32_t kNone = 0xffffffffu;
+    TriangleMesh strip;
+    std::vector<std::uint32_t> copy(mesh.vertices.size(), kNone);
+    const auto vertex = [&](std::uint32_t v) {
+        if (copy[v] != kNone) return copy[v];
+        copy[v] = static_cast<std::uint32_t>(strip.vertices.size());
+        const Vec3& p = mesh.vertices[v];
+        strip.vertices.push_back(p);
+        strip.vertices.emplace_back(p.x(), domain.max[1], p.z());
+        return copy[v];
+    };
+    for (const auto& triangle : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
+            if (mesh.vertices[from].y() != domain.min[1] || mesh.vertices[to].y() != domain.min[1]) continue;
+            const std::uint32_t a = vertex(from), b = vertex(to);
+            strip.triangles.push_back({a, b, b + 1});
+            strip.triangles.push_back({a, b + 1, a + 1});
+        }
+    return strip;
 }
 
 }  // namespace
@@ -63,9 +87,11 @@ TriangleMesh coarsen(const Recipe& recipe, const levelset::MaterialStack& stack,
         lengths = resolving_lengths(carried, raw, recipe.simplify.flux_change, spacing);
         options.max_length_at = lengths;
     }
-    const std::vector<std::uint8_t> fixed = on_periodic_sides(recipe, stack.domain, raw);
+    const std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, raw);
     options.fixed = fixed;
-    return simplify::simplify(raw, features, options).mesh;
+    TriangleMesh mesh = simplify::simplify(raw, features, options).mesh;
+    const bool strip = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;
+    return strip && recipe.flux.method != "monte-carlo" ? extruded_side(mesh, stack.domain) : mesh;
 }
 
 }  // namespace sidewall::app

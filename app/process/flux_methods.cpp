@@ -73,7 +73,8 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
                                ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
                                              "a relative error of {:.2g}",
                                              ratio, choice.target)
-                               : choice.why_not});
+                               : choice.why_not,
+                           choice.target});
     }
     return methods;
 }
@@ -89,7 +90,7 @@ std::vector<SpeciesMethod> choose_methods(const Recipe& recipe, const Model& mod
     std::vector<SpeciesMethod> methods;
     for (std::size_t k = 0; k < model.species.size(); ++k) {
         const std::string why_not = asked ? why_monte_carlo(model, k) : "";
-        methods.push_back({model.species[k].name, asked && why_not.empty(), why_not});
+        methods.push_back({model.species[k].name, asked && why_not.empty(), why_not, 0.0});
     }
     return methods;
 }
@@ -120,6 +121,7 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.time_step = request.key;
     options.progress = request.progress;
     options.stop = request.stop;
+    options.shares = request.shares;
     return options;
 }
 

@@ -2,7 +2,11 @@
 
 #include <charconv>
 
+#include <fmt/format.h>
+
 #include "app/common/files.hpp"
+#include "app/common/folder_lock.hpp"
+#include "surface/error.hpp"
 #include "surface/file.hpp"
 
 namespace sidewall::app {
@@ -87,6 +91,14 @@ std::optional<std::size_t> saved_number(std::string_view name) {
     return std::nullopt;
 }
 
+void remove_file(const fs::path& path) {
+    std::error_code failure;
+    fs::remove(path, failure);
+    if (failure)
+        throw IoError(
+            fmt::format("{}: cannot remove: {}; check permissions", path.string(), failure.message()));
+}
+
 void remove_partial_files(const fs::path& folder, const FileNames& names) {
     std::error_code failure;
     for (const auto& entry : fs::directory_iterator(folder, failure)) {
@@ -101,6 +113,38 @@ void remove_partial_files(const fs::path& folder, const FileNames& names) {
             if (!listed()) continue;
         }
         fs::remove(entry.path(), failure);
+    }
+}
+
+std::vector<fs::path> accuracy_records(const fs::path& parent) {
+    const auto is_record = [](const std::string& name) {
+        const std::size_t dash = name.find('_');
+        const std::string word = name.substr(0, dash);
+        if (dash == std::string::npos) return word == "raw";
+        const std::string number = name.substr(dash + 1);
+        return (word == "grid" || word == "seed" || word == "raw") && !number.empty() &&
+               number.find_first_not_of("0123456789") == std::string::npos;
+    };
+    std::error_code failure;
+    std::vector<fs::path> folders;
+    for (const auto& entry : fs::directory_iterator(parent, failure))
+        if (!entry.is_symlink() && entry.is_directory() && is_record(entry.path().filename().string()) &&
+            read_manifest(entry.path()))
+            folders.push_back(entry.path());
+    return folders;
+}
+
+void remove_accuracy_records(const fs::path& parent) {
+    std::error_code failure;
+    for (const fs::path& folder : accuracy_records(parent)) {
+        {
+            const FolderLock lock(folder);
+            const FileNames names = read_manifest(folder).value_or(FileNames());
+            remove_partial_files(folder, names);
+            for (const std::string& name : names) remove_file(folder / name);
+            remove_file(folder / kManifest);
+        }
+        fs::remove(folder, failure);  // fails where there is something else
     }
 }
 

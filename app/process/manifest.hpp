@@ -36,9 +36,21 @@ const FileNames& run_file_names();
 /// absent for other names.
 std::optional<std::size_t> saved_number(std::string_view name);
 
+/// Removes a file if it is there.
+/// \throws IoError.
+void remove_file(const std::filesystem::path& path);
+
 /// Removes what a killed program left half written of the files in \p names: NAME.partial and
 /// NAME.PROCESS.partial.
 /// \pre no other process writes to the folder.
 void remove_partial_files(const std::filesystem::path& folder, const FileNames& names);
+
+/// Folders in \p parent that a run to an accuracy has made beside its result: grid_N, seed_N, raw and raw_N with a manifest.
+/// \throws FileError if a manifest is none.
+std::vector<std::filesystem::path> accuracy_records(const std::filesystem::path& parent);
+
+/// Removes from each of them the files that its manifest lists, and the folder if nothing else is in it.
+/// \throws IoError if another process writes to one of them, or one cannot be emptied.
+void remove_accuracy_records(const std::filesystem::path& parent);
 
 }  // namespace sidewall::app

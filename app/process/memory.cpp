@@ -73,9 +73,13 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
     return area / (domain.spacing * domain.spacing) * cell;
 }
 
-void require_memory(const Recipe& recipe, const levelset::Domain& domain) {
+void require_memory(const Recipe& recipe, const levelset::Domain& domain, std::uint32_t processes) {
     const double needed = estimated_memory(recipe, domain);
-    const FreeMemory available = free_memory();
+    FreeMemory available = free_memory();
+    if (processes > 1) {
+        available.bytes /= processes;
+        available.limit = fmt::format("for each of {} ranks {}", processes, available.limit);
+    }
     const double rays = radiosity_memory(recipe.flux);
     if (needed + rays <= available.bytes) return;
     if (needed <= available.bytes)

@@ -7,8 +7,9 @@ namespace sidewall::app {
 /// Without the rays of radiosity, see radiosity_memory.
 double estimated_memory(const Recipe& recipe, const levelset::Domain& domain);
 
+/// \param processes  that each need as much.
 /// \throws RecipeError with both figures if the estimate, or the rays that radiosity may take beside it, exceed
 ///         the memory that is free.
-void require_memory(const Recipe& recipe, const levelset::Domain& domain);
+void require_memory(const Recipe& recipe, const levelset::Domain& domain, std::uint32_t processes = 1);
 
 }  // namespace sidewall::app

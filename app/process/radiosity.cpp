@@ -6,6 +6,7 @@
 
 #include "app/process/species_flux.hpp"
 #include "flux/leaks.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -30,6 +31,7 @@ flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const Tra
     options.most_bytes = static_cast<std::uint64_t>(recipe.flux.memory * kBytesPerGigabyte);
     options.progress = request.progress;
     options.stop = request.stop;
+    options.shares = request.shares;
     return {surface.traced(),
             *surface.scene,
             surface.box,
@@ -38,16 +40,31 @@ flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const Tra
             std::move(options)};
 }
 
+// Rays that may be gathered.
+std::uint64_t most_rays(const FluxSection& flux) {
+    const auto rays = static_cast<std::uint64_t>(flux.rays);
+    if (flux.relative_error) return static_cast<std::uint64_t>(flux.max_rays);
+    return flux.method == "auto" ? flux::kMostOfAuto * rays : rays;
+}
+
 // All species at once, so that one gather serves them.
+// \param targets  relative errors; 0: of [flux] rays.
 std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flux::DiffuseSpecies> species,
-                                       flux::Exchange& exchange, const TraceRequest& request) {
+                                       std::span<const double> targets, flux::Exchange& exchange,
+                                       const TraceRequest& request) {
     flux::SolveOptions options;
     options.stop = request.stop;
-    if (recipe.flux.relative_error)
-        return flux::solve_fluxes_to(*recipe.flux.relative_error, exchange, species,
-                                     static_cast<std::uint64_t>(recipe.flux.max_rays), options);
+    if (std::ranges::any_of(targets, [](double target) { return target > 0.0; })) {
+        std::vector<double> bounds(targets.begin(), targets.end());
+        std::ranges::replace(bounds, 0.0, kInfinity);
+        const std::uint64_t fewest = recipe.flux.relative_error ? 0 : exchange.fewest_rays();
+        return flux::solve_fluxes_to(bounds, exchange, species, std::max(most_rays(recipe.flux), fewest),
+                                     options);
+    }
     if (exchange.rays() == 0)
-        exchange.gather(std::min(static_cast<std::uint64_t>(recipe.flux.rays), exchange.rays_left()));
+        flux::gather_for(species, exchange,
+                         std::min(static_cast<std::uint64_t>(recipe.flux.rays), exchange.rays_left()),
+                         options);
     std::vector<flux::RadiosityFlux> fluxes;
     for (const flux::DiffuseSpecies& one : species)
         fluxes.push_back(flux::solve_flux(exchange, one, options));
@@ -82,9 +99,11 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
 
     std::vector<std::vector<double>> own(places.size());  // sticking, where no coverage decides it
     std::vector<flux::DiffuseSpecies> species(places.size());
+    std::vector<double> targets;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const flux::Species& one = model.species[places[i]];
         species[i].name = one.name;
+        targets.push_back(recipe.flux.relative_error.value_or(trace.methods[places[i]].target));
         species[i].source_exponent = one.source_exponent;
         if (sticking.empty()) own[i] = flux::sticking_by_wedge(arriving.wedges, arriving.materials, one);
         species[i].sticking =
@@ -96,7 +115,7 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     if (!exchange) exchange.emplace(make_exchange(recipe, model, surface, request, arriving));
     std::vector<flux::RadiosityFlux> fluxes;
     try {
-        fluxes = solve(recipe, species, *exchange, request);
+        fluxes = solve(recipe, species, targets, *exchange, request);
     } catch (const NumericsError& error) {
         if (flux::leaks_too_much(exchange->leaked(), exchange->rays())) throw LeakError(error.what());
         throw;
@@ -107,8 +126,8 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
 
 double radiosity_memory(const FluxSection& flux) {
     if (flux.method == "monte-carlo") return 0.0;
-    const auto rays = static_cast<std::uint64_t>(flux.relative_error ? flux.max_rays : flux.rays);
-    return std::min(flux.memory * kBytesPerGigabyte, static_cast<double>(flux::exchange_bytes(rays)));
+    return std::min(flux.memory * kBytesPerGigabyte,
+                    static_cast<double>(flux::exchange_bytes(most_rays(flux))));
 }
 
 }  // namespace sidewall::app

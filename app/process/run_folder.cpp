@@ -10,6 +10,7 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
+#include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
 #include "app/process/saved_meshes.hpp"
 #include "app/process/summary.hpp"
@@ -40,12 +41,15 @@ std::size_t above_saved(const Recipe& recipe) {
     return static_cast<std::size_t>(total_duration(steps) / *recipe.output.every) + 2;
 }
 
-void remove_file(const fs::path& path) {
+// Of the runs beside an earlier one to an accuracy.
+void remove_records(const fs::path& records) {
     std::error_code failure;
-    fs::remove(path, failure);
-    if (failure)
-        throw IoError(
-            fmt::format("{}: cannot remove: {}; check permissions", path.string(), failure.message()));
+    if (!fs::is_directory(fs::symlink_status(records, failure)) || accuracy_records(records).empty()) return;
+    {
+        const FolderLock lock(records);
+        remove_accuracy_records(records);
+    }
+    fs::remove(records, failure);  // fails where there is something else
 }
 
 std::string profile_name(const std::string& number, std::size_t plane) {
@@ -78,20 +82,30 @@ std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& me
 }  // namespace
 
 RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
-    : options_(options), recipe_(recipe), effective_(effective_recipe(recipe)), goes_on_(options.resume) {
-    if (!options.resume) make_folder(options.output, "choose another with -o");
-    if (!is_there(options.output)) return;
-    lock_.emplace(options.output);
+    : options_(options),
+      recipe_(recipe),
+      effective_(effective_recipe(recipe)),
+      writes_(options.shares.rank == 0),
+      goes_on_(options.resume) {
+    if (writes_) claim();
+    goes_on_ = flux::of_first(options.shares, goes_on_ ? 1 : 0) == 1;
+    finished_ = flux::of_first(options.shares, is_there(options.output / "summary.json") ? 1 : 0) == 1;
+}
+
+void RunFolder::claim() {
+    if (!options_.resume) make_folder(options_.output, "choose another with -o");
+    if (!is_there(options_.output)) return;
+    lock_.emplace(options_.output);
     std::error_code failure;
-    if (fs::equivalent(options.output, recipe.start.from, failure))
+    if (fs::equivalent(options_.output, recipe_.start.from, failure))
         throw RecipeError(fmt::format("{}: start.from is the folder to write to: choose another with -o",
-                                      options.output.string()));
-    spare_recipe(recipe.file, options.output / "recipe.toml", effective_);
-    const std::optional<FileNames> listed = read_manifest(options.output);
+                                      options_.output.string()));
+    spare_recipe(recipe_.file, options_.output / "recipe.toml", effective_);
+    const std::optional<FileNames> listed = read_manifest(options_.output);
     if (listed) names_ = *listed;
     // A run that was killed before its first checkpoint goes on at time 0.
     if (listed && holds() == Held::nothing) goes_on_ = false;
-    if (options.overwrite) {
+    if (options_.overwrite) {
         if (!listed) take_over();
         return;
     }
@@ -99,13 +113,9 @@ RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
     if (!goes_on_) refuse_other_runs();
 }
 
-bool RunFolder::finished() const {
-    return is_there(options_.output / "summary.json");
-}
-
 RunFolder::Held RunFolder::holds() const {
     const bool same = holds_recipe(options_.output, effective_);
-    if (finished()) return same ? Held::result : Held::other_result;
+    if (is_there(options_.output / "summary.json")) return same ? Held::result : Held::other_result;
     if (is_there(options_.output / "checkpoint.vdb")) return same ? Held::run : Held::other_run;
     const bool surfaces = std::any_of(names_.begin(), names_.end(), [&](const std::string& name) {
         return saved_number(name) && is_there(options_.output / name);
@@ -161,6 +171,7 @@ void RunFolder::refuse_other_runs() const {
 }
 
 void RunFolder::begin(const RunState& state) {
+    if (!writes_) return;
     remove_partial_files(options_.output, names_);
     if (options_.resume && !goes_on_ && !options_.quiet)
         std::fputs(
@@ -176,6 +187,7 @@ void RunFolder::begin(const RunState& state) {
 // Killed at any point, it leaves a folder that holds an unfinished run or nothing to go on from.
 void RunFolder::begin_anew() {
     const fs::path& folder = options_.output;
+    if (!names_.empty() && !options_.refines) remove_records(folder / kAccuracyFolder);
     names_.insert(run_file_names().begin(), run_file_names().end());
     write_manifest(folder, names_);
     for (const char* first : {"summary.json", "checkpoint.vdb"}) remove_file(folder / first);
@@ -225,6 +237,12 @@ void RunFolder::cut_timeline(std::size_t rows) const {
     if (end != text.size()) write_file(timeline, text.substr(0, end));
 }
 
+void RunFolder::revise(RunState& state) {
+    effective_ = effective_recipe(recipe_);
+    if (writes_) write_file(options_.output / "recipe.toml", effective_);
+    checkpoint(state);
+}
+
 // Before the files are made.
 void RunFolder::list(std::vector<std::string> names) {
     std::erase_if(names, [&](const std::string& name) { return !names_.insert(name).second; });
@@ -238,6 +256,11 @@ bool RunFolder::due(const RunState& state) const {
 
 void RunFolder::save(RunState& state, const Model& model, const TracedSurface& surface) {
     const PhaseClock clock(state.timing.output);
+    if (!writes_) {
+        state.files.push_back({state.time, 0, {}});
+        ++state.saved;
+        return;
+    }
     list(saved_names(fmt::format("{:04}", state.saved), state.stack.layers.size(),
                      surface.simplified.has_value(), recipe_.output.profiles.size()));
     write_meshes(state, model, surface);
@@ -287,6 +310,10 @@ void RunFolder::write_pvd(const RunState& state) const {
 void RunFolder::record(RunState& state, const Step& step, const TracedSurface& surface,
                        const TimeStep& next) {
     const PhaseClock clock(state.timing.output);
+    if (!writes_) {
+        ++state.rows;
+        return;
+    }
     const auto& traced = surface.traced();
     std::uint64_t segments = 0, leaked = 0;
     double error = 0.0;
@@ -313,16 +340,20 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
 }
 
 void RunFolder::checkpoint(RunState& state) const {
+    if (!writes_) return;
     const PhaseClock clock(state.timing.output);
     save_state(options_.output, recipe_, state);
 }
 
 Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface) {
+    Json summary = summary_of(recipe_, state, steps, surface);
+    if (options_.shares.ranks > 1)
+        summary["ranks"] = Json{{"count", options_.shares.ranks}, {"seconds_in_sums", seconds_in_sums()}};
+    if (!writes_) return summary;
     std::erase_if(names_, [&](const std::string& name) {
         return !run_file_names().contains(name) && !is_there(options_.output / name);
     });
     write_manifest(options_.output, names_);
-    Json summary = summary_of(recipe_, state, steps, surface);
     write_json((options_.output / "summary.json").string(), summary);
     return summary;
 }

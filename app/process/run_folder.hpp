@@ -11,7 +11,8 @@
 
 namespace sidewall::app {
 
-/// Writes a run's folder. Every file is whole or absent, and listed in manifest.txt before it is made.
+/// Writes a run's folder. Every file is whole or absent, and listed in manifest.txt before it is made. Where several
+/// processes make the run, rank 0 writes; the others keep the state alike, and go on when rank 0 knows what the folder holds.
 class RunFolder {
   public:
     /// Makes the folder, keeps other processes from writing there, and finds what it holds; changes nothing
@@ -24,9 +25,12 @@ class RunFolder {
     /// The run goes on from the folder's checkpoint; else it begins at time 0.
     bool goes_on() const { return goes_on_; }
     /// The folder holds a run that has ended.
-    bool finished() const;
+    bool finished() const { return finished_; }
     /// Removes what an earlier run wrote; of a run that goes on, what it wrote since the checkpoint.
     void begin(const RunState& state);
+
+    /// The recipe has changed: it and a checkpoint of it are written.
+    void revise(RunState& state);
 
     /// Whether a surface is to be saved at this time.
     bool due(const RunState& state) const;
@@ -40,6 +44,7 @@ class RunFolder {
 
   private:
     enum class Held { nothing, run, result, other_run, other_result };  // of this recipe or another one
+    void claim();
     Held holds() const;
     void take_over();
     void refuse_foreign_files(bool has_manifest) const;
@@ -57,7 +62,8 @@ class RunFolder {
     std::string effective_;           // recipe
     std::optional<FolderLock> lock_;  // none in a folder that is not there
     FileNames names_;                 // in the manifest
-    bool goes_on_ = false;
+    bool writes_;
+    bool goes_on_ = false, finished_ = false;
 };
 
 /// Whether a folder's recipe.toml is \p effective, byte by byte.

@@ -16,6 +16,7 @@
 #include "app/process/memory.hpp"
 #include "app/process/rates.hpp"
 #include "app/process/reshape.hpp"
+#include "app/process/revision.hpp"
 #include "app/process/run_folder.hpp"
 #include "app/process/start.hpp"
 #include "app/process/state.hpp"
@@ -25,7 +26,7 @@
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
-#include "app/results/result.hpp"
+#include "app/results/whole_summary.hpp"
 #include "levelset/extract.hpp"
 #include "surface/error.hpp"
 
@@ -137,7 +138,8 @@ TracedSurface trace(const Run& run, const Model& model, const levelset::Material
     };
     const double time = state.time - began(run, state);
     return trace_surface(run.recipe, model, stack, carried,
-                         {key, settle, progress, time, run.options.stop, state.methods}, state.timing);
+                         {key, settle, progress, time, run.options.stop, state.methods, run.options.shares},
+                         state.timing);
 }
 
 // Says how the species of a step are traced where that was chosen, once for the steps that are alike.
@@ -161,8 +163,9 @@ TracedSurface current_surface(const Run& run, const Model& model, const Step& st
     state.reuse.left = 0;  // a run resumed here traces, too
     const bool begins = state.begins_step();
     if (begins) state.methods.clear();
+    const bool chooses = state.methods.empty();
     TracedSurface surface = trace(run, model, state.stack, state.carried, state.time_step, begins, state);
-    if (begins && surface.arriving) {
+    if (chooses && surface.arriving) {
         state.methods = surface.arriving->trace->methods;
         tell_methods(run, model, step, state);
     }
@@ -207,6 +210,7 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
 void end_time_step(const Run& run, const Step& step, RunState& state) {
     run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
+    flux::of_first(run.options.shares, 0);  // agrees on whether to stop
     const bool last = state.step + 1 == run.steps.size() && state.reached(state.step_start + step.duration);
     if (run.options.stop() && !last) throw Interrupted("");
 }
@@ -335,13 +339,15 @@ RunState built_wafer(const Recipe& recipe, const RunOptions& options) {
 
 }  // namespace
 
-RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
-    require_memory(recipe, domain_of(recipe));
-    const std::vector<Step> steps = expanded_steps(recipe);
+RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
+    Recipe recipe = began_with;  // which the observer may change
+    require_memory(recipe, domain_of(recipe), options.processes_here);
+    std::vector<Step> steps = expanded_steps(recipe);
     RunFolder folder(options, recipe);
     RunState state = folder.goes_on() ? resume_state(options.output, recipe) : built_wafer(recipe, options);
+    flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
     if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
-        const Json summary = read_summary(options.output);
+        const Json summary = read_whole_summary(options.output);
         return {levelset::extract_surface(state.stack.top(), state.stack.domain),
                 timing_from_json(summary.at("timing")), summary};
     }
@@ -354,9 +360,19 @@ RunResult run_recipe(const Recipe& recipe, const RunOptions& options) {
         ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
                              {.from = time_done(steps, state), .tenths = true});
         std::set<std::string> told;
-        return make_run(
-            {recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total, told},
-            state);
+        const Run run{recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
+                      told};
+        for (;;) {
+            try {
+                return make_run(run, state);
+            } catch (const Revised& revised) {
+                recipe = *revised.recipe;
+                steps = expanded_steps(recipe);
+                state.reuse = {};  // what was traced is of the recipe before
+                state.methods.clear();
+                folder.revise(state);
+            }
+        }
     } catch (const Interrupted&) {
         throw;
     } catch (...) {

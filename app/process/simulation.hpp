@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "app/process/state.hpp"
 #include "app/process/traced_surface.hpp"
 #include "app/recipe/recipe.hpp"
+#include "flux/shares.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
@@ -30,17 +32,25 @@ struct Moment {
 /// V in place of a model's own, for laws of other languages: Model::speeds of a step of the recipe.
 using SpeedLaw = std::function<std::vector<double>(const Step&, const Model&, std::span<const SurfacePoint>)>;
 
+/// In a run's folder, of the runs made beside it (study/accuracy.hpp).
+inline constexpr const char* kAccuracyFolder = "accuracy";
+
 struct RunOptions {
     std::filesystem::path output;  ///< folder for results
     bool resume = false;           ///< go on from the folder's checkpoint
     bool overwrite = false;        ///< replace whatever run or file stands in the folder's way
-    bool quiet = false;            ///< no progress, no lines
-    std::string title = "run";     ///< of the progress bar
-    std::string resume_command;    ///< what an interrupted run tells the user to go on with, if anything
+    bool refines = false;  ///< one of several to an accuracy: records of others, in kAccuracyFolder, stay
+    bool quiet = false;    ///< no progress, no lines
+    std::string title = "run";   ///< of the progress bar
+    std::string resume_command;  ///< what an interrupted run tells the user to go on with, if anything
     std::function<bool()> stop = interrupted;      ///< asked often, by any thread; true interrupts the run
     std::function<void(const Moment&)> observe{};  ///< called before every time step and once at the end,
-                                                   ///< when all files are written; the run waits for it
+                                                   ///< when all files are written; the run waits for it, and
+                                                   ///< goes on with another recipe if it throws Revised
     SpeedLaw speeds{};                             ///< in place of all models' own, if set
+    flux::Shares
+        shares{};  ///< processes that make the same run and share its traces; rank 0 writes the files
+    std::uint32_t processes_here = 1;  ///< of them, in this machine's memory
 };
 
 /// What a finished run leaves behind besides its files.

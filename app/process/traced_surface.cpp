@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <bit>
+
 #include "app/process/coarsen.hpp"
 #include "app/process/coverages.hpp"
 #include "app/process/flux_gradient.hpp"
@@ -49,6 +51,19 @@ std::vector<std::int32_t> materials_of(const levelset::MaterialStack& stack, con
     return materials;
 }
 
+// Ranks on unequal processors may round otherwise, and then their sums mean nothing.
+void require_same(const flux::Shares& shares, const TriangleMesh& mesh) {
+    if (shares.ranks == 1) return;
+    std::uint64_t hash = mesh.triangles.size();
+    for (const Vec3& vertex : mesh.vertices)
+        for (const double x : vertex)
+            hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x100000001b3u + (hash >> 32);
+    if (!flux::all_same(shares, hash))
+        throw NumericsError(
+            "the ranks have come to different surfaces: their processors compute differently; use machines of one kind, and "
+            "one installation");
+}
+
 // The traced mesh split at creases and material edges, no flux yet.
 SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
     SurfaceFlux parts;
@@ -77,6 +92,7 @@ TracedSurface trace_surface(const Recipe& recipe, const Model& model, const leve
     if (recipe.simplify.method != "none")
         surface.simplified = coarsen(recipe, stack, surface.raw, carried, timing);
     for (;;) {
+        require_same(request.shares, surface.traced());
         surface.scene = build_scene(surface.traced(), timing);
         const PhaseClock clock(timing.trace);
         try {

@@ -12,6 +12,7 @@
 #include "app/process/surface_field.hpp"
 #include "app/recipe/recipe.hpp"
 #include "flux/lateral.hpp"
+#include "flux/shares.hpp"
 #include "flux/tracer.hpp"
 #include "flux/wedges.hpp"
 #include "levelset/pieces.hpp"
@@ -27,6 +28,8 @@ struct SpeciesMethod {
     std::string species;     ///< its name
     bool radiosity = false;  ///< else Monte Carlo
     std::string reason;      ///< of the choice, for a message; may be empty
+    double target =
+        0.0;  ///< relative error that radiosity is to reach instead of tracing [flux] rays; 0: none
 };
 
 /// What tracing a surface told beyond the fluxes that models see.
@@ -75,6 +78,7 @@ struct TraceRequest {
     std::function<bool()> stop = interrupted;   ///< asked often, by any thread; true ends the trace
     /// By species, as chosen earlier in the step; empty: choose now.
     std::vector<SpeciesMethod> methods = {};
+    flux::Shares shares = {};  ///< other processes that trace the same surface
 };
 
 /// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;
@@ -82,7 +86,7 @@ struct TraceRequest {
 /// \param carried  of the surface before, from field_to_carry; coverages of the model's that it lacks begin
 ///                 at 0.
 /// \throws NumericsError if particles leak through the surface as extracted or nothing is left of it,
-///         Interrupted if the user asked to stop.
+///         or ranks have come to different ones; Interrupted if the user asked to stop.
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing);
 

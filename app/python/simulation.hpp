@@ -58,6 +58,9 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
 
     /// \throws StopIteration after the end, and what the run throws.
     std::shared_ptr<TimeStep> next();
+    /// Goes on with another recipe, from the time step that was told last.
+    /// \throws RecipeError as require_revision.
+    void revise(std::shared_ptr<app::Recipe> recipe);
     /// Ends the run where it is, with a checkpoint.
     void close();
     /// What summary.json holds, as text; empty before the end.
@@ -69,7 +72,8 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     void observe(const app::Moment& moment);
     void resume_and_wait();
 
-    std::shared_ptr<app::Recipe> recipe_;
+    std::shared_ptr<app::Recipe> recipe_;  // in force
+    std::shared_ptr<const app::Recipe> began_with_;
     app::RunOptions options_;
     py::object law_, folder_;
     std::string summary_;
@@ -78,8 +82,10 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     std::atomic<bool> stop_ = false;
     std::mutex mutex_;
     std::condition_variable turn_;
-    bool running_ = false, ended_ = false;  // it is the run's turn; it has returned
-    const app::Moment* moment_ = nullptr;   // the run waits at
+    bool running_ = false, ended_ = false;        // it is the run's turn; it has returned
+    const app::Moment* moment_ = nullptr;         // the run waits at
+    std::shared_ptr<const app::Recipe> revised_;  // that it is to go on with
+    std::optional<std::size_t> told_step_;        // whose time step it will tell of again
     std::exception_ptr error_;
     std::thread thread_;
 };

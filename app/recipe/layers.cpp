@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "app/common/interrupt.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/mask_outlines.hpp"
@@ -131,7 +132,7 @@ void outline(const Layer& layer, const Recipe& recipe, levelset::Shape& shape) {
     for (levelset::Polygon& polygon : shape.polygons)
         for (auto& p : polygon)
             for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
-    shape.polygons = levelset::printed(shape.polygons, *blur, domain_of(recipe)).outlines;
+    shape.polygons = levelset::printed(shape.polygons, *blur, domain_of(recipe), interrupted).outlines;
     shape.position = {};
     shape.contours = true;
 }

@@ -11,7 +11,7 @@
 namespace sidewall::app {
 namespace {
 
-constexpr double kRounding = 1e-6;  // of a cell, by which a layout may exceed whole ones
+constexpr double kExtentRounding = 1e-6;  // of a cell, by which a layout may exceed whole ones
 
 // A mask of the recipe whose outlines are in a layout.
 struct Placed {
@@ -96,9 +96,17 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
                 }
     }
     std::array<double, 2> size{}, centre{};
+    const double longer = std::max(high[0] - low[0], high[1] - low[1]) + 2.0 * domain.padding.value_or(0.0);
+    // The extent in whole cells of so large a spacing is far more than the layout's, which advice must go by.
+    if (std::ceil(longer / domain.grid_spacing - kExtentRounding) < kFewestAlong)
+        fail(*table->get("grid_spacing"), "domain.grid_spacing",
+             fmt::format(
+                 "the layout with its padding is {:.4g} {} long: makes a grid of fewer than {} cells, which "
+                 "holds no shape: use a spacing of {:.3g} or less",
+                 longer, domain.length_unit, kFewestAlong, longer / (2.0 * kFewestAlong)));
     for (std::size_t a = 0; a < 2; ++a) {
         const double cells = (high[a] - low[a] + 2.0 * domain.padding.value_or(0.0)) / domain.grid_spacing;
-        size[a] = std::max(1.0, std::ceil(cells - kRounding)) * domain.grid_spacing;
+        size[a] = std::max(1.0, std::ceil(cells - kExtentRounding)) * domain.grid_spacing;
         centre[a] = 0.5 * (low[a] + high[a]);
     }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/common/interrupt.hpp"
 #include "app/recipe/gds.hpp"
 #include "app/schema/units.hpp"
 
@@ -82,7 +83,7 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
                            fmt::format("is longer than the domain, {:g}; check the unit", longest));
     levelset::Printed printed;
     try {
-        printed = levelset::printed(placed, *blur, domain);
+        printed = levelset::printed(placed, *blur, domain, interrupted);
     } catch (const GeometryError& error) {
         throw KeyError("blur",
                        fmt::format("{}; use a larger grid_spacing, or sigmas nearer to it and to one another",

@@ -31,7 +31,7 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
                                     fmt::join(others, ", ")));
     const double bytes =
         static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(recipe.flux.rays)));
-    if (!recipe.flux.relative_error && bytes > 1e9 * recipe.flux.memory)
+    if (recipe.flux.method == "radiosity" && !recipe.flux.relative_error && bytes > 1e9 * recipe.flux.memory)
         notes.push_back(fmt::format(
             "flux.memory = {:g} GB holds {:.2g} of the {:.2g} rays asked for: radiosity "
             "gathers no more",

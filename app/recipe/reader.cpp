@@ -43,7 +43,8 @@ double read_number(const toml::node& node, const std::string& path, const Rule& 
     const std::string range = range_text(rule);
     if (range.empty() || (value > rule.max && rule.max == kHuge))
         fail(node, path,
-             fmt::format("must be in [{:g}, {:g}]; check the unit", std::max(rule.min, -kHuge), kHuge));
+             fmt::format("must be in {}{:g}, {:g}]; check the unit", rule.above_min ? "(" : "[",
+                         std::max(rule.min, -kHuge), kHuge));
     fail(node, path, "must be " + range);
 }
 

@@ -77,6 +77,9 @@ auto located(const toml::table& table, const std::string& path, Check&& check) {
     }
 }
 
+/// Cells along the longer side of the domain: fewer hold no shape.
+inline constexpr int kFewestAlong = 4;
+
 /// Read [[layer]] and [[step]] into \p recipe, whose domain and materials are read.
 void read_layers(const toml::table& root, Recipe& recipe);
 void read_steps(const toml::table& root, Recipe& recipe);

@@ -19,7 +19,6 @@ namespace {
 
 // In grid spacings: triangles are sampled as densely as the radius asks, and it covers as many of them.
 constexpr double kLeastAveraging = 0.25, kMostAveraging = 8.0;
-constexpr int kFewestAlong = 4;            // along the longer side: less holds no shape
 constexpr double kMostAlong = 20'000;      // along x or y: beyond, the surface alone would exceed its memory
 constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostRecipeBytes = 1 << 24;

@@ -120,12 +120,14 @@ std::vector<Field> fields(FluxSection& flux) {
          "",
          "monte-carlo follows particles from the source; radiosity gathers rays between points of the surface "
          "once and solves for all neutrals that are re-emitted diffusely, others stay with monte-carlo; auto "
-         "takes what is estimated to cost less, by species, at the start of every step",
+         "takes what is estimated to cost less, by species, at the start of every step, radiosity then to the "
+         "error that `rays` paths had there",
          {.choices = {"monte-carlo", "radiosity", "auto"}}},
         {"rays",
          &flux.rays,
          "",
-         "source rays a species and time step; radiosity gathers as many for all its species together",
+         "source rays a species and time step; radiosity gathers as many for all its species together, auto "
+         "up to four times as many for their error",
          {.min = kFewestRays, .max = 1e12}},
         {"relative_error",
          &flux.relative_error,

@@ -42,11 +42,12 @@ void settle_free_paths(Model& model, const DomainSection& domain) {
         throw KeyError(
             (k < model.species_keys.size() ? model.species_keys[k] : "") +
                 (kinetic ? "pressure" : "mean_free_path"),
-            fmt::format("{} a mean free path of {:.4g} {}, below a tenth of grid_spacing: particles would "
-                        "collide too often to be followed; {}",
-                        kinetic ? "makes" : "is", path, domain.length_unit,
-                        kinetic ? "lower it, or use a smaller grid_spacing"
-                                : "raise it, or use a smaller grid_spacing"));
+            fmt::format(
+                "{} below a tenth of grid_spacing: particles would collide too often to be followed; {} it, "
+                "or use a smaller grid_spacing",
+                kinetic ? fmt::format("makes a mean free path of {:.4g} {},", path, domain.length_unit)
+                        : "is",
+                kinetic ? "lower" : "raise"));
     }
     model.free_paths.clear();
 }

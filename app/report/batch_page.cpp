@@ -184,6 +184,10 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
                              (keys.size() > 1
                                   ? " apart: only a combination of them; fix one, or add a target."
                                   : ": it changes none of them."));
+    if (text_at(fit, "status") == "max-runs")
+        page.notes.push_back("The runs did not suffice: the values are the best so far.");
+    if (fit.contains("several_minima") && fit["several_minima"] == true)
+        page.notes.push_back("There are several minima, of which this is the lowest found.");
     page.sections.push_back(parameters_section(fit));
     page.sections.push_back(residuals_section(fit));
     Json figures = figures_section(folder, "overlay", "Measured and simulated profiles");
@@ -229,6 +233,7 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
     const Json fit = read_json(folder / "fit.json", "make the fit again");
     page.fact("Recipe", text_at(fit, "recipe"));
     page.fact("Status", text_at(fit, "status"));
+    page.fact("Method", text_at(fit, "method"));
     page.fact("Varied", joined(fit.value("vary", Json())));
     page.fact("Targets", joined(fit.value("target", Json())));
     page.fact("Profiles", joined(fit.value("target_profile", Json())));

@@ -15,12 +15,12 @@
 namespace sidewall::app {
 namespace {
 
-constexpr std::size_t kMostRecipeBytes = 200'000, kMostRows = 2000;
+constexpr std::size_t kMostShownBytes = 200'000, kMostRows = 2000;
 
 // The beginning of a text that is too long for a page.
 std::string page_text(std::string text) {
-    if (text.size() <= kMostRecipeBytes) return text;
-    text.resize(text.rfind('\n', kMostRecipeBytes) + 1);
+    if (text.size() <= kMostShownBytes) return text;
+    text.resize(text.rfind('\n', kMostShownBytes) + 1);
     return text + "# ... the rest is left out of this page\n";
 }
 

@@ -116,8 +116,8 @@ std::vector<Vec3> straightened(const std::vector<Vec3>& line, double distance) {
     return points;
 }
 
-std::vector<std::vector<Vec3>> profile_of(const TriangleMesh& mesh, const surface::Plane& plane,
-                                          double cell) {
+std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const surface::Plane& plane,
+                                             double cell) {
     constexpr double kOff = 0.02;  // of a cell
     std::vector<std::vector<Vec3>> lines;
     for (const surface::Polyline& polyline : surface::cut_by_plane(mesh, plane)) {
@@ -147,7 +147,7 @@ Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::v
                 .triangles = result.surface.triangles.size()};
     frame.top = uppermost_material(result).value_or(most_frequent_material(result.surface));
     for (const surface::Plane& plane : planes)
-        frame.profiles.push_back(profile_of(result.surface, plane, cell));
+        frame.profiles.push_back(drawn_profile(result.surface, plane, cell));
     for (const TriangleMesh& mesh : result.interfaces) {
         const std::uint64_t digest = digest_of(mesh);
         const Box3 box = bounding_box(mesh);

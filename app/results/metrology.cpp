@@ -11,6 +11,7 @@
 
 #include "app/results/cut_profile.hpp"
 #include "app/results/figures.hpp"
+#include "app/results/film.hpp"
 #include "levelset/extract.hpp"
 
 namespace sidewall::app {
@@ -94,66 +95,6 @@ std::array<double, 2> scallops(const Wall& wall, double spacing) {
             0.5 * swing / static_cast<double>(turns.size() - 1)};
 }
 
-// z of the profile's highest crossing of the vertical at `along`, below `limit`.
-double height(const Profile& profile, double along, double limit) {
-    double z = kNone;
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double a = p.dot(profile.along), b = q.dot(profile.along);
-        if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
-        const double here = p.z() + (along - a) / (b - a) * (q.z() - p.z());
-        if (here <= limit) z = std::fmax(z, here);
-    });
-    return z;
-}
-
-// The film between two profiles.
-struct Film {
-    double top = kNone, side = kNone,
-           bottom = kNone;  // thickness beside, on the wall halfway down, on the floor
-    double depth = kNone;   // of what it covers
-    bool filled = false;    // nothing is open halfway down
-
-    // Its thickness at a place over that beside: of a film that there is, on something that has walls.
-    double coverage(double thickness, double spacing) const {
-        const double least = levelset::kExposed * spacing;
-        const bool film = top > least && (side > least || bottom > least), walls = depth > 2.0 * spacing;
-        return film && walls && !filled ? thickness / top : kNone;
-    }
-};
-
-Film film(const Profile& surface, const Profile& below) {
-    const double inf = std::numeric_limits<double>::infinity();
-    double left = inf, floor = inf, floor_at = 0.0, sum = 0.0, length = 0.0;
-    below.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q}) {
-            left = std::min(left, end->dot(below.along));
-            floor = std::min(floor, end->z());
-        }
-    });
-    if (!std::isfinite(floor)) return {};
-    // The middle of what lies at the floor's height, within a hundredth of the depth.
-    const double top = height(below, left, inf), near = floor + 0.01 * (top - floor);
-    below.each_segment([&](const Vec3& p, const Vec3& q) {
-        if (std::max(p.z(), q.z()) > near) return;
-        const double d = (q - p).norm();
-        sum += 0.5 * d * (p + q).dot(below.along);
-        length += d;
-    });
-    floor_at = length > 0.0 ? sum / length : left;
-    // Over the floor the film's own surface is the lowest crossing above it.
-    double above = inf;
-    surface.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double a = p.dot(surface.along), b = q.dot(surface.along);
-        if (a == b || std::min(a, b) > floor_at || std::max(a, b) < floor_at) return;
-        above = std::min(above, p.z() + (floor_at - a) / (b - a) * (q.z() - p.z()));
-    });
-    const double middle = 0.5 * (top + floor), width = opening(below, middle),
-                 open = opening(surface, middle);
-    return {height(surface, left, inf) - top, 0.5 * (width - open),
-            std::isfinite(above) ? above - floor : kNone, top - floor,
-            std::isfinite(width) && !std::isfinite(open)};
-}
-
 }  // namespace
 
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
@@ -201,9 +142,10 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
         } else if (what == "film") {
             Film t;
             if (stack.layers.size() > 1)
-                t = film(profile, profile_of(levelset::extract_surface(
-                                                 *stack.layers[stack.layers.size() - 2].phi, stack.domain),
-                                             plane, stack.domain));
+                t = film_between(
+                    profile, profile_of(levelset::extract_surface(*stack.layers[stack.layers.size() - 2].phi,
+                                                                  stack.domain),
+                                        plane, stack.domain));
             measures.push_back({"film_top", t.top, length});
             measures.push_back({"film_side", t.side, length});
             measures.push_back({"film_bottom", t.bottom, length});

@@ -154,7 +154,7 @@ Result read_result(const std::filesystem::path& path) {
 }
 
 Json read_summary(const std::filesystem::path& folder) {
-    return read_json(folder / "summary.json", "run the simulation again");
+    return read_json(folder / "summary.json", kSummaryAdvice);
 }
 
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,

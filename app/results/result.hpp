@@ -61,6 +61,9 @@ Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved
 /// \throws FileError if one is damaged.
 std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface);
 
+/// What to do about a damaged summary.json.
+inline constexpr const char* kSummaryAdvice = "remove it, and run --resume writes it anew";
+
 /// DIR/summary.json of a run that has ended.
 /// \throws FileError if it is missing or no JSON.
 Json read_summary(const std::filesystem::path& folder);

@@ -11,12 +11,15 @@
 #include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
 #include "app/common/version.hpp"
+#include "app/process/manifest.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/run_folder.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/result.hpp"
+#include "app/results/whole_summary.hpp"
 #include "app/study/accuracy_bars.hpp"
+#include "app/study/run_table.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
 
@@ -51,16 +54,13 @@ struct Settings {
 
 class Refiner {
   public:
-    Refiner(const Recipe& recipe, const std::vector<AskedAccuracy>& asked, const RunOptions& options)
+    Refiner(const Recipe& recipe, const std::vector<std::string>& overrides,
+            const std::vector<AskedAccuracy>& asked, const RunOptions& options)
         : recipe_(recipe),
           text_(effective_recipe(recipe)),
+          overrides_(overrides),
           asked_(asked),
-          options_(options),
-          spacing_(domain_of(recipe).spacing),
-          flat_(is_flat(recipe.domain)),
-          traced_(traces(recipe)),
-          least_rays_(std::max(1000.0, static_cast<double>(recipe.flux.batches))),
-          method_(recipe.simplify.method) {}
+          options_(options) {}
 
     RunResult refine() {
         std::optional<double> next = kCoarsest * spacing_;
@@ -93,7 +93,7 @@ class Refiner {
         changes.push_back(settings.relative_error
                               ? fmt::format("flux.relative_error={:.3g}", *settings.relative_error)
                               : fmt::format("flux.rays={:.0f}", settings.rays));
-        return parse_recipe(text, recipe_.file, changes);
+        return recipe_changed(text, recipe_.file, overrides_, std::move(changes));
     }
 
     AccuracyRun describe(const std::string& folder, const Settings& settings, Json summary) const {
@@ -110,7 +110,7 @@ class Refiner {
     // Whether a folder holds a run of this recipe with other settings, which an earlier call may have made.
     bool holds_other_settings(const fs::path& folder, const Settings& settings,
                               const std::string& text) const {
-        if (!is_there(options_.output / "accuracy") || !is_there(folder / "recipe.toml")) return false;
+        if (!is_there(options_.output / kAccuracyFolder) || !is_there(folder / "recipe.toml")) return false;
         if (!options_.resume && !is_there(folder / "summary.json")) return false;
         try {
             return effective_recipe(
@@ -126,6 +126,7 @@ class Refiner {
         const Recipe recipe = recipe_with(settings);
         const std::string text = effective_recipe(recipe);
         RunOptions run = options_;
+        run.refines = true;
         run.quiet = options_.quiet || folder != options_.output;
         run.output = folder;
         run.resume = options_.resume && holds_recipe(folder, text);
@@ -138,16 +139,13 @@ class Refiner {
     }
 
     fs::path record() const {
-        return options_.output / "accuracy" / fmt::format("grid_{}", grids_.size() + 1);
+        return options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size() + 1);
     }
 
     // Of the next grid, if an earlier call has run it and this one goes on.
     std::optional<Json> kept_summary(const std::string& text) const {
-        if (!options_.resume || !holds_recipe(record(), text) || !is_there(record() / "summary.json"))
-            return std::nullopt;
-        Json summary = read_summary(record());
-        if (!is_whole(summary) || summary["version"] != version()) return std::nullopt;
-        return summary;
+        if (!options_.resume || !holds_recipe(record(), text)) return std::nullopt;
+        return own_summary(record());
     }
 
     // False if so coarse a grid does not hold the wafer.
@@ -173,8 +171,9 @@ class Refiner {
                 grids_.push_back(describe("", settings, result_->summary));
             }
             if (!lock_) {
-                make_folder(options_.output / "accuracy", "choose another with -o");
-                lock_.emplace(options_.output / "accuracy");
+                make_folder(options_.output / kAccuracyFolder, "choose another with -o");
+                lock_.emplace(options_.output / kAccuracyFolder);
+                if (!options_.resume) remove_accuracy_records(options_.output / kAccuracyFolder);
             }
             return true;
         } catch (const GeometryError&) {
@@ -190,9 +189,10 @@ class Refiner {
     void keep_record() {
         AccuracyRun& run = grids_.back();
         if (!run.folder.empty()) return;
-        const fs::path folder = options_.output / "accuracy" / fmt::format("grid_{}", grids_.size());
-        run.folder = fs::path("accuracy") / folder.filename();
+        const fs::path folder = options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size());
+        run.folder = fs::path(kAccuracyFolder) / folder.filename();
         if (!result_) return;
+        write_manifest(folder, {"recipe.toml", "summary.json"});
         fs::remove(folder / "recipe.toml");  // so that no summary ever stands beside another recipe
         write_json((folder / "summary.json").string(), run.summary);
         write_file(folder / "recipe.toml", surface::read_whole_file(options_.output / "recipe.toml"));
@@ -213,7 +213,7 @@ class Refiner {
             Settings settings = last_;
             settings.seed = seed;
             settings.method = method;
-            const fs::path folder = fs::path("accuracy") / name;
+            const fs::path folder = fs::path(kAccuracyFolder) / name;
             say(fmt::format("the same, seed {}{}", seed,
                             method == last_.method ? "" : ", without simplification"));
             others.push_back(describe(folder.string(), settings,
@@ -367,13 +367,15 @@ class Refiner {
 
     const Recipe& recipe_;
     const std::string text_;
+    const std::vector<std::string>& overrides_;
     const std::vector<AskedAccuracy>& asked_;
     const RunOptions& options_;
-    const double spacing_;  // the recipe's
-    const bool flat_, traced_;
-    const double least_rays_;    // of a run: fewer say nothing, or make no batches
-    std::string method_;         // of simplification, from now on
-    std::set<std::string> own_;  // recipes that were run here
+    const double spacing_ = domain_of(recipe_).spacing;
+    const bool flat_ = is_flat(recipe_.domain), traced_ = traces(recipe_);
+    // Of a run: fewer say nothing, or make no batches.
+    const double least_rays_ = std::max(1000.0, static_cast<double>(recipe_.flux.batches));
+    std::string method_ = recipe_.simplify.method;  // from now on
+    std::set<std::string> own_;                     // recipes that were run here
     Settings last_;
     std::vector<AccuracyRun> grids_, others_;
     std::optional<AccuracyNoise> noise_;
@@ -383,13 +385,13 @@ class Refiner {
 
 }  // namespace
 
-RunResult run_to_accuracy(const Recipe& recipe, const std::vector<AskedAccuracy>& asked,
-                          const RunOptions& options) {
+RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
+                          const std::vector<AskedAccuracy>& asked, const RunOptions& options) {
     if (!recipe.start.from.empty())
         throw RecipeError(fmt::format(
             "--accuracy: {} starts from another run and so on its grid: ask it of a recipe with layers",
             recipe.file));
-    return Refiner(recipe, asked, options).refine();
+    return Refiner(recipe, overrides, asked, options).refine();
 }
 
 }  // namespace sidewall::app

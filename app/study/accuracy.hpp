@@ -31,9 +31,11 @@ std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, 
 /// The run settled on is DIR's; those before it leave recipe and summary in DIR/accuracy/grid_K, the others are whole in
 /// DIR/accuracy. With \p options resume those that are there are not made again. summary.json gets `accuracy` (by
 /// measure), `accuracy_runs` and `accuracy_seconds`.
+///
+/// \param overrides  with which the recipe was read from its file, whose lines messages name.
 /// \throws RecipeError for a recipe that starts from another run, whose grid is given; what run_recipe throws.
-RunResult run_to_accuracy(const Recipe& recipe, const std::vector<AskedAccuracy>& asked,
-                          const RunOptions& options);
+RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
+                          const std::vector<AskedAccuracy>& asked, const RunOptions& options);
 
 /// The bars, as a text table.
 std::string accuracy_table(const Json& summary);

@@ -8,7 +8,7 @@
 
 #include "app/recipe/flat.hpp"
 #include "app/study/grid_error.hpp"
-#include "app/study/least_squares.hpp"
+#include "app/study/student.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {
@@ -53,26 +53,6 @@ double squares(const std::vector<double>& values) {
 }
 
 }  // namespace
-
-bool is_whole(const Json& summary) {
-    const auto has = [](const Json& json, const char* key, Json::value_t type) {
-        return json.is_object() && json.contains(key) && json[key].type() == type;
-    };
-    const auto lists = [&](const char* key, const char* text) {
-        if (!has(summary, key, Json::value_t::array)) return false;
-        return std::all_of(summary[key].begin(), summary[key].end(),
-                           [&](const Json& one) { return has(one, text, Json::value_t::string); });
-    };
-    if (!lists("events", "kind") || !lists("steps", "stopped_by")) return false;
-    for (const Json& event : summary["events"])
-        if (event.contains("material") && !event["material"].is_string()) return false;
-    return has(summary, "version", Json::value_t::string) &&
-           has(summary, "metrology", Json::value_t::object) &&
-           has(summary, "metrology_units", Json::value_t::object) &&
-           has(summary, "timing", Json::value_t::object) && summary.contains("grid_spacing") &&
-           summary["grid_spacing"].is_number() && summary["timing"].contains("total") &&
-           summary["timing"]["total"].is_number();
-}
 
 double AccuracyRun::figure(const std::string& measure) const {
     const Json value = summary["metrology"].value(measure, Json());

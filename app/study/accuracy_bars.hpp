@@ -26,9 +26,6 @@ struct AccuracyRun {
     double figure(const std::string& measure) const;
 };
 
-/// Whether a run's summary holds all that is read of it here: a record in a folder may be damaged.
-bool is_whole(const Json& summary);
-
 /// What further runs on one grid tell of the figures there.
 struct AccuracyNoise {
     AccuracyRun on;                       ///< the run they were made beside

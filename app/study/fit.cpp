@@ -14,7 +14,9 @@
 #include "app/recipe/written_number.hpp"
 #include "app/schema/keys.hpp"
 #include "app/study/batch_folder.hpp"
+#include "app/study/fit_labels.hpp"
 #include "app/study/fit_report.hpp"
+#include "app/study/fit_search.hpp"
 #include "app/study/run_table.hpp"
 #include "app/study/sobol.hpp"
 #include "surface/error.hpp"
@@ -27,9 +29,10 @@ constexpr const char* kFile = "fit.json";
 
 // One of the recipes that are fitted together.
 struct FitRecipe {
-    std::string label;   // empty if it is the only one
-    FitOptions options;  // those that concern it, without its label
-    std::string text;    // of the file
+    std::string label;      // empty if it is the only one
+    const FitOptions& all;  // as the user wrote them
+    FitOptions options;     // those that concern it, without its label
+    std::string text;       // of the file
     FitTargets targets;
     std::vector<std::string> keys;     // that it varies
     std::vector<std::size_t> places;   // of these among all
@@ -49,50 +52,6 @@ struct Fit {
     std::vector<RunPoint> rows;     // of fit.csv
     std::string missing;            // a target that a run lacks, or why one failed
 };
-
-std::vector<std::string> labels_of(const std::vector<std::string>& files) {
-    if (files.size() == 1) return {""};
-    std::vector<std::string> labels;
-    for (const std::string& file : files) {
-        labels.push_back(std::filesystem::path(file).stem().string());
-        if (std::count(labels.begin(), labels.end(), labels.back()) > 1)
-            throw RecipeError(
-                fmt::format("{}: two recipes are called {}: their targets could not be told apart: "
-                            "rename one",
-                            file, labels.back()));
-    }
-    return labels;
-}
-
-// What of \p texts concerns a recipe, without its label: all that has none, and what has its own.
-std::vector<std::string> own(const std::vector<std::string>& texts, const std::vector<std::string>& labels,
-                             const std::string& label) {
-    std::vector<std::string> chosen;
-    for (const std::string& text : texts) {
-        const auto before = std::find_if(labels.begin(), labels.end(), [&](const std::string& any) {
-            return !any.empty() && text.starts_with(any + ":");
-        });
-        if (before == labels.end())
-            chosen.push_back(text);
-        else if (*before == label)
-            chosen.push_back(text.substr(label.size() + 1));
-    }
-    return chosen;
-}
-
-void require_labels(const char* option, const std::vector<std::string>& texts,
-                    const std::vector<std::string>& labels) {
-    for (const std::string& text : texts)
-        for (const std::string& label : labels) {
-            const std::size_t colon = text.find(':');
-            const std::string before = text.substr(0, colon);
-            if (label.empty() || std::find(labels.begin(), labels.end(), before) != labels.end()) break;
-            throw RecipeError(
-                fmt::format("{} {}: does not say of which recipe: write {}:{}{}", option, text, label,
-                            colon == std::string::npos ? text : text.substr(colon + 1),
-                            colon == std::string::npos ? "" : did_you_mean(": ", before, labels, "")));
-        }
-}
 
 void require_ranges(const std::vector<Vary>& varied) {
     if (varied.empty())
@@ -122,10 +81,12 @@ RunValues values_of(const Fit& fit, const BoxPoint& point) {
 Recipe recipe_of(const FitRecipe& part, const RunValues& values) {
     RunValues own_values;
     for (const std::size_t place : part.places) own_values.push_back(values[place]);
-    Recipe recipe =
-        recipe_at(part.text, part.options.recipes[0], part.options.overrides, part.keys, own_values);
-    want_targets(part.targets, recipe);
-    return recipe;
+    return about_recipe(part.label, part.all, [&] {
+        Recipe recipe =
+            recipe_at(part.text, part.options.recipes[0], part.options.overrides, part.keys, own_values);
+        want_targets(part.targets, recipe);
+        return recipe;
+    });
 }
 
 void check_point(const Fit& fit, const BoxPoint& point) {
@@ -139,36 +100,43 @@ std::optional<double> start_of(const FitRecipe& part, const Vary& vary, const st
     return place_of(vary, *now);
 }
 
+// The recipe's targets and ranges; all its keys' among those of the fit.
+FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& labels, std::size_t r,
+                    std::vector<Vary>& all) {
+    FitRecipe part{.label = labels[r], .all = options, .options = options};
+    part.options.recipes = {options.recipes[r]};
+    part.options.overrides = own_texts(options.overrides, labels, labels[r]);
+    part.options.vary = own_texts(options.vary, labels, labels[r]);
+    part.options.targets = own_texts(options.targets, labels, labels[r]);
+    part.options.profiles = own_texts(options.profiles, labels, labels[r]);
+    const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
+    part.text = surface::read_whole_file(options.recipes[r]);
+    part.targets = read_targets(part.options, base);
+    const std::vector<Vary> varied = parse_vary(part.options.vary, base);
+    require_ranges(varied);
+    for (const Vary& vary : varied) {
+        const bool shared = std::find(options.vary.begin(), options.vary.end(),
+                                      part.options.vary[part.keys.size()]) != options.vary.end();
+        Vary named = vary;
+        if (!shared) named.key = part.label + ":" + vary.key;
+        const auto there =
+            std::find_if(all.begin(), all.end(), [&](const Vary& any) { return any.key == named.key; });
+        part.places.push_back(static_cast<std::size_t>(there - all.begin()));
+        part.keys.push_back(vary.key);
+        if (there == all.end()) all.push_back(std::move(named));
+    }
+    return part;
+}
+
 void read_parts(const FitOptions& options, Fit& fit) {
     const std::vector<std::string> labels = labels_of(options.recipes);
     require_labels("--target", options.targets, labels);
     require_labels("--target-profile", options.profiles, labels);
     std::size_t with_errors = 0;
     for (std::size_t r = 0; r < labels.size(); ++r) {
-        FitRecipe part{.label = labels[r], .options = options};
-        part.options.recipes = {options.recipes[r]};
-        part.options.overrides = own(options.overrides, labels, labels[r]);
-        part.options.vary = own(options.vary, labels, labels[r]);
-        part.options.targets = own(options.targets, labels, labels[r]);
-        part.options.profiles = own(options.profiles, labels, labels[r]);
-        const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
-        part.text = surface::read_whole_file(options.recipes[r]);
-        part.targets = read_targets(part.options, base);
-        with_errors += part.targets.known_errors ? 1 : 0;
-        const std::vector<Vary> varied = parse_vary(part.options.vary, base);
-        require_ranges(varied);
-        for (const Vary& vary : varied) {
-            const bool shared = std::find(options.vary.begin(), options.vary.end(),
-                                          part.options.vary[part.keys.size()]) != options.vary.end();
-            Vary named = vary;
-            if (!shared) named.key = part.label + ":" + vary.key;
-            const auto there = std::find_if(fit.varied.begin(), fit.varied.end(),
-                                            [&](const Vary& any) { return any.key == named.key; });
-            part.places.push_back(static_cast<std::size_t>(there - fit.varied.begin()));
-            part.keys.push_back(vary.key);
-            if (there == fit.varied.end()) fit.varied.push_back(std::move(named));
-        }
-        fit.parts.push_back(std::move(part));
+        fit.parts.push_back(
+            about_recipe(labels[r], options, [&] { return read_part(options, labels, r, fit.varied); }));
+        with_errors += fit.parts.back().targets.known_errors ? 1 : 0;
     }
     if (with_errors != 0 && with_errors != fit.parts.size())
         throw RecipeError(
@@ -218,8 +186,9 @@ Json plan_of(const Fit& fit) {
         {"target_profile", options.profiles},
         {"profile_sigma", options.profile_sigma ? Json(*options.profile_sigma) : Json()},
         {"profile_offset", options.profile_offset},
+        {"method", options.method},
         {"digest", digest(fmt::format("{} {} {} {}", version(), first, profiles,
-                                      Json{options.vary, options.targets, options.profiles,
+                                      Json{options.vary, options.targets, options.profiles, options.method,
                                            options.profile_offset, options.profile_sigma.value_or(0.0)}
                                           .dump()))}};
 }
@@ -258,8 +227,9 @@ Residuals residuals_at(Fit& fit, std::size_t point) {
             residuals =
                 residuals_of(part.targets, part.recipes[point], run, folder_of(fit.set, number), missing);
         if (!residuals) {
-            fit.missing =
-                run.status != "ok" ? run.status : fmt::format("run {:04} has no {}", number, missing);
+            fit.missing = run.status != "ok" ? run.status
+                                             : fmt::format("run {:04} has no {}{}{}", number, part.label,
+                                                           part.label.empty() ? "" : ":", missing);
             return std::nullopt;
         }
         Eigen::VectorXd joined(all->size() + residuals->size());
@@ -286,16 +256,17 @@ std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vect
     return residuals;
 }
 
-LeastSquaresResult find(Fit& fit) {
+FitSearch find(Fit& fit) {
     const FitOptions& options = fit.options;
     ProgressBar progress("fit", static_cast<double>(options.max_runs), "runs at most", !options.quiet,
                          {.tenths = true});
     try {
-        return fit_least_squares(
+        return search_least_squares(
             {.start = fit.start,
              .evaluate = [&](const std::vector<BoxPoint>& points) { return evaluate(fit, progress, points); },
              .max_runs = options.max_runs / fit.parts.size(),
-             .known_errors = fit.parts.front().targets.known_errors});
+             .known_errors = fit.parts.front().targets.known_errors},
+            options.method);
     } catch (const NumericsError& error) {
         throw NumericsError(
             fmt::format("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing));
@@ -332,10 +303,11 @@ Json run_fit(const FitOptions& options) {
     // A result stands until there is a better one.
     if (!std::filesystem::exists(path)) write_json(path, json);
 
-    const LeastSquaresResult found = find(fit);
+    const FitSearch search = find(fit);
+    const LeastSquaresResult& found = search.found;
     const auto best = static_cast<std::size_t>(
         std::find(fit.points.begin(), fit.points.end(), values_of(fit, found.best)) - fit.points.begin());
-    FitEnd end{.varied = fit.varied, .found = found};
+    FitEnd end{.varied = fit.varied, .found = found, .several_minima = search.several_minima};
     std::set<std::size_t> numbers;  // equal points share a run
     for (const FitRecipe& part : fit.parts) {
         const std::size_t number = part.numbers[best];

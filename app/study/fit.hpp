@@ -18,6 +18,7 @@ struct FitOptions {
     std::vector<std::string> profiles;   ///< [LABEL:]FILE.csv[\@TIME]
     std::optional<double> profile_sigma;  ///< standard deviation of a profile's points, length
     std::string profile_offset = "none";  ///< or "x", "z", "xz"
+    std::string method = "auto";          ///< of the search: study/fit_search.hpp
     std::size_t max_runs = 60;
     std::size_t jobs = 0;  ///< as in RunSet
     bool resume = false, quiet = false;
@@ -26,7 +27,7 @@ struct FitOptions {
 };
 
 /// Finds the values of a recipe's keys, within bounds, at which its runs come closest to the targets
-/// (study/least_squares.hpp), from the recipe's own values and points spread between the bounds, all with the same random
+/// (study/fit_search.hpp), from the recipe's own values and points spread between the bounds, all with the same random
 /// numbers. Several recipes, as one process in several geometries, are run at every point and meet all their targets
 /// together. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.svg for profiles, and runs/NNNN; of several
 /// recipes best_LABEL.toml and overlay_LABEL.svg.

@@ -128,6 +128,7 @@ Json fit_json(const FitEnd& end) {
     json["errors_from"] = end.recipes.front().targets.known_errors ? "sigma"
                           : found.error_from_noise                 ? "simulation-noise"
                                                                    : "residuals";
+    json["several_minima"] = end.several_minima;
     json["simulation_noise"] = number_or_null(found.noise, 3);
     return json;
 }
@@ -162,8 +163,15 @@ std::string fit_table(const Json& fit) {
     const auto text = [](const Json& value) {
         return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("unknown");
     };
-    std::string table =
-        fmt::format("{} after {} runs\n", fit["status"].get<std::string>(), fit["runs"].get<std::size_t>());
+    const std::string status = fit["status"];
+    const auto runs = fit["runs"].get<std::size_t>();
+    std::string table = fmt::format("{} after {} run{}\n", status, runs, runs == 1 ? "" : "s");
+    if (status == "max-runs")
+        table +=
+            "the runs did not suffice, these values are the best so far: go on with a greater --max-runs and "
+            "--resume\n";
+    if (fit.value("several_minima", false))
+        table += "there are several minima, of which this is the lowest found\n";
     for (const Json& keys : fit["not_identifiable"])
         table += fmt::format("the targets do not tell {}: {}\n",
                              fmt::join(keys.get<std::vector<std::string>>(), " from "),

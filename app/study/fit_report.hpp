@@ -20,6 +20,7 @@ struct FittedRecipe {
 struct FitEnd {
     const std::vector<Vary>& varied;
     const LeastSquaresResult& found;
+    bool several_minima = false;  ///< showed on the way
     std::vector<FittedRecipe> recipes;
 };
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "app/study/sobol.hpp"
+#include "app/study/student.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
@@ -65,8 +66,9 @@ class Fitter {
         explore();
         tell_noise();
         LeastSquaresResult result;
-        result.converged = descend();
+        result.converged = problem_.descends && descend();
         if (slopes_.size() == 0) regress();
+        if (!problem_.descends) look_from_both_sides();
         look_at_weak_directions();
         result.best = best().x;
         result.residuals = best().r;
@@ -86,12 +88,14 @@ class Fitter {
         points.resize(std::min(points.size(), left()));
         if (points.empty()) return first;
         const std::vector<Residuals> residuals = problem_.evaluate(points);
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const bool found = residuals[i] && residuals[i]->allFinite();
-            samples_.push_back({points[i], found ? *residuals[i] : VectorXd(),
-                                found ? residuals[i]->squaredNorm() : kInfinity});
-        }
+        for (std::size_t i = 0; i < points.size(); ++i) add_sample(points[i], residuals[i]);
         return first;
+    }
+
+    void add_sample(const BoxPoint& x, const Residuals& residuals) {
+        const bool found = residuals && residuals->allFinite();
+        samples_.push_back(
+            {x, found ? *residuals : VectorXd(), found ? residuals->squaredNorm() : kInfinity});
     }
 
     void take_best() {
@@ -100,16 +104,8 @@ class Fitter {
     }
 
     void explore() {
-        std::vector<BoxPoint> points{problem_.start};
-        const std::size_t more =
-            std::min(static_cast<std::size_t>(2 * parameters_ + 2), problem_.max_runs / 4);
-        for (std::size_t i = 1; i <= more; ++i) {
-            BoxPoint point(parameters_);
-            for (Eigen::Index d = 0; d < parameters_; ++d)
-                point[d] = sobol(static_cast<std::uint32_t>(i), static_cast<std::size_t>(d));
-            points.push_back(std::move(point));
-        }
-        evaluate(points);
+        for (const FitTrial& trial : problem_.known) add_sample(trial.x, trial.residuals);
+        if (samples_.empty()) evaluate(first_points(problem_));
         take_best();
         if (!std::isfinite(best().cost))
             throw NumericsError("no run of the first ones ended with all targets");
@@ -117,7 +113,8 @@ class Fitter {
 
     // Three points in a row on a line so short that the model is straight along it.
     void tell_noise() {
-        if (left() < static_cast<std::size_t>(2 * parameters_ + 4)) return;
+        noise_ = problem_.noise.value_or(0.0);
+        if (problem_.noise || left() < static_cast<std::size_t>(2 * parameters_ + 4)) return;
         VectorXd along = VectorXd::Constant(parameters_, kProbe);
         BoxPoint middle = best().x.cwiseMax(kProbe).cwiseMin(1.0 - kProbe);
         const bool inside = middle == best().x;
@@ -252,33 +249,46 @@ class Fitter {
     // False if the runs are used up.
     bool descend() {
         double radius = kFirstRadius;
+        bool from_both_sides = false;              // the slopes at hand
+        std::size_t stuck_at = problem_.max_runs;  // the best sample when steps last led nowhere
         while (left() > 0) {
-            spread(radius);
-            take_best();
-            regress();
-            VectorXd step = bounded_step(slopes_, best().r, best().x, radius);
+            if (!from_both_sides) {
+                spread(radius);
+                take_best();
+                regress();
+            }
+            const VectorXd step = bounded_step(slopes_, best().r, best().x, radius);
             if (settled(step)) {
+                if (from_both_sides) return true;
                 if (radius > kLastRadius) {
                     radius = std::max(kLastRadius, 0.25 * radius);
-                    continue;
+                } else {
+                    from_both_sides = look_from_both_sides();
+                    if (!from_both_sides) return true;
                 }
-                if (!look_from_both_sides()) return true;
-                step = bounded_step(slopes_, best().r, best().x, radius);
-                if (settled(step)) return true;
+                continue;
             }
+            from_both_sides = false;
             if (left() == 0) return false;
-            const double before = best().cost, length = step.lpNorm<Eigen::Infinity>();
-            const double predicted = before - (best().r + slopes_ * step).squaredNorm();
-            const std::size_t trial = evaluate({best().x + step});
-            const double gained = before - samples_[trial].cost;
-            take_best();
-            if (gained > 0.5 * predicted)
-                radius = std::clamp(2.0 * length, kLastRadius, kMostRadius);
-            else if (gained < 0.1 * predicted)
-                radius *= 0.4;
-            if (radius < kLeastRadius) return true;  // what noise is left leads nowhere
+            radius = try_step(step, radius);
+            if (radius >= kLeastRadius) continue;
+            // What is left is noise, or slopes from one side are wrong by the curvature.
+            if (stuck_at == best_ || !look_from_both_sides()) return true;
+            stuck_at = best_;
+            from_both_sides = true;
+            radius = kLastRadius;
         }
         return false;
+    }
+
+    // The radius of the next step.
+    double try_step(const VectorXd& step, double radius) {
+        const double before = best().cost, length = step.lpNorm<Eigen::Infinity>();
+        const double predicted = before - (best().r + slopes_ * step).squaredNorm();
+        const double gained = before - samples_[evaluate({best().x + step})].cost;
+        take_best();
+        if (gained > 0.5 * predicted) return std::clamp(2.0 * length, kLastRadius, kMostRadius);
+        return gained < 0.1 * predicted ? 0.4 * radius : radius;
     }
 
     // Slopes from one side are wrong by the curvature: where they are small by comparison, from both sides.
@@ -302,6 +312,20 @@ class Fitter {
         }
     }
 
+    // Directions along which samples near the best one lie, farther than those that tell noise; columns.
+    MatrixXd tested_directions() const {
+        const std::vector<std::size_t> chosen = near(2.0 * kMostDifference);
+        if (chosen.empty()) return MatrixXd(parameters_, 0);
+        MatrixXd apart(static_cast<Eigen::Index>(chosen.size()), parameters_);
+        for (Eigen::Index i = 0; i < apart.rows(); ++i)
+            apart.row(i) = samples_[chosen[static_cast<std::size_t>(i)]].x - best().x;
+        const Eigen::JacobiSVD<MatrixXd> svd(apart, Eigen::ComputeThinU | Eigen::ComputeFullV);
+        const double least = 2.0 * kProbe * std::sqrt(static_cast<double>(parameters_));
+        const Eigen::Index count = (svd.singularValues().array() > least).count();
+        if (count == parameters_) return MatrixXd::Identity(parameters_, parameters_);
+        return svd.matrixV().leftCols(count);
+    }
+
     void add_errors(LeastSquaresResult& result) const {
         constexpr double kVanishing = 0.005;  // of the strongest slope
         const auto count = best().r.size();
@@ -311,16 +335,22 @@ class Fitter {
         const double quantile =
             estimated ? student_quantile(static_cast<std::size_t>(count - parameters_)) : kNormal;
         result.error_from_noise = !problem_.known_errors && count <= parameters_;
-        const Eigen::JacobiSVD<MatrixXd> svd(slopes_, Eigen::ComputeThinU | Eigen::ComputeFullV);
+        const MatrixXd tested = tested_directions();
+        const Eigen::JacobiSVD<MatrixXd> svd(tested.cols() > 0 ? MatrixXd(slopes_ * tested) : slopes_,
+                                             Eigen::ComputeThinU | Eigen::ComputeFullV);
         const double hidden =
             3.0 * noise_ * std::sqrt(2.0 * static_cast<double>(count)) / (2.0 * kMostDifference);
-        result.covariance = MatrixXd::Zero(parameters_, parameters_);
-        for (Eigen::Index k = 0; k < parameters_; ++k) {
-            const VectorXd direction = svd.matrixV().col(k);
+        result.covariance = kUnbounded * kUnbounded *
+                            (MatrixXd::Identity(parameters_, parameters_) - tested * tested.transpose());
+        // Residuals of a search that has not come to its end tell no errors.
+        const bool told = result.converged || !problem_.descends || problem_.known_errors;
+        for (Eigen::Index k = 0; k < tested.cols(); ++k) {
+            const VectorXd direction = tested * svd.matrixV().col(k);
             const double slope = k < svd.singularValues().size() ? svd.singularValues()[k] : 0.0;
             const bool vanishes = slope <= std::max(hidden, kVanishing * svd.singularValues()[0]);
             // An interval as wide as the bounds says nothing that they did not.
-            if (vanishes || quantile * sigma > 0.5 * slope) result.free_directions.push_back(direction);
+            if (vanishes || (told && quantile * sigma > 0.5 * slope))
+                result.free_directions.push_back(direction);
             // What a vanishing slope is worth, its noise decides; so is which parameters it belongs to in
             // part.
             const VectorXd part = vanishes ? significant(direction) : direction;
@@ -342,21 +372,21 @@ class Fitter {
 
 }  // namespace
 
-LeastSquaresResult fit_least_squares(const LeastSquares& problem) {
-    return Fitter(problem).fit();
+std::vector<BoxPoint> first_points(const LeastSquares& problem) {
+    std::vector<BoxPoint> points{problem.start};
+    const auto dimensions = static_cast<std::size_t>(problem.start.size());
+    const std::size_t more = std::min(2 * dimensions + 2, problem.max_runs / 4);
+    for (std::size_t i = 1; i <= more; ++i) {
+        BoxPoint point(problem.start.size());
+        for (std::size_t d = 0; d < dimensions; ++d)
+            point[static_cast<Eigen::Index>(d)] = sobol(static_cast<std::uint32_t>(i), d);
+        points.push_back(std::move(point));
+    }
+    return points;
 }
 
-// Abramowitz and Stegun, 26.7.5, which is too far off below 3.
-double student_quantile(std::size_t degrees) {
-    constexpr double kOne = 12.7062, kTwo = 4.3027, z = 1.959964;
-    if (degrees <= 1) return kOne;
-    if (degrees == 2) return kTwo;
-    const double n = static_cast<double>(degrees), z2 = z * z;
-    const double g1 = z * (z2 + 1.0) / 4.0;
-    const double g2 = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
-    const double g3 = z * (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
-    const double g4 = z * ((((79.0 * z2 + 776.0) * z2 + 1482.0) * z2 - 1920.0) * z2 - 945.0) / 92160.0;
-    return z + (g1 + (g2 + (g3 + g4 / n) / n) / n) / n;
+LeastSquaresResult fit_least_squares(const LeastSquares& problem) {
+    return Fitter(problem).fit();
 }
 
 }  // namespace sidewall::app

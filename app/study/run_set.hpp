@@ -32,8 +32,8 @@ struct RunSet {
 /// The number, from 1, of the run of a recipe: that of an equal one, if there is one. Nothing is written.
 std::size_t add_run(RunSet& set, const Recipe& recipe);
 
-/// Adds the runs that DIR/runs already holds, by their numbers there: a search that asks for them in another order
-/// finds them again. Before any other run is added.
+/// Adds the runs that DIR/runs holds beyond those of the set, by their numbers there: a search that asks for them in
+/// another order finds them again. Before any other run is added.
 /// \throws RecipeError, FileError for a recipe there that cannot be read.
 void adopt_runs(RunSet& set);
 
@@ -48,12 +48,20 @@ void write_run_recipe(const RunSet& set, std::size_t number);
 
 /// Makes those of the runs that have not ended, several at once: no more than jobs, and no more than the free
 /// memory holds. A run whose folder holds its result is read; one that was begun goes on from its checkpoint;
-/// one that another process still writes is waited for. A run that fails stops no other.
+/// one that another process still writes is waited for. A run that fails stops no other. Ranks of mpirun that
+/// help_with_runs take runs, too, one at a time for each of their jobs; a run whose rank dies is made by another.
 /// \param progress  counts all runs of the set that have ended.
 /// \param ended     called in this thread after each.
 /// \throws Interrupted after all runs have stopped at their checkpoints; IoError.
 void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
                const std::function<void()>& ended);
+
+/// What a rank of `mpirun -n N sidewall sweep|fit` other than the first does: makes runs of those that DIR/runs holds and
+/// that nobody makes, until the process that gathers them, which holds DIR, has ended. None of it needs MPI; the ranks share
+/// a file system with locks.
+/// \param jobs  as in RunSet, of this rank.
+/// \throws Interrupted, IoError as make_runs.
+void help_with_runs(const std::filesystem::path& folder, std::size_t jobs);
 
 /// Reads those whose folder holds their result, and counts them.
 /// \throws RecipeError if it is another recipe's.

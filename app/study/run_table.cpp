@@ -43,6 +43,17 @@ Recipe recipe_at(const std::string& text, const std::string& file, const std::ve
     }
 }
 
+Recipe recipe_changed(const std::string& effective, const std::string& file,
+                      const std::vector<std::string>& overrides, std::vector<std::string> changes) {
+    try {
+        return parse_recipe(effective, file, changes);
+    } catch (const RecipeError&) {
+        changes.insert(changes.begin(), overrides.begin(), overrides.end());
+        load_recipe(file, changes);
+        throw;
+    }
+}
+
 std::string run_table(const std::vector<std::string>& keys, const std::vector<RunPoint>& points,
                       const RunSet& set) {
     const std::vector<std::string> names = figures(points, set);

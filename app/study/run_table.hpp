@@ -18,6 +18,12 @@ struct RunPoint {
 Recipe recipe_at(const std::string& text, const std::string& file, const std::vector<std::string>& overrides,
                  const std::vector<std::string>& keys, const RunValues& values);
 
+/// An effective recipe with some keys changed.
+/// \param file, overrides  where it came from, and what its user changed.
+/// \throws RecipeError naming lines of the user's file, not of the effective recipe.
+Recipe recipe_changed(const std::string& effective, const std::string& file,
+                      const std::vector<std::string>& overrides, std::vector<std::string> changes);
+
 /// CSV of the points whose runs have ended: run, keys, every figure of their metrology (empty where a run has none),
 /// seconds, status. A table of all points is the same whatever order they ended in.
 std::string run_table(const std::vector<std::string>& keys, const std::vector<RunPoint>& points,

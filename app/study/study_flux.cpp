@@ -59,8 +59,9 @@ std::vector<double> solved(const TriangleMesh& mesh, const surface::RayScene& sc
     flux::Exchange exchange(
         mesh, scene, box, wedges, {1.0},
         {.seed = seed, .most_bytes = flux::exchange_bytes(rays + 1), .stop = interrupted});
-    exchange.gather(rays);
-    flux::RadiosityFlux result = flux::solve_flux(exchange, {.sticking = everywhere}, {.stop = interrupted});
+    const flux::DiffuseSpecies species{.sticking = everywhere};
+    flux::gather_for({&species, 1}, exchange, rays, {.stop = interrupted});
+    flux::RadiosityFlux result = flux::solve_flux(exchange, species, {.stop = interrupted});
     pair.trace_seconds += exchange.seconds() + result.seconds;
     pair.rays += static_cast<double>(exchange.rays());
     pair.segments += static_cast<double>(exchange.segments());

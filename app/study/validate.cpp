@@ -14,6 +14,7 @@
 #include "app/process/run_folder.hpp"
 #include "app/process/simulation.hpp"
 #include "app/results/result.hpp"
+#include "app/results/whole_summary.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -68,8 +69,12 @@ double flux_figure(const TriangleMesh& mesh, const ValidationReading& reading) {
 
 // Whether a run of the recipe by this version is there, or a part of one.
 bool has_begun(const std::filesystem::path& folder, const Recipe& recipe) {
-    return holds_recipe(folder, effective_recipe(recipe)) &&
-           (!is_there(folder / "summary.json") || read_summary(folder).value("version", "") == version());
+    if (!holds_recipe(folder, effective_recipe(recipe))) return false;
+    if (!is_there(folder / "summary.json")) return true;
+    const Json summary = read_summary(folder);
+    if (has_other_version(summary)) return false;
+    require_whole(summary, folder);
+    return true;
 }
 
 Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,

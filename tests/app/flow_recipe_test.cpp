@@ -277,6 +277,9 @@ TEST_CASE("the extent is the layout's with padding, in whole cells, and the layo
     Recipe again = parse_recipe(effective_recipe(read), read.file);
     again.notes = read.notes;
     CHECK(again == read);
+    // What the message on too large a spacing says is enough.
+    CHECK_NOTHROW(
+        parse_recipe(recipe("extent = \"gds\"\ngrid_spacing = 0.5\npadding = 0.5", file), "layout.toml"));
     // A position of one's own moves a mask against the others.
     const Recipe moved =
         parse_recipe(recipe("extent = \"gds\"\ngrid_spacing = 0.1", file + "position = [5, 1]\n") +
@@ -303,6 +306,8 @@ TEST_CASE("the extent is the layout's with padding, in whole cells, and the layo
         {"extent = \"gds\"\ngrid_spacing = 0.1", "file = \"" + kLines + "\"\ngds_layer = 9\n",
          "11: layer[1].gds_layer = 9: ", "no polygon"},
         {"extent = \"gds\"\ngrid_spacing = 1e-5", file, "3: domain.grid_spacing = ", "larger spacing"},
+        {"extent = \"gds\"\ngrid_spacing = 100\npadding = 0.5", file,
+         "3: domain.grid_spacing = 100: ", "use a spacing of 0.5 or less"},
     };
     for (const Row& row : rows) {
         const std::string answer = message(recipe(row.domain, row.mask));

@@ -118,6 +118,34 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     }
 }
 
+TEST_CASE("auto gathers rays to the error that it compared the methods at, not their number") {
+    const Recipe recipe = quick("ald_hole", {"flux.method=auto", "flux.rays=20000"});
+    const TraceReport trace = *traced(recipe, false).arriving->trace;
+    REQUIRE(trace.methods[0].radiosity);
+    CHECK(trace.methods[0].target > 0.0);
+    CHECK(trace.species[0].relative_error <= trace.methods[0].target);
+    const TraceReport paths = *traced(quick("ald_hole", {"flux.rays=20000"}), false).arriving->trace;
+    CHECK(trace.methods[0].target == Approx(paths.species[0].relative_error).epsilon(0.3));
+    CHECK(trace.species[0].segments < paths.species[0].segments / 2);
+}
+
+TEST_CASE("a profile is coarsened for radiosity as for paths, to the same line on both sides") {
+    const auto mesh_of = [](const std::string& method) {
+        return traced(quick("bosch_trench", {"flux.method=" + method}), false).traced();
+    };
+    const TriangleMesh paths = mesh_of("monte-carlo"), solved = mesh_of("radiosity");
+    CHECK(static_cast<double>(solved.vertices.size()) ==
+          Approx(static_cast<double>(paths.vertices.size())).epsilon(0.2));
+    CHECK(solved.triangles.size() == solved.vertices.size() - 2);
+    for (std::size_t v = 0; v < solved.vertices.size(); v += 2) {
+        const Vec3 &p = solved.vertices[v], &q = solved.vertices[v + 1];
+        CHECK(p.x() == q.x());
+        CHECK(p.z() == q.z());
+        CHECK(p.y() < q.y());
+    }
+    CHECK(total_area(solved) == Approx(total_area(paths)).epsilon(1e-3));
+}
+
 TEST_CASE("the memory that radiosity may take is that of its rays, bounded by flux.memory") {
     const auto bytes = [](std::vector<std::string> settings) {
         return radiosity_memory(quick("ald_hole", std::move(settings)).flux);

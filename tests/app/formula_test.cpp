@@ -270,7 +270,7 @@ TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest
     refuses(slow + "diffusion = { thet = 0.1 }\n", {"diffusion.thet", "coverage_rates"});
     refuses(
         "rate = -1\nspecies = [{ name = \"F\" }]\ncoverages = { theta = \"F\" }\ndiffusion = { theta = 0.1 }\n",
-        {"diffusion.theta", "takes time"});
+        {"diffusion.theta", "theta is steady", "give coverage_rates its d/dt"});
     refuses(slow + "diffuses_on = [\"Si\"]\n", {"diffuses_on", "give diffusion"});
     refuses(slow + "diffusion = { theta = 0.1 }\ndiffuses_on = [\"Sj\"]\n",
             {"diffuses_on", "unknown material"});
@@ -304,6 +304,39 @@ TEST_CASE(
     CHECK_THROWS_AS(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta), NumericsError);
     CHECK_THROWS_WITH(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta),
                       Contains("coverages.a") && Contains("does not settle"));
+}
+
+TEST_CASE(
+    "a rate that ends where a site is full is refused with its key and what to write, at each place it can be met") {
+    const std::vector<double> flux{1.0};
+    const auto law = [](const std::string& text) {
+        return step(
+            "species = [{ name = \"F\" }]\nrate = { Si = \"-(1 - theta)^0.5\" }\ncoverage_rates = { theta = '" +
+            text + "' }\n");
+    };
+    // Full after t = 2, whose square root is not a number right beyond.
+    const Case ends = law("F*(1 - theta)^0.5");
+    std::vector<double> theta{0.0};
+    ends.model.coverages.react(ends.point("Si", flux, theta), 1.0, theta);
+    CHECK(theta[0] == Approx(0.75).epsilon(1e-6));
+    CHECK_THROWS_WITH(ends.model.coverages.react(ends.point("Si", flux, theta), 2.0, theta),
+                      Contains("coverage_rates.theta = \"F*(1 - theta)^0.5\"") && Contains(" on Si") &&
+                          Contains("F = 1") && Contains("max(0, 1 - theta)"));
+    // Beyond it already, by rounding, as a rate of etching may find it.
+    const std::vector<double> beyond{1.0 + 1e-12};
+    CHECK_THROWS_WITH(ends.model.speed(ends.point("Si", flux, beyond)),
+                      Contains("rate.Si = \"-(1 - theta)^0.5\" is not a number on Si, where theta = 1") &&
+                          Contains("coverages may pass 0 or 1 by rounding"));
+    theta = beyond;
+    CHECK_THROWS_WITH(ends.model.coverages.react(ends.point("Si", flux, theta), 1.0, theta),
+                      Contains("coverage_rates.theta") && Contains("not a number"));
+    CHECK_THROWS_WITH(ends.model.coverages.rate(0, ends.point("Si", flux, beyond)),
+                      Contains("coverage_rates.theta") && Contains("not a number"));
+    // As the message says.
+    const Case kept = law("F*max(0, 1 - theta)^0.5");
+    theta = beyond;
+    kept.model.coverages.react(kept.point("Si", flux, theta), 1.0, theta);
+    CHECK(theta[0] == Approx(1.0).epsilon(1e-9));
 }
 
 TEST_CASE("the example that the documentation of formula gives is a step") {

@@ -221,9 +221,11 @@ TEST_CASE("a gas that makes no sense is refused with its place") {
     CHECK(gas("temperature = 400").find("step[0].temperature = 400: belongs to pressure") !=
           std::string::npos);
     CHECK(gas("molecule_diameter = 0.4").find("belongs to pressure") != std::string::npos);
-    CHECK(gas("mean_free_path = 0.009")
-              .find("step[0].mean_free_path = 0.009: is a mean free path of 0.009 um, below a "
-                    "tenth of grid_spacing") != std::string::npos);
+    CHECK(
+        gas("mean_free_path = 0.009")
+            .find(
+                "step[0].mean_free_path = 0.009: is below a tenth of grid_spacing: particles would collide too "
+                "often to be followed; raise it") != std::string::npos);
     CHECK(gas("pressure = 1e6").find("step[0].pressure = 1000000.0: makes a mean free path of") !=
           std::string::npos);
     const auto several = [](const std::string& keys) {
@@ -234,7 +236,7 @@ TEST_CASE("a gas that makes no sense is refused with its place") {
     };
     CHECK(several("kind = \"ion\", mean_free_path = 1")
               .find("species[1].mean_free_path = 1: is for neutrals") != std::string::npos);
-    CHECK(several("mean_free_path = 1e-3").find("species[1].mean_free_path = 0.001: is a mean free path") !=
+    CHECK(several("mean_free_path = 1e-3").find("species[1].mean_free_path = 0.001: is below a tenth of") !=
           std::string::npos);
     CHECK(several("source_beta = -2").find("species[1].source_beta = -2: must be in [-1,") !=
           std::string::npos);

@@ -1,4 +1,4 @@
-// Whether the bars of `sidewall run --accuracy` hold: ten recipes with two figures each are run to an
+// Whether the bars of `sidewall run --accuracy` hold: twelve recipes with two figures each are run to an
 // accuracy, and once more on half the spacing they settle on, with four times the rays, without
 // simplification and with another seed.
 //   accuracy_bench [FOLDER, /tmp/sidewall_accuracy] [RECIPE]...
@@ -37,6 +37,8 @@ const std::vector<Case> kCases = {
     {"ion_beam_trench", {"depth=8%", "cd_at_0.1=8%"}, {}},
     {"wet_etch_pit", {"depth=10%", "removed_volume_Si=25%"}, {}},
     {"trench_deposition", {"film_bottom=10%", "depth=3%"}, {}},
+    {"hole_deposition", {"film_side=12%", "depth=4%"}, {}},
+    {"sputter_facet", {"depth=20%", "cd_at_0.2=10%"}, {}},
 };
 
 double seconds(const Json& summary) {
@@ -64,7 +66,7 @@ void run_case(const Case& one, const std::filesystem::path& folder, Count& count
         load_recipe(fmt::format("{}/configs/quick/{}.toml", SIDEWALL_SOURCE_DIR, one.recipe), one.overrides);
     const std::vector<AskedAccuracy> asked = read_accuracy(one.accuracy, recipe);
     const RunOptions options{.output = folder / one.recipe, .overwrite = true, .quiet = true};
-    const Json found = run_to_accuracy(recipe, asked, options).summary;
+    const Json found = run_to_accuracy(recipe, one.overrides, asked, options).summary;
     const Json truth = run_truth(recipe, found, folder / (std::string(one.recipe) + "-truth"));
     const double ratio =
         found["accuracy_seconds"]["total"].get<double>() / found["accuracy_seconds"]["settled"].get<double>();

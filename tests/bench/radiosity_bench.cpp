@@ -45,9 +45,10 @@ struct Hole {
                               bool errors = true) const {
         flux::Exchange exchange(mesh, scene, box, wedges, {1.0},
                                 {.seed = seed, .most_bytes = std::uint64_t{16} << 30});
-        exchange.gather(rays * wedges.count());
         const std::vector<double> everywhere(wedges.count(), sticking);
-        return flux::solve_flux(exchange, {.sticking = everywhere}, {.errors = errors});
+        const flux::DiffuseSpecies species{.sticking = everywhere};
+        flux::gather_for({&species, 1}, exchange, rays * wedges.count());
+        return flux::solve_flux(exchange, species, {.errors = errors});
     }
     // The worst of the tenths and the floor.
     std::pair<double, int> worst(const flux::TallyFlux& flux, const std::vector<double>& truth) const {

@@ -136,6 +136,29 @@ TEST_CASE("the flux command writes what the library computes: JSON, CSV and VTP"
     CHECK(nlohmann::json::parse(slurp(shop.folder / "flux.json"))["segments"] == expected.segments);
 }
 
+TEST_CASE("the flux command's particles collide in a gas as the library's do", "[foreign]") {
+    const Workshop shop;
+    const auto mesh = two_materials();
+    shop.write("trench.vtp", mesh);
+    const std::string options =
+        "trench.vtp --rays 6400 --sticking 0.2 --boundary reflective --seed 5 --json - ";
+    const auto traced = shop.run(options + "--mean-free-path 0.3 -o flux.vtp --method auto");
+    CAPTURE(traced.error);
+    REQUIRE(traced.code == 0);
+    CHECK_THAT(traced.error, Contains("monte-carlo is taken: its particles collide in the gas"));
+    Species gas{"test", 1.0, {0.2}};
+    gas.mean_free_path = 0.3;
+    const auto expected = trace(mesh, kReflective, gas, {.rays = 6400, .seed = 5});
+    const auto json = nlohmann::json::parse(traced.out);
+    CHECK(json["mean_free_path"] == 0.3);
+    CHECK(json["segments"] == expected.segments);
+    CHECK(surface::read_mesh(shop.folder / "flux.vtp").triangle_attribute("flux")->values ==
+          expected.triangle.flux);
+    const auto straight = nlohmann::json::parse(shop.run(options).out);
+    CHECK_FALSE(straight.contains("mean_free_path"));
+    CHECK(straight["segments"] < json["segments"]);
+}
+
 TEST_CASE("a surface that does not end on a rectangle is traced with open sides, and the user is told",
           "[foreign]") {
     const Workshop shop;
@@ -253,6 +276,9 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
         {"trench.vtp --sticking 2=0.1,2=0.2,7=1", 2, "given twice"},
         {"trench.vtp --sticking 2=0.1,7", 2, "write ID=s"},
         {"trench.vtp --sticking =1", 2, "not a number"},
+        {"trench.vtp --mean-free-path 0", 2, "collide too often"},
+        {"trench.vtp --mean-free-path nan", 2, "collide too often"},
+        {"trench.vtp --mean-free-path 1 --method radiosity", 2, "use --method monte-carlo"},
         {"trench.vtp --boundary mirror", 2, "reflective, periodic or open"},
         {"trench.vtp --boundary open,", 2, "reflective, periodic or open"},
         {"trench.vtp --boundary open,open,open", 2, "reflective, periodic or open"},
@@ -294,9 +320,10 @@ TEST_CASE("the flux command solves by radiosity what the library solves", "[fore
     const surface::RayScene scene(mesh);
     const Wedges wedges = make_wedges(mesh, materials);
     Exchange exchange(mesh, scene, box, wedges, {1.0}, {.seed = 5});
-    exchange.gather(5000);
     const std::vector<double> sticking = sticking_by_wedge(wedges, materials, {.sticking = {0.01, 1.0}});
-    const RadiosityFlux expected = solve_flux(exchange, {.sticking = sticking});
+    const DiffuseSpecies species{.sticking = sticking};
+    gather_for({&species, 1}, exchange, 5000);
+    const RadiosityFlux expected = solve_flux(exchange, species);
     CHECK(json["method"] == "radiosity");
     CHECK(json["rays"] == exchange.rays());
     CHECK(json["segments"] == exchange.segments());

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "flux/radiosity.hpp"
 #include "tests/flux/compare.hpp"
 #include "tests/flux/meshes.hpp"
 #include "tests/flux/radiosity.hpp"
@@ -28,6 +29,34 @@ TEST_CASE("how wide a strip is changes neither its fluxes nor what its flights c
         const double error = std::hypot(a.triangle.error[t], b.triangle.error[t]);
         CHECK(std::abs(a.triangle.flux[t] - b.triangle.flux[t]) < 4.6 * error);
     }
+}
+
+TEST_CASE(
+    "radiosity of a strip has an unknown a point of the profile, one flux along y, and rays that cross no side") {
+    const std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::periodic};
+    const auto gathered = [&](double width) {
+        const TriangleMesh mesh = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), width);
+        const surface::RayScene scene(mesh);
+        const Wedges wedges = make_wedges(mesh);
+        Exchange exchange(mesh, scene, lateral_box(mesh, boundary), wedges, {1.0});
+        CHECK(2 * exchange.unknowns() == wedges.count());
+        exchange.gather(20'000);
+        CHECK(exchange.leaked() == 0);
+        const std::vector<double> sticking(wedges.count(), 0.1);
+        const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking});
+        std::size_t edges = 0;  // along y, two a segment
+        for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+            const std::size_t next = c % 3 == 2 ? c - 2 : c + 1;
+            const Vec3 along = mesh.vertices[mesh.triangles[c / 3][c % 3]] -
+                               mesh.vertices[mesh.triangles[next / 3][next % 3]];
+            if (std::hypot(along.x(), along.z()) > 0.0) continue;
+            ++edges;
+            CHECK(flux.wedge.flux[wedges.corner[c]] == flux.wedge.flux[wedges.corner[next]]);
+        }
+        CHECK(edges == mesh.triangles.size());
+        return exchange.segments();
+    };
+    CHECK(static_cast<double>(gathered(0.02)) == Approx(static_cast<double>(gathered(2.0))).epsilon(0.03));
 }
 
 TEST_CASE("the mean fluxes in a strip are those of exact radiosity") {

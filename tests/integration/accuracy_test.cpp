@@ -1,5 +1,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/integration/program.hpp"
 
@@ -108,6 +109,35 @@ TEST_CASE("a run to an accuracy that was killed goes on to the same bars") {
     for (const char* part : {"grid", "noise", "simplification"}) CHECK(bars[part].get<double>() > 0.0);
 }
 
+TEST_CASE(
+    "another run in its folder removes the records of one to an accuracy, and nothing that runs have not written") {
+    const Case c(kFilm);
+    c.run("--accuracy film_bottom=50% --quiet");
+    const fs::path records = c.path / "out/accuracy";
+    REQUIRE(fs::exists(records / "grid_1/summary.json"));
+    REQUIRE(fs::exists(records / "seed_2/surface_0000.vtp"));
+    for (const char* name : {"grid_1/notes.txt", "mine/summary.json", "summary.json"}) {
+        fs::create_directories((records / name).parent_path());
+        std::ofstream(records / name) << "mine";
+    }
+    c.run("--accuracy film_bottom=40% --quiet --overwrite");
+    CHECK(fs::exists(records / "seed_2/surface_0000.vtp"));
+    // A run of the user's own that is not named like a record.
+    fs::copy(records / "seed_2", c.path / "out/accuracy/fine", fs::copy_options::recursive);
+    c.run("--quiet --overwrite");
+    CHECK(fs::exists(records / "fine/surface_0000.vtp"));
+    fs::remove_all(records / "fine");
+    std::set<std::string> left;
+    for (const auto& entry : fs::recursive_directory_iterator(records))
+        left.insert(fs::relative(entry.path(), records).string());
+    CHECK(left ==
+          std::set<std::string>{"grid_1", "grid_1/notes.txt", "mine", "mine/summary.json", "summary.json"});
+    fs::remove_all(records);
+    c.run("--accuracy film_bottom=50% --quiet --overwrite");
+    c.run("--quiet --overwrite");
+    CHECK_FALSE(fs::exists(records));
+}
+
 TEST_CASE("a run to an accuracy goes on to another one, up and down, and makes damaged records again") {
     const Case etch(kEtch + "[metrology]\nmeasures = [\"cd\"]\ncd_depths = [0.5]\n");
     for (const char* bound : {"20%", "2%", "20%", "5%"}) {
@@ -133,6 +163,12 @@ TEST_CASE("grids too coarse for the wafer are passed over, again when going on")
     etch.run(coarse + "--accuracy depth=20%");
     etch.run(coarse + "--accuracy depth=20% --resume");
     etch.run(coarse + "--accuracy depth=20% --overwrite");
+}
+
+TEST_CASE("what a finer grid refuses is told with the line of the user's file, which the run ends before") {
+    const Case c(kFilm + "averaging = 1.5\n");
+    const Outcome outcome = c.run("--accuracy film_bottom=0.1%");
+    CHECK_THAT(outcome.output, Catch::Contains("recipe.toml:18: flux.averaging = 1.5: must be 0, or"));
 }
 
 TEST_CASE("what an accuracy cannot be asked of is refused, and what cannot be known is said", "[foreign]") {

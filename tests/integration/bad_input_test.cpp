@@ -128,7 +128,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
                "[domain]\nextent = [1.0, 1.23456789]\ngrid_spacing = 0.1\n" + kLayer + kStep,
                "3: domain.extent = ", "whole number of cells"),
         recipe("extent huge", "[domain]\nextent = [1e300, 1]\ngrid_spacing = 0.1\n",
-               "2: domain.extent[0] = 1e+300: ", "check the unit"),
+               "2: domain.extent[0] = 1e+300: ", "must be in (0, 1e+09]; check the unit"),
         recipe("boundary word", kDomain + "boundary = [\"periodc\", \"reflective\"]\n" + kLayer + kStep,
                "4: domain.boundary[0] = \"periodc\": ", "did you mean periodic?"),
         recipe("length unit", kDomain + "length_unit = \"inch\"\n",
@@ -482,6 +482,19 @@ TEST_CASE("a run that cannot start leaves no output", "[foreign]") {
          {"bad.toml:6: step[0].duration"}},
         {"run: no such option", "good.toml", kGood, "run good.toml -o out --fast", 2, {"--fast"}},
     });
+    // Terabytes, which check says, too.
+    const std::string huge = "[domain]\nextent = [190, 190]\ngrid_spacing = 0.01\n" + kLayer +
+                             "[[layer]]\nshape = \"stack\"\nmaterials = [\"SiO2\", \"Si3N4\"]\n"
+                             "thicknesses = [0.1, 0.1]\nrepeat = 200\n" +
+                             kStep;
+    for (const std::string command : {"check huge.toml", "run huge.toml -o out"})
+        check_rows(
+            {{"memory",
+              "huge.toml",
+              huge,
+              command,
+              2,
+              {"huge.toml: domain.grid_spacing = 0.01: the run would need about ", "use a spacing of "}}});
 }
 
 TEST_CASE("a damaged mesh is a bad input file, whatever reads it", "[foreign]") {

@@ -103,6 +103,56 @@ TEST_CASE("walls and openings that cross a periodic side are measured as any oth
     }
 }
 
+TEST_CASE("a film in a trench over a side is measured as one in the middle") {
+    // 0.2 on top, 0.25 on the walls, 0.3 on the floor, of a trench 1.2 wide and 1 deep.
+    const auto wafer = [](const std::string& boundary, double x) {
+        return Wafer(
+            fmt::format("[domain]\nextent = [4.0]\ngrid_spacing = 0.05\nboundary = \"{0}\"\n"
+                        "[simplify]\nmethod = \"none\"\n"
+                        "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.2\ndepth = 1.0\n"
+                        "position = [{1}, 0.0]\n[[layer]]\nmaterial = \"W\"\nshape = \"trench\"\n"
+                        "thickness = 0.2\nwidth = 0.7\ndepth = 0.9\nposition = [{1}, 0.0]\n",
+                        boundary, x) +
+            kStep);
+    };
+    const double near = 1.01 * kFace;
+    for (const auto& [boundary, x] : {std::pair("periodic", 0.0),
+                                      {"periodic", 1.7},
+                                      {"periodic", 2.0},
+                                      {"periodic", -1.8},
+                                      {"reflective", 0.0},
+                                      {"reflective", 2.0},
+                                      {"reflective", -2.0}}) {
+        const Wafer film = wafer(boundary, x);
+        INFO(boundary << " at " << x);
+        CHECK(film("film_top") == Approx(0.2).margin(near));
+        CHECK(film("film_side") == Approx(0.25).margin(near));
+        CHECK(film("film_bottom") == Approx(0.3).margin(near));
+        CHECK(film("step_coverage_side") == Approx(1.25).margin(near / 0.2 * 2.25));
+        CHECK(film("step_coverage_bottom") == Approx(1.5).margin(near / 0.2 * 2.5));
+    }
+}
+
+TEST_CASE("a film halfway down at the ceiling of a cavity is no film on a wall") {
+    // 0.1 everywhere; below the trench's upper half a cavity as wide as the domain begins.
+    const auto film = [](double ceiling) {
+        return run(
+            kDomain + kSilicon +
+            fmt::format("[[layer]]\nshape = \"trench\"\nsubtract = true\nwidth = 1.2\ndepth = 1.0\n"
+                        "[[layer]]\nshape = \"gap\"\nsubtract = true\nz = {}\nheight = {}\nlength = 3.0\n",
+                        0.5 * (ceiling - 1.0), ceiling + 1.0) +
+            "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = 0.1\n"
+            "[metrology]\nmeasures = [\"film\"]\n")["metrology"];
+    };
+    const Json at = film(-0.5), below = film(-0.7);
+    CHECK(at["film_side"].is_null());
+    CHECK(below["film_side"].get<double>() == Approx(0.1).margin(0.01 * 0.05));
+    for (const Json& found : {at, below}) {
+        CHECK(found["film_top"].get<double>() == Approx(0.1).margin(0.01 * 0.05));
+        CHECK(found["film_bottom"].get<double>() == Approx(0.1).margin(0.01 * 0.05));
+    }
+}
+
 TEST_CASE("a stop at a figure that cannot be is refused, or told when its step has ended", "[foreign]") {
     const auto with = [](const std::string& stop) {
         return kDomain + kSilicon + kStep + "stop = \"" + stop + "\"\n";

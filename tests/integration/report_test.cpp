@@ -1,6 +1,9 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "tests/integration/program.hpp"
 
@@ -97,6 +100,45 @@ TEST_CASE("a page draws its surfaces in the legend's colours, and slider, keys a
     const Json phone = selftest(folder, "page.html", kDrawing + " --window-size=500,800");
     CHECK(phone["errors"].empty());
     CHECK(phone["width"][0] <= phone["width"][1]);  // nothing reaches beyond the screen
+}
+
+TEST_CASE("pages of a sweep, a fit and a comparison have their sections and no error, on a small screen too",
+          "[slow]") {
+    if (!has_browser()) return;
+    const Folder folder;
+    const std::string recipe = config("quick/trench_deposition.toml") + " --set step[0].duration=0.2 ",
+                      quiet = " --quiet >/dev/null";
+    const auto make = [&](const std::string& command) {
+        const Outcome outcome = run_program(folder.path, command, 300);
+        INFO(command << "\n" << outcome.output);
+        REQUIRE(outcome.exit_code == 0);
+    };
+    make("sweep " + recipe + "-o sweep --vary step[0].sticking=0.1:1:3:log --vary step[0].rate=0.5,1" +
+         quiet);
+    make("fit " + recipe +
+         "-o fit --vary step[0].sticking=0.05:1:log --vary step[0].rate=0.5:2:log "
+         "--target film_top=0.2 --target film_side=0.12" +
+         quiet);
+    make("compare " + recipe + "-o compare >/dev/null");
+    for (const auto& [kind, sections, charts] :
+         std::vector<std::tuple<std::string, std::vector<std::string>, int>>{
+             {"sweep", {"view", "response", "matrix", "table"}, 5},
+             {"fit", {"view", "intervals", "correlation", "response", "table"}, 1},
+             {"compare", {"table", "bars"}, 1}}) {
+        make("report " + kind + " -o " + kind + ".html");
+        for (const char* size : {"", " --window-size=500,800"}) {
+            const Json page = selftest(folder, kind + ".html", kDrawing + size);
+            INFO(kind << size << "\n" << page.dump(2));
+            CHECK(page["errors"].empty());
+            CHECK(page["requests"] == 0);
+            CHECK(page["not_numbers"] == 0);
+            CHECK(page["charts"] >= charts);
+            CHECK(page["width"][0] <= page["width"][1]);
+            for (const std::string& section : sections)
+                CHECK(std::count(page["sections"].begin(), page["sections"].end(), section) >= 1);
+        }
+        CHECK(std::filesystem::file_size(folder.path / (kind + ".html")) < 6'000'000);
+    }
 }
 
 TEST_CASE("a browser without WebGL shows the page's charts and tables", "[slow]") {

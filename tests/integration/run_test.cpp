@@ -121,6 +121,45 @@ TEST_CASE("a run leaves everything the format promises") {
     CHECK_FALSE(fs::exists(folder.path / "out" / "surface_0002.vtp"));
 }
 
+TEST_CASE("a damaged summary of a finished run is refused by name, and written anew once it is removed") {
+    const Folder folder;
+    const std::string command = "run " + kRecipe + " --set step[0].duration=0.1 -o out";
+    REQUIRE(run_program(folder.path, command, 60).exit_code == 0);
+    const fs::path file = folder.path / "out" / "summary.json";
+    const auto whole = nlohmann::ordered_json::parse(read_bytes(file));
+    std::vector<std::string> damaged{"", "{", "null", "3", "[]", "{}"};
+    // Each part that is read missing, or something else.
+    for (const char* part :
+         {"/version", "/time", "/time_unit", "/time_steps", "/grid_spacing", "/mesh", "/mesh/raw",
+          "/mesh/simplified/triangles", "/timing", "/timing/total", "/metrology", "/metrology_units",
+          "/metrology_units/mean_rate", "/events", "/steps"}) {
+        const nlohmann::ordered_json::json_pointer at(part);
+        for (const auto& other : {nlohmann::ordered_json(true), nlohmann::ordered_json("x"),
+                                  nlohmann::ordered_json(1), nlohmann::ordered_json::array({1})}) {
+            auto json = whole;
+            if (json[at].type() == other.type() || (json[at].is_number() && other.is_number())) continue;
+            json[at] = other;
+            damaged.push_back(json.dump());
+        }
+        auto json = whole;
+        json[at.parent_pointer()].erase(at.back());
+        damaged.push_back(json.dump());
+    }
+    for (const std::string& text : damaged) {
+        std::ofstream(file, std::ios::binary) << text;
+        const auto outcome = run_program(folder.path, command + " --resume");
+        INFO(text << "\n" << outcome.output);
+        REQUIRE(outcome.exit_code == 3);
+        CHECK(outcome.output.find("out/summary.json: is ") != std::string::npos);
+        CHECK(outcome.output.find("remove it, and run --resume writes it anew") != std::string::npos);
+    }
+    fs::remove(file);
+    REQUIRE(run_program(folder.path, command + " --resume", 60).exit_code == 0);
+    auto again = nlohmann::ordered_json::parse(read_bytes(file));
+    again["timing"] = whole["timing"];
+    CHECK(again == whole);
+}
+
 TEST_CASE("resuming a finished run changes nothing") {
     const Folder folder;
     const std::string command = "run " + kRecipe + " --set step[0].duration=0.1 -o out";

@@ -25,7 +25,8 @@ std::map<std::string, double> count(const Box3& box, const ColourAt& colour_at) 
     return pixels;
 }
 
-void compare(const std::string& name, const std::vector<std::string>& overrides) {
+// \param off  mean distance, in cells, of the fronts along both walls from where the level sets have them.
+void compare(const std::string& name, const std::vector<std::string>& overrides, double off) {
     const test::Folder folder;
     const Recipe recipe = load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name + ".toml", overrides);
     run_recipe(recipe, {.output = folder.path, .quiet = true});
@@ -51,20 +52,27 @@ void compare(const std::string& name, const std::vector<std::string>& overrides)
         const SectionSample sample = reader.at(p, 1, 1e-6 * stack.domain.spacing);
         return sample.solid < 0.5 ? std::string() : name_of(sample.colour);
     });
-    CHECK(shown.size() == expected.size());
+    // A point on a front has the colours of both sides.
+    double all = 0.0, none = 0.0;
+    for (const auto& [material, area] : shown) (expected.contains(material) ? all : none) += area;
+    CHECK(none < 1e-4 * all);
     for (const auto& [material, area] : expected) {
-        INFO(name << ": " << material);
+        CAPTURE(name, material, area);
         REQUIRE(shown.contains(material));
-        CHECK(shown.at(material) == Approx(area).epsilon(0.02));
+        CHECK(std::abs(shown.at(material) - area) <
+              0.02 * area + off * stack.domain.spacing * 2.0 * box.size().z());
     }
 }
 
 }  // namespace
 
 TEST_CASE("a section shows each material on the area that it has in the level sets", "[slow]") {
-    compare("fin_sequence", {});
-    compare("bosch_hole", {"step[0].repeat=3"});
-    // In these scallops the mask's interface and the silicon's coincide under the polymer.
+    compare("fin_sequence", {}, 0.0);
+    compare("bosch_hole", {"step[0].repeat=3"}, 0.0);
+    // In these scallops the mask's interface and the silicon's coincide under the polymer, whose film is a
+    // quarter of a cell: 2 % of it is below what straight edges can do. They leave an arc of radius r by h^2
+    // / (12 r) in the mean, here a thirty-sixth of a cell; the two sides of the film have most of it in
+    // common.
     compare("bosch_hole",
-            {"step[0].repeat=3", "domain.grid_spacing=0.1", "domain.extent=[3,3]", "flux.rays=10000"});
+            {"step[0].repeat=3", "domain.grid_spacing=0.1", "domain.extent=[3,3]", "flux.rays=10000"}, 0.01);
 }

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <random>
@@ -60,11 +60,25 @@ TEST_CASE("a damaged checkpoint is refused by name before anything in it is read
     const fs::path path = folder.path / "checkpoint.vdb";
     save_checkpoint(path, two_layers(domain), "where we were");
     const std::string whole = surface::read_whole_file(path);
-    const auto start = std::chrono::steady_clock::now();
+    const auto cpu_seconds = [](auto&& work) {
+        const std::clock_t start = std::clock();
+        work();
+        return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    };
+    constexpr int kWhole = 50;
+    const double reading = cpu_seconds([&] {
+        for (int k = 0; k < kWhole; ++k) {
+            write_bytes(path, whole);
+            load_checkpoint(path, domain);
+        }
+    });
+    double refusing = 0.0;
     int tried = 0;
     const auto refuse = [&](const std::string& bytes) {
-        write_bytes(path, bytes);
-        check_refused(path, domain);
+        refusing += cpu_seconds([&] {
+            write_bytes(path, bytes);
+            check_refused(path, domain);
+        });
         ++tried;
     };
     // Cut anywhere, most of all near the ends; with bytes behind; with a hole of zeros, as after a crash.
@@ -91,8 +105,8 @@ TEST_CASE("a damaged checkpoint is refused by name before anything in it is read
         if (k % 2 == 0) bytes[random() % whole.size()] ^= 0x55;
         if (bytes != whole) refuse(bytes);
     }
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    CHECK(seconds < 0.01 * tried);  // a second is what users are promised for one
+    // None is read: CPU time on a busy machine is good to a factor of two.
+    CHECK(refusing / tried < 2.0 * reading / kWhole);
     write_bytes(path, whole);
     CHECK(load_checkpoint(path, domain).text == "where we were");
 }

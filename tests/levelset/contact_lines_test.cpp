@@ -111,3 +111,40 @@ TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
         CHECK(reach(stack, meshes, k, tops[k - 1], tops[k], 7.5) < 0.31);
     }
 }
+
+TEST_CASE(
+    "no tooth of the upper material hangs on a flush wall, wherever wall and interface lie between nodes") {
+    // A recess through oxide and nitride into silicon, cut out or etched down by a few cells: its wall is
+    // flush.
+    for (const ShapeKind kind : {ShapeKind::trench, ShapeKind::hole, ShapeKind::mask})
+        for (const double wall : {0.0, 0.25, 0.5, 0.75})
+            for (const double height : {0.0, 0.25, 0.5, 0.75})
+                for (const double etched : {0.0, 2.3}) {
+                    // Round and oblique walls lie everywhere between nodes.
+                    if (kind != ShapeKind::trench && wall > 0.0) continue;
+                    const bool strip = kind == ShapeKind::trench;
+                    const Domain domain =
+                        make_domain({22.0, strip ? 2.0 : 22.0}, 1.0, {Side::reflective, Side::reflective});
+                    Shape oxide, nitride, recess{.kind = kind};
+                    oxide.top = height;
+                    nitride.top = recess.top = height + 6.0 + 0.25;
+                    recess.subtract = true;
+                    recess.width = 10.0 + 2.0 * wall;
+                    recess.radius = 6.37;
+                    recess.polygons = {{{-6.2, -40.0}, {2.1, -40.0}, {6.0, 40.0}, {-2.3, 40.0}}};
+                    recess.depth = 14.6;  // 3.3 into the silicon
+
+                    MaterialStack stack = make_stack(
+                        domain, {{0, Shape{.top = -5.0 + height}}, {1, oxide}, {2, nitride}, {0, recess}});
+                    test::move(stack, etched, {Scheme::weno3, TimeIntegration::euler, 0.5},
+                               [](std::size_t layer, const Vec3& n) {
+                                   return layer == 0 ? -std::max(0.0, n.z()) : 0.0;
+                               },
+                               {1.0, 0.0, 0.0});
+                    const StackMeshes meshes = extract_materials(stack, extract_surface(stack.top(), domain));
+                    CAPTURE(static_cast<int>(kind), wall, height, etched);
+                    check_meshes(meshes);
+                    CHECK(reach(stack, meshes, 1, height - 5.0, height) < 0.3);
+                    CHECK(reach(stack, meshes, 2, height, height + 6.25) < 0.3);
+                }
+}

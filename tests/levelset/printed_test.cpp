@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "levelset/outline.hpp"
+#include "surface/error.hpp"
 
 using namespace sidewall::levelset;
 
@@ -94,9 +95,12 @@ TEST_CASE("a corner rounds as the product of two error functions") {
 
 TEST_CASE(
     "a narrow line is as wide as the difference of error functions says, with several Gaussians by weight") {
-    const Domain domain = box(4.0, 1.0);
-    for (const double width : {0.15, 0.2, 0.5}) {
-        const Blur blur{{0.05, 0.2}, {3.0, 1.0}, 0.4};
+    const Domain domain = box(9.0, 1.0);
+    // From sigmas that share pixels to one on pixels 16 times as large, whose images at the sides lie 5.5 of
+    // it away.
+    for (const auto& [width, wide] :
+         {std::pair(0.15, 0.2), {0.2, 0.2}, {0.5, 0.2}, {0.2, 0.09}, {0.3, 0.11}, {0.5, 0.8}}) {
+        const Blur blur{{0.05, wide}, {3.0, 1.0}, 0.4};
         const Outline line = outline_of({rectangle(-0.5 * width, -9.0, 0.5 * width, 9.0)}, blur, domain);
         const auto dose = [&](double x) {
             double sum = 0.0;
@@ -111,6 +115,16 @@ TEST_CASE(
         CHECK(std::abs(line(-half, 0.1)) < kError * 0.05);
         CHECK(line(0.0, 0.1) == Approx(-half).margin(kError * 0.05));
     }
+}
+
+TEST_CASE("many Gaussians cost what one does, and stop when asked to") {
+    // 4e7 pixels; the widest sigma alone would take 2e12 multiplications on them.
+    const Domain domain = make_domain({40.0, 40.0}, 0.032, {Side::periodic, Side::periodic});
+    const Blur blur{{0.032, 1.0, 8.0}, {}, 0.5};
+    const std::vector<Polygon> half{rectangle(-9.0, -99.0, 9.0, 99.0)};
+    CHECK_THROWS_AS(printed(half, blur, domain, [] { return true; }), sidewall::Interrupted);
+    CHECK_THROWS_WITH(printed(half, {std::vector<double>(30, 0.032), {}, 0.5}, domain),
+                      Catch::Contains("multiplications"));
 }
 
 TEST_CASE("what is too narrow to print vanishes and is told, overlaps count once and a ring keeps its hole") {

@@ -97,6 +97,27 @@ def test_flux_on_a_plane_is_one_and_shadowed_where_it_must():
     assert floor.mean() == pytest.approx(math.sqrt(2) - 1, abs=4 * error + 1e-5)
 
 
+def test_radiosity_solves_for_what_monte_carlo_counts():
+    surface = grid(24, lambda x, y: -0.9 * np.exp(-(((x - 0.5) / 0.15) ** 4)))  # a trench
+    # Where nothing sticks, a thermal gas fills every place alike.
+    still = sidewall.flux(*surface, sticking=0.0, method="radiosity", boundary="reflective")
+    assert np.abs(still.flux - 1.0).max() < 1e-3 and still.absorbed == 0
+    solved, counted = [
+        sidewall.flux(*surface, sticking=0.1, relative_error=0.01, boundary="reflective", method=method)
+        for method in ("radiosity", "monte-carlo")
+    ]
+    mean = [np.average(f.flux, weights=f.area) for f in (solved, counted)]
+    # Errors of many triangles cancel in their mean.
+    assert mean[0] == pytest.approx(mean[1], rel=0.01)
+    error = np.hypot(solved.flux_error, counted.flux_error)
+    assert np.average(np.abs(solved.flux - counted.flux) < 4 * error + 0.02) > 0.97
+    assert solved.relative_error <= 0.01 and solved.leaked == 0 and solved.rays == solved.absorbed + solved.escaped
+    chosen = sidewall.flux(*surface, sticking=0.1, relative_error=0.01, boundary="reflective", method="auto")
+    assert (chosen.flux == solved.flux).all() or (chosen.flux == counted.flux).all()
+    with pytest.raises(sidewall.RecipeError, match="must be monte-carlo, radiosity or auto"):
+        sidewall.flux(*surface, method="magic")
+
+
 def test_flux_says_what_it_cannot_trace():
     points, triangles = grid(2)
     with pytest.raises(sidewall.RecipeError, match=r"sticking = 1.5: must be in \[0, 1\]"):

@@ -125,6 +125,58 @@ TEST_CASE("films thinner than the edges asked for are kept with their volume") {
     CHECK(quality.volume[1] == Approx(half * (std::pow(0.38, 3) - std::pow(0.35, 3))).epsilon(0.005));
 }
 
+TEST_CASE("fronts are offset until volumes hold, by no more than they may be") {
+    TetOptions options = unit_box(0.16);
+    options.tolerance = 1.0;  // coarse edges, whose chords cut off more than half a percent
+    const double inner = 0.25, outer = 0.4;
+    const auto ball = [](double radius) { return 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3); };
+    const Vec3 centre(0.5, 0.5, 0.5);
+    const std::vector<Front> fronts{sphere(centre, inner), sphere(centre, outer)};
+    const std::vector<double> exact{ball(inner), ball(outer) - ball(inner), 1.0 - ball(outer)};
+    const auto worst = [&](const TetMesh& mesh, std::size_t regions) {
+        const TetQuality quality = measure_tets(mesh);
+        double most = 0.0;
+        for (std::size_t r = 0; r < regions; ++r)
+            most = std::max(most, std::abs(quality.volume[r] / exact[r] - 1.0));
+        return most;
+    };
+    const auto off_fronts = [&](const TetMesh& mesh) {
+        double farthest = 0.0;
+        for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+            if (mesh.region[t] == 0)
+                for (const std::uint32_t v : mesh.tetrahedra[t])
+                    farthest = std::max(farthest, (mesh.vertices[v] - centre).norm() - inner);
+        return farthest;
+    };
+    for (const bool outside : {false, true}) {
+        options.outside = outside;
+        options.volume.clear();
+        const TetMesh plain = tetrahedralize(fronts, options);
+        CHECK(worst(plain, 2) > 0.005);
+        options.material = outside ? std::vector<int>{0, 1, 2} : std::vector<int>{0, 1};
+        options.volume.assign(exact.begin(), exact.begin() + (outside ? 3 : 2));
+        options.shift = 0.02;
+        const TetMesh mesh = tetrahedralize(fronts, options);
+        test::check_tets(mesh, options.box, !outside);
+        CHECK(mesh.tetrahedra == plain.tetrahedra);
+        CHECK(worst(mesh, outside ? 3 : 2) <= 1e-4);
+        CHECK(off_fronts(mesh) < options.shift + 1e-3);
+        options.shift = 1e-3;
+        const TetMesh bounded = tetrahedralize(fronts, options);
+        CHECK(worst(bounded, 2) < worst(plain, 2));
+        CHECK(worst(bounded, 2) > 0.001);
+        for (std::size_t v = 0; v < plain.vertices.size(); ++v)
+            REQUIRE((bounded.vertices[v] - plain.vertices[v]).norm() <= 1.000001 * options.shift);
+    }
+    // Two regions of one material, which alone is asked for.
+    options.outside = false;
+    options.material = {0, 0};
+    options.volume = {ball(outer)};
+    options.shift = 0.02;
+    const TetQuality both = measure_tets(tetrahedralize(fronts, options));
+    CHECK((both.volume[0] + both.volume[1]) / ball(outer) == Approx(1.0).margin(1e-4));
+}
+
 TEST_CASE("tetrahedra come out the same each time, and too many are refused") {
     TetOptions options = unit_box(0.1);
     const std::vector<Front> fronts{sphere({0.5, 0.5, 0.2}, 0.4), plane({0.1, 0.0, 1.0}, 0.7)};

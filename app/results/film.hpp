@@ -1,0 +1,21 @@
+#pragma once
+#include "app/results/cut_profile.hpp"
+
+namespace sidewall::app {
+
+/// The film between two profiles of a wafer; kNone where a figure does not exist.
+struct Film {
+    double top = kNone, side = kNone,
+           bottom = kNone;  ///< thickness beside, on the wall halfway down, on the floor
+    double depth = kNone;   ///< of what it covers
+    bool filled = false;    ///< nothing is open halfway down
+
+    /// Its thickness at a place over that beside: of a film that there is, on something that has walls.
+    double coverage(double thickness, double spacing) const;
+};
+
+/// Beside is where the profile begins or, where what the film covers lies over a mirrored or periodic side, in the middle
+/// of the material next to it. O(n) in segments.
+Film film_between(const Profile& surface, const Profile& below);
+
+}  // namespace sidewall::app

@@ -1,0 +1,55 @@
+#include "flux/single.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace sidewall::flux {
+
+Way way_of(const SingleFlux& asked, bool radiosity) {
+    return {radiosity, asked.relative_error.value_or(0.0)};
+}
+
+Way way_of(const MethodChoice& choice) {
+    return {choice.radiosity, choice.target};
+}
+
+MethodChoice choose_method(const SingleFlux& asked) {
+    return choose_method(asked.relative_error.value_or(0.0), asked.mesh, asked.scene, asked.box,
+                         asked.species, asked.materials, asked.wedges, asked.options);
+}
+
+FluxResult follow(const SingleFlux& a) {
+    return a.relative_error ? trace_flux_to(*a.relative_error, a.mesh, a.scene, a.box, a.species, a.materials,
+                                            a.wedges, a.options)
+                            : trace_flux(a.mesh, a.scene, a.box, a.species, a.materials, a.wedges, a.options);
+}
+
+Exchange exchange_of(const SingleFlux& a) {
+    return {a.mesh,
+            a.scene,
+            a.box,
+            a.wedges,
+            {a.species.source_exponent},
+            {.seed = a.options.seed, .progress = a.options.progress, .stop = a.options.stop}};
+}
+
+RadiosityFlux solve(const SingleFlux& asked, const Way& way, Exchange& exchange) {
+    constexpr std::uint64_t kRaysOfUnknown = 64;
+    const std::vector<double> sticking = sticking_by_wedge(asked.wedges, asked.materials, asked.species);
+    const DiffuseSpecies species{
+        .name = asked.species.name, .source_exponent = asked.species.source_exponent, .sticking = sticking};
+    const SolveOptions options{.stop = asked.options.stop};
+    if (way.target > 0.0) {
+        const std::uint64_t most = asked.relative_error
+                                       ? asked.options.rays
+                                       : std::max(kMostOfAuto * asked.options.rays, exchange.fewest_rays());
+        return std::move(solve_fluxes_to({&way.target, 1}, exchange, {&species, 1}, most, options).front());
+    }
+    gather_for({&species, 1}, exchange,
+               asked.rays_given ? asked.options.rays
+                                : std::min(kRaysOfUnknown * exchange.unknowns(), exchange.rays_left()),
+               options);
+    return solve_flux(exchange, species, options);
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,47 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "flux/radiosity.hpp"
+#include "flux/tracer.hpp"
+
+// The flux of one species on one surface by either method, as `sidewall flux` and the Python package ask for
+// it.
+namespace sidewall::flux {
+
+/// What is asked; all references must outlive it.
+struct SingleFlux {
+    const TriangleMesh& mesh;
+    std::span<const std::int32_t> materials;
+    const LateralBox& box;
+    const Wedges& wedges;
+    const surface::RayScene& scene;
+    const Species& species;
+    TraceOptions options;                    ///< its rays: of paths, or the most to a relative error
+    std::optional<double> relative_error{};  ///< instead of that many rays
+    bool rays_given = true;  ///< else radiosity without a relative error gathers 64 rays an unknown
+};
+
+/// How to find a flux.
+struct Way {
+    bool radiosity = false;
+    double target = 0.0;  ///< relative error that radiosity gathers rays to; 0: by rays
+};
+
+/// As asked: radiosity or Monte Carlo, to the relative error if one is asked for.
+Way way_of(const SingleFlux& asked, bool radiosity);
+/// The cheaper one; radiosity then gathers to the error that the rays of paths would have.
+Way way_of(const MethodChoice& choice);
+/// \throws as trace_flux.
+MethodChoice choose_method(const SingleFlux& asked);
+
+/// By Monte Carlo. \throws as trace_flux.
+FluxResult follow(const SingleFlux& asked);
+
+/// Rays between points of the surface, none yet, for solve.
+Exchange exchange_of(const SingleFlux& asked);
+/// By radiosity on the rays that it gathers. \throws as Exchange::gather and solve_flux.
+RadiosityFlux solve(const SingleFlux& asked, const Way& way, Exchange& exchange);
+
+}  // namespace sidewall::flux

@@ -1,0 +1,46 @@
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "flux/exchange_state.hpp"
+#include "flux/links.hpp"
+#include "flux/radiosity.hpp"
+
+namespace sidewall::flux {
+
+/// Means over the wedges that are one unknown, of a quantity by wedge.
+std::vector<double> by_unknown(const Exchange::State& s, std::span<const double> wedge);
+
+/// The balance of one species on the rays of an exchange.
+class Solver {
+  public:
+    /// All arguments must outlive the solver.
+    /// \throws as solve_flux for values out of range and arrays that do not fit.
+    Solver(const Exchange::State& state, const DiffuseSpecies& species, const SolveOptions& options);
+
+    struct Answer {
+        std::vector<double> flux;  ///< by wedge
+        std::uint32_t iterations = 0;
+    };
+    /// The flux from some of the groups of rays.
+    /// \param guess  a flux by wedge to start from; may be empty.
+    /// \throws as solve_flux.
+    Answer solve(std::vector<const LinkGroup*> groups, std::span<const double> guess, double tolerance) const;
+
+    /// What all rays make of an emission: the solutions of the balance, which is symmetric, for any \p rights, by
+    /// unknown.
+    std::vector<std::vector<double>> respond(const std::vector<std::vector<double>>& rights,
+                                             double tolerance) const;
+
+    /// 1 - s, by unknown, never 0.
+    std::span<const double> reemitted() const { return reemitted_; }
+
+  private:
+    const Exchange::State& s_;
+    const DiffuseSpecies& species_;
+    const SolveOptions& options_;
+    std::vector<double> reemitted_, ratio_, emission_;  // by unknown
+};
+
+}  // namespace sidewall::flux

@@ -1,0 +1,43 @@
+"""What VTK (Debian's python3-vtk9) reads from a file of tetrahedra or of blocks, as JSON."""
+
+import json
+import sys
+
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, VTK_TRIANGLE, vtkTetra
+from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataReader, vtkXMLUnstructuredGridReader
+
+
+def read(reader, path):
+    reader.SetFileName(path)
+    reader.Update()
+    if reader.GetErrorCode() != 0:
+        sys.exit(f"{path}: VTK's error {reader.GetErrorCode()}")
+    return reader.GetOutput()
+
+
+def tetrahedra(path):
+    grid = read(vtkXMLUnstructuredGridReader(), path)
+    region = grid.GetCellData().GetArray("region")
+    volumes, kinds = {}, {VTK_TETRA: 0, VTK_TRIANGLE: 0}
+    for c in range(grid.GetNumberOfCells()):
+        kinds[grid.GetCellType(c)] += 1
+        if grid.GetCellType(c) != VTK_TETRA:
+            continue
+        points = grid.GetCell(c).GetPoints()
+        volume = vtkTetra.ComputeVolume(*(points.GetPoint(k) for k in range(4)))
+        of = int(region.GetTuple1(c))
+        volumes[of] = volumes.get(of, 0.0) + volume
+    return {
+        "points": grid.GetNumberOfPoints(),
+        "tetrahedra": kinds[VTK_TETRA],
+        "triangles": kinds[VTK_TRIANGLE],
+        "volumes": [volumes[r] for r in sorted(volumes)],
+    }
+
+
+def blocks(path):
+    found = read(vtkXMLMultiBlockDataReader(), path)
+    return [found.GetBlock(k).GetNumberOfCells() for k in range(found.GetNumberOfBlocks())]
+
+
+print(json.dumps(blocks(sys.argv[1]) if sys.argv[1].endswith(".vtm") else tetrahedra(sys.argv[1])))

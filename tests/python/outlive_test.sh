@@ -1,0 +1,7 @@
+#!/usr/bin/env bash
+# outlive_test.sh PYTHON: no array reads or writes memory that is freed, by valgrind; or why not, and exit code 77. Values without
+# meaning are not looked for: packets of rays fly with unused lanes.
+set -euo pipefail
+command -v valgrind >/dev/null || { echo "skipped: there is no valgrind"; exit 77; }
+"$1" -c 'import numpy' 2>/dev/null || { echo "skipped: Python has no numpy"; exit 77; }
+PYTHONMALLOC=malloc valgrind -q --undef-value-errors=no --num-callers=30 --error-exitcode=9 "$1" "$(dirname "$0")/outlive.py"
