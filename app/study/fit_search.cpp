@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <nlopt.hpp>
 #include <stdexcept>
 
@@ -143,7 +144,10 @@ std::size_t fewest_at_random(Eigen::Index parameters) {
 }
 
 void require_runs_for_crs(const LeastSquares& problem) {
-    const std::size_t fewest = first_points(problem).size() + fewest_at_random(problem.start.size());
+    // Few runs allowed mean few first points; enough for this search mean all of them.
+    LeastSquares unbounded = problem;
+    unbounded.max_runs = std::numeric_limits<std::size_t>::max();
+    const std::size_t fewest = first_points(unbounded).size() + fewest_at_random(problem.start.size());
     if (problem.max_runs < fewest)
         throw RecipeError(
             fmt::format("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
