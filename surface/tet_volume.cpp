@@ -11,6 +11,8 @@ namespace {
 constexpr double kLeastAngle = 0.9902681;
 constexpr double kVolumeHolds = 1e-4;  // of a material's volume
 constexpr int kMostOffsets = 20;
+// Scraps of a few cells have few vertices off contact lines: where they lack volume, these go farther.
+constexpr double kReaches[] = {1.0, 2.0, 4.0};
 
 constexpr int kNoPair = -1, kSeveralPairs = -2;
 
@@ -105,11 +107,14 @@ class VolumeMatcher {
                 else if (pair != std::array{facet.low, facet.high})
                     pair = {kSeveralPairs, kSeveralPairs};  // contact lines stay
             }
-        for (std::uint32_t v = 0; v < between_.size(); ++v)
-            if (between_[v][0] >= 0) moving_.push_back(v);
     }
     void run() {
-        for (int round = 0; round < kMostOffsets && !hold() && move_all(); ++round) {
+        for (const double reach : kReaches) {
+            if (hold()) return;
+            most_ = reach * options_.shift;
+            start();
+            for (int round = 0; round < kMostOffsets && move_all() && !hold(); ++round) {
+            }
         }
     }
 
@@ -118,6 +123,8 @@ class VolumeMatcher {
         return static_cast<std::size_t>(std::max_element(volumes.begin(), volumes.end()) - volumes.begin());
     }
     bool hold();
+    bool lacks(int material) const;
+    void start();
     std::vector<Vec3> pushes() const;
     std::vector<double> offsets(const std::vector<Vec3>& push) const;
     bool move_all();
@@ -130,6 +137,7 @@ class VolumeMatcher {
     const std::vector<Facet> facets_;
     std::vector<std::array<int, 2>> between_;  // by vertex: the two materials that meet there
     std::vector<double> moved_;                // by vertex, so far
+    double most_ = 0.0;                        // that any vertex moves
     std::vector<std::uint32_t> moving_;        // vertices
     std::vector<double> lacking_;              // by material
 };
@@ -144,9 +152,23 @@ bool VolumeMatcher::hold() {
         lacking_[static_cast<std::size_t>(options_.material[region])] -=
             tet_volume(mesh_.point[a], mesh_.point[b], mesh_.point[c], mesh_.point[d]);
     }
-    for (std::size_t m = 0; m < lacking_.size(); ++m)
-        if (std::abs(lacking_[m]) > kVolumeHolds * std::abs(options_.volume[m])) return false;
+    for (int m = 0; m < unmeshed_; ++m)
+        if (lacks(m)) return false;
     return true;
+}
+
+bool VolumeMatcher::lacks(int material) const {
+    const auto m = static_cast<std::size_t>(material);
+    return m < lacking_.size() && std::abs(lacking_[m]) > kVolumeHolds * std::abs(options_.volume[m]);
+}
+
+// All vertices may move, or farther than before those of materials that still lack volume.
+void VolumeMatcher::start() {
+    moving_.clear();
+    for (std::uint32_t v = 0; v < between_.size(); ++v) {
+        const auto& [low, high] = between_[v];
+        if (low >= 0 && (most_ == options_.shift || lacks(low) || lacks(high))) moving_.push_back(v);
+    }
 }
 
 // By vertex: what the lower material there gains when it moves, within its side, by a length along each axis.
@@ -185,8 +207,7 @@ std::vector<double> VolumeMatcher::offsets(const std::vector<Vec3>& push) const 
 
 // As far as may be of the way; returns how far.
 double VolumeMatcher::move(std::uint32_t v, const Vec3& way, double by) {
-    const double most = options_.shift;
-    by = std::clamp(by, -most - moved_[v], most - moved_[v]);
+    by = std::clamp(by, -most_ - moved_[v], most_ - moved_[v]);
     const Vec3 old = mesh_.point[v];
     const double before = mesh_.cosine_around(v);
     for (const double share : {1.0, 0.5}) {

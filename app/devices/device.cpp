@@ -24,9 +24,9 @@ constexpr double kTolerance = 0.06;  // that fronts may bulge over an edge
 constexpr double kThin = 0.005;      // less of a film is rounding
 constexpr double kShift = 0.06;      // that fronts are offset by at most so that volumes hold
 
-// Where a region's volume is off by more, edges are divided further. Scraps of a few cells are left as they
-// are.
-constexpr double kVolume = 0.0048, kSmall = 20.0, kFiner = 0.7;
+// Where a region's volume is off by more, edges are divided further. Scraps of less than a cell are left as
+// they are.
+constexpr double kVolume = 0.0048, kSmall = 1.0, kFiner = 0.7;
 constexpr int kAttempts = 3;
 
 /// Volume of material under a surface that ends on the box, from its bottom.

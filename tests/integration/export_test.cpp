@@ -137,9 +137,9 @@ TEST_CASE("a scalloped hole with a polymer of a fraction of a cell becomes tetra
 }
 
 TEST_CASE("thin films, worn masks and a few cells of polymer keep their volumes as tetrahedra", "[slow]") {
-    const auto [recipe, spacing] =
-        GENERATE(std::pair("nanowires", 2.0), std::pair("fluorocarbon_contact", 10.0),
-                 std::pair("ion_beam_trench", 0.025), std::pair("oxide_nitride_stack", 5.0));
+    const auto [recipe, spacing] = GENERATE(
+        std::pair("nanowires", 2.0), std::pair("finfet", 2.0), std::pair("fluorocarbon_contact", 10.0),
+        std::pair("ion_beam_trench", 0.025), std::pair("oxide_nitride_stack", 5.0));
     const test::Folder folder;
     run_recipe(folder, recipe);
     check_result(folder.path / "run", spacing, false);
