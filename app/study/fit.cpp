@@ -13,6 +13,7 @@
 #include "app/common/version.hpp"
 #include "app/recipe/written_number.hpp"
 #include "app/schema/keys.hpp"
+#include "app/schema/units.hpp"
 #include "app/study/batch_folder.hpp"
 #include "app/study/fit_labels.hpp"
 #include "app/study/fit_report.hpp"
@@ -33,6 +34,7 @@ struct FitRecipe {
     const FitOptions& all;  // as the user wrote them
     FitOptions options;     // those that concern it, without its label
     std::string text;       // of the file
+    std::string length_unit;
     FitTargets targets;
     std::vector<std::string> keys;     // that it varies
     std::vector<std::size_t> places;   // of these among all
@@ -111,6 +113,7 @@ FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& l
     part.options.profiles = own_texts(options.profiles, labels, labels[r]);
     const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
     part.text = surface::read_whole_file(options.recipes[r]);
+    part.length_unit = base.domain.length_unit;
     part.targets = read_targets(part.options, base);
     const std::vector<Vary> varied = parse_vary(part.options.vary, base);
     require_ranges(varied);
@@ -256,6 +259,22 @@ std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vect
     return residuals;
 }
 
+// Where residuals_at puts those of profiles; points in the first recipe's unit.
+std::vector<ProfileResiduals> profiles_of(const Fit& fit) {
+    std::vector<ProfileResiduals> profiles;
+    const double unit = metres_in(fit.parts.front().length_unit);
+    Eigen::Index first = 0;
+    for (const FitRecipe& part : fit.parts) {
+        first += static_cast<Eigen::Index>(part.targets.measures.size());
+        for (const MeasuredProfile& profile : part.targets.profiles) {
+            profiles.push_back({first, profile.points});
+            for (Eigen::Vector2d& p : profiles.back().points) p *= metres_in(part.length_unit) / unit;
+            first += static_cast<Eigen::Index>(profile.points.size());
+        }
+    }
+    return profiles;
+}
+
 FitSearch find(Fit& fit) {
     const FitOptions& options = fit.options;
     ProgressBar progress("fit", static_cast<double>(options.max_runs), "runs at most", !options.quiet,
@@ -265,7 +284,8 @@ FitSearch find(Fit& fit) {
             {.start = fit.start,
              .evaluate = [&](const std::vector<BoxPoint>& points) { return evaluate(fit, progress, points); },
              .max_runs = options.max_runs / fit.parts.size(),
-             .known_errors = fit.parts.front().targets.known_errors},
+             .known_errors = fit.parts.front().targets.known_errors,
+             .profiles = profiles_of(fit)},
             options.method);
     } catch (const NumericsError& error) {
         throw NumericsError(

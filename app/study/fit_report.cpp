@@ -128,6 +128,10 @@ Json fit_json(const FitEnd& end) {
     json["errors_from"] = end.recipes.front().targets.known_errors ? "sigma"
                           : found.error_from_noise                 ? "simulation-noise"
                                                                    : "residuals";
+    if (const ErrorCorrelation& errors = found.correlation; errors.shared > 0.0)
+        json["profile_errors"] = Json{{"shared", errors.shared},
+                                      {"length", number_or_null(errors.length, 3)},
+                                      {"unit", end.recipes.front().best_recipe.domain.length_unit}};
     json["several_minima"] = end.several_minima;
     json["simulation_noise"] = number_or_null(found.noise, 3);
     return json;

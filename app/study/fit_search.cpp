@@ -20,6 +20,7 @@ using Eigen::VectorXd;
 constexpr double kMet = 0.01;       // of what is asked for, root mean square
 constexpr double kMetSigmas = 2.0;  // where standard deviations are known
 constexpr double kApart = 0.1;      // between minima, in the unit box
+constexpr double kBeside = 0.01;    // points of one minimum
 
 double cost_of(const Residuals& residuals) {
     return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
@@ -63,7 +64,8 @@ class Trials {
                                .known_errors = problem_.known_errors,
                                .known = std::move(known),
                                .noise = noise,
-                               .descends = descends});
+                               .descends = descends,
+                               .profiles = problem_.profiles});
         found.runs = all_.size();
         return found;
     }
@@ -228,8 +230,10 @@ FitSearch search_least_squares(const LeastSquares& problem, const std::string& m
     const std::size_t kept = last_runs(problem.start.size()),
                       runs = trials.left() - std::min(trials.left(), kept);
     const bool ended = any && runs > 0 && minimise(trials, nlopt::LN_BOBYQA, runs, 0);
+    const BoxPoint end = trials.best().x;
     LeastSquaresResult found = trials.fit(trials.all(), {}, false);
-    found.converged = ended;
+    // Unless a point that was evaluated for slopes, farther away than those for the noise, is lower.
+    found.converged = ended && (found.best - end).lpNorm<Eigen::Infinity>() < kBeside;
     return {.found = std::move(found)};
 }
 

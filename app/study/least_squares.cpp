@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "app/study/fit_errors.hpp"
 #include "app/study/sobol.hpp"
-#include "app/study/student.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
@@ -22,7 +22,6 @@ constexpr double kErrorPart = 0.05;      // or this part of the parameter's stan
 constexpr double kProbe = 0.004;         // between points that tell noise
 constexpr double kMostDifference = 0.2;  // between points that tell slopes
 constexpr double kSignal = 10.0;         // a slope's difference over the noise
-constexpr double kUnbounded = 1e3;       // a standard deviation
 
 struct Sample {
     BoxPoint x;
@@ -52,12 +51,6 @@ VectorXd bounded_step(const MatrixXd& slopes, const VectorXd& r, const BoxPoint&
     return step;
 }
 
-// A direction less what it has by chance of others.
-VectorXd significant(const VectorXd& direction) {
-    constexpr double kPart = 0.1;
-    return (direction.array().abs() < kPart).select(0.0, direction);
-}
-
 class Fitter {
   public:
     explicit Fitter(const LeastSquares& problem) : problem_(problem), parameters_(problem.start.size()) {}
@@ -66,14 +59,13 @@ class Fitter {
         explore();
         tell_noise();
         LeastSquaresResult result;
-        result.converged = problem_.descends && descend();
-        if (slopes_.size() == 0) regress();
-        if (!problem_.descends) look_from_both_sides();
-        look_at_weak_directions();
+        result.converged = search();
+        // A point that was evaluated for slopes alone may be lower.
+        while (take_lower()) result.converged = search();
         result.best = best().x;
         result.residuals = best().r;
         result.noise = noise_;
-        add_errors(result);
+        add_errors(problem_, slopes_, tested_directions(), result);
         result.runs = samples_.size();
         return result;
     }
@@ -109,6 +101,24 @@ class Fitter {
         take_best();
         if (!std::isfinite(best().cost))
             throw NumericsError("no run of the first ones ended with all targets");
+    }
+
+    // Goes to the lowest sample, if it is lower by more than three standard deviations of what noise makes of
+    // a difference of sums, and than a step counts for that is left because it is short. False if there is
+    // none.
+    bool take_lower() {
+        const double sum = best().cost, noise = noise_ * noise_,
+                     by_noise = 3.0 * std::sqrt(8.0 * noise * sum +
+                                                4.0 * noise * noise * static_cast<double>(best().r.size()));
+        const double least = sum - by_noise - kErrorPart * kErrorPart * variance();
+        const std::size_t before = best_;
+        take_best();
+        const bool lower = best().cost < least;
+        if (lower)
+            regress();
+        else
+            best_ = before;
+        return lower;
     }
 
     // Three points in a row on a line so short that the model is straight along it.
@@ -204,20 +214,15 @@ class Fitter {
                             : MatrixXd(a.completeOrthogonalDecomposition().solve(b).transpose());
     }
 
-    // A residual's variance.
     double variance() const {
-        const auto degrees = best().r.size() - parameters_;
-        if (problem_.known_errors) return 1.0 + noise_ * noise_;
-        return std::max(noise_ * noise_, degrees > 0 ? best().cost / static_cast<double>(degrees) : 0.0);
-    }
-
-    MatrixXd covariance() const {
-        const MatrixXd h = slopes_.transpose() * slopes_;
-        return variance() * h.completeOrthogonalDecomposition().pseudoInverse();
+        const auto degrees = static_cast<double>(best().r.size() - parameters_);
+        return residual_variance(problem_, best().cost, degrees, noise_);
     }
 
     bool settled(const VectorXd& step) const {
-        const VectorXd error = covariance().diagonal().cwiseMax(0.0).cwiseSqrt();
+        const MatrixXd h = slopes_.transpose() * slopes_;
+        const MatrixXd covariance = variance() * h.completeOrthogonalDecomposition().pseudoInverse();
+        const VectorXd error = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
         return (step.cwiseAbs().array() <= (kErrorPart * error).cwiseMax(kTolerance).array()).all();
     }
 
@@ -244,6 +249,15 @@ class Fitter {
                 (samples_[low + 1].r - samples_[low].r) / (2.0 * lengths[static_cast<std::size_t>(i)]);
         }
         return true;
+    }
+
+    // False if the runs are used up.
+    bool search() {
+        const bool ended = problem_.descends && descend();
+        if (slopes_.size() == 0) regress();
+        if (!problem_.descends) look_from_both_sides();
+        look_at_weak_directions();
+        return ended;
     }
 
     // False if the runs are used up.
@@ -324,42 +338,6 @@ class Fitter {
         const Eigen::Index count = (svd.singularValues().array() > least).count();
         if (count == parameters_) return MatrixXd::Identity(parameters_, parameters_);
         return svd.matrixV().leftCols(count);
-    }
-
-    void add_errors(LeastSquaresResult& result) const {
-        constexpr double kVanishing = 0.005;  // of the strongest slope
-        const auto count = best().r.size();
-        const double sigma = std::sqrt(variance());
-        const bool estimated = !problem_.known_errors && count > parameters_;
-        constexpr double kNormal = 1.959964;
-        const double quantile =
-            estimated ? student_quantile(static_cast<std::size_t>(count - parameters_)) : kNormal;
-        result.error_from_noise = !problem_.known_errors && count <= parameters_;
-        const MatrixXd tested = tested_directions();
-        const Eigen::JacobiSVD<MatrixXd> svd(tested.cols() > 0 ? MatrixXd(slopes_ * tested) : slopes_,
-                                             Eigen::ComputeThinU | Eigen::ComputeFullV);
-        const double hidden =
-            3.0 * noise_ * std::sqrt(2.0 * static_cast<double>(count)) / (2.0 * kMostDifference);
-        result.covariance = kUnbounded * kUnbounded *
-                            (MatrixXd::Identity(parameters_, parameters_) - tested * tested.transpose());
-        // Residuals of a search that has not come to its end tell no errors.
-        const bool told = result.converged || !problem_.descends || problem_.known_errors;
-        for (Eigen::Index k = 0; k < tested.cols(); ++k) {
-            const VectorXd direction = tested * svd.matrixV().col(k);
-            const double slope = k < svd.singularValues().size() ? svd.singularValues()[k] : 0.0;
-            const bool vanishes = slope <= std::max(hidden, kVanishing * svd.singularValues()[0]);
-            // An interval as wide as the bounds says nothing that they did not.
-            if (vanishes || (told && quantile * sigma > 0.5 * slope))
-                result.free_directions.push_back(direction);
-            // What a vanishing slope is worth, its noise decides; so is which parameters it belongs to in
-            // part.
-            const VectorXd part = vanishes ? significant(direction) : direction;
-            const double error = vanishes ? kUnbounded : std::min(kUnbounded, sigma / slope);
-            result.covariance += error * error * part * part.transpose();
-        }
-        result.half_interval = quantile * result.covariance.diagonal().cwiseSqrt();
-        // As many keys as targets, and no noise seen: nothing tells the error.
-        if (result.error_from_noise && noise_ == 0.0) result.half_interval.setConstant(kUnbounded);
     }
 
     const LeastSquares& problem_;

@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "app/study/correlation.hpp"
+
 namespace sidewall::app {
 
 /// A point of the unit box, a coordinate a parameter; its residuals; none where they could not be found.
@@ -27,6 +29,8 @@ struct LeastSquares {
     std::vector<FitTrial> known;  ///< evaluated before: the search goes on from the best of them
     std::optional<double> noise;  ///< as in the result, where it is known
     bool descends = true;         ///< else the best known point is taken, and its errors alone are found
+    std::vector<ProfileResiduals>
+        profiles;  ///< whose errors neighbours share; all other residuals have their own
 };
 
 /// What a fit found; parameters in box coordinates.
@@ -36,6 +40,7 @@ struct LeastSquaresResult {
     Eigen::MatrixXd covariance;     ///< of the parameters
     Eigen::VectorXd half_interval;  ///< of 95 %; hundreds where nothing bounds it
     double noise = 0.0;             ///< standard deviation of a residual from one nearby point to the next
+    ErrorCorrelation correlation;   ///< of errors along profiles, with which the covariance is found
     bool converged = false;         ///< else the runs were used up
     bool error_from_noise =
         false;  ///< no degree of freedom was left, and errors are those of the model's noise
