@@ -11,8 +11,9 @@ namespace sidewall::app {
 namespace {
 
 constexpr double kWidth = 720.0, kHeight = 440.0, kLeft = 80.0, kRight = 220.0, kTop = 40.0, kBottom = 60.0;
-// Okabe and Ito's palette, safe for colour-blind readers.
+// Okabe and Ito's palette, safe for colour-blind readers; lines whose colour comes again are dashed.
 constexpr std::array kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
+constexpr std::array kDashes{"", "8 4", "2 3", "10 3 2 3"};
 
 std::string escaped(const std::string& text) {
     std::string out;
@@ -56,7 +57,8 @@ struct Axis {
     double value(double scaled) const { return log ? std::pow(10.0, scaled) : scaled; }
 };
 
-std::string series_svg(const PlotSeries& series, const Axis& x, const Axis& y, const char* colour) {
+std::string series_svg(const PlotSeries& series, const Axis& x, const Axis& y, const char* colour,
+                       const std::string& dash) {
     constexpr std::size_t kFew = 20;  // points that each get a dot
     std::vector<std::string> lines(1);
     std::string dots;
@@ -74,8 +76,9 @@ std::string series_svg(const PlotSeries& series, const Axis& x, const Axis& y, c
     std::string svg;
     for (const std::string& line : lines)
         if (!series.dots)
-            svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\"/>\n",
-                               line, colour);
+            svg +=
+                fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.8\"{}/>\n",
+                            line, colour, dash);
     return svg + dots;
 }
 
@@ -123,12 +126,14 @@ std::string svg_plot(const Plot& plot) {
                     0.5 * (kTop + kHeight - kBottom), escaped(plot.y_label));
     for (std::size_t s = 0; s < plot.series.size(); ++s) {
         const char* colour = kColours[s % kColours.size()];
-        svg += series_svg(plot.series[s], x, y, colour);
+        std::string dash = kDashes[s / kColours.size() % kDashes.size()];
+        if (!dash.empty()) dash = fmt::format(" stroke-dasharray=\"{}\"", dash);
+        svg += series_svg(plot.series[s], x, y, colour, dash);
         const double ly = kTop + 10.0 + 20.0 * static_cast<double>(s), lx = kWidth - kRight + 14.0;
         svg += fmt::format(
-            "<line x1=\"{0}\" y1=\"{1}\" x2=\"{2}\" y2=\"{1}\" stroke=\"{3}\" stroke-width=\"3\"/>\n"
-            "<text x=\"{4}\" y=\"{5}\">{6}</text>\n",
-            lx, ly, lx + 20.0, colour, lx + 26.0, ly + 4.0, escaped(plot.series[s].name));
+            "<line x1=\"{0}\" y1=\"{1}\" x2=\"{2}\" y2=\"{1}\" stroke=\"{3}\" stroke-width=\"3\""
+            "{7}/>\n<text x=\"{4}\" y=\"{5}\">{6}</text>\n",
+            lx, ly, lx + 20.0, colour, lx + 26.0, ly + 4.0, escaped(plot.series[s].name), dash);
     }
     return svg + "</svg>\n";
 }

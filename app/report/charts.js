@@ -117,6 +117,10 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     chart.ramp ? Sidewall.shade(chart.series.length > 1 ? k / (chart.series.length - 1) : 0.4)
                : `var(--c${k % kColours})`;
 
+  // Lines whose colour comes again are dashed, in other lengths every time.
+  const seriesDash = (chart, k) => (chart.ramp ? 0 : Math.floor(k / kColours));
+  const dashes = (n) => (n ? [2 + 6 / n, 4] : []);
+
   function drawAxes(root, chart, x, y, box) {
     const grid = svg("g", { class: "grid" }), labels = svg("g", { class: "ticks" });
     for (const v of x.ticks) {
@@ -149,7 +153,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
         pen = true;
         ++count;
       }
-      if (!series.dots) group.append(svg("path", { d: path }));
+      if (!series.dots) group.append(svg("path", { d: path, "stroke-dasharray": dashes(seriesDash(chart, k)).join(" ") || "none" }));
       if (series.dots || series.marked || count === 1)
         for (const p of series.points)
           if (drawable(p, chart)) group.append(svg("circle", { cx: x.at(p[0]).toFixed(1), cy: y.at(p[1]).toFixed(1), r: 3.2 }));
@@ -192,6 +196,11 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     });
   }
 
+  function keyOf(chart, series, k) {
+    const colour = series.colour || seriesColour(chart, k), [drawn, gap] = dashes(seriesDash(chart, k));
+    return gap ? `repeating-linear-gradient(90deg,${colour} 0 ${drawn}px,transparent ${drawn}px ${drawn + gap}px)` : colour;
+  }
+
   function legend(chart) {
     if (chart.series.length < 2) return "";
     if (chart.ramp && chart.series.length > 6) {
@@ -201,7 +210,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
                 el("span", {}, chart.series[chart.series.length - 1].name));
     }
     return el("div", { class: "keys" }, ...chart.series.map((series, k) =>
-      el("span", {}, el("i", { style: `background:${series.colour || seriesColour(chart, k)}` }), series.name)));
+      el("span", {}, el("i", { style: `background:${keyOf(chart, series, k)}` }), series.name)));
   }
 
   // Draws now and whenever the width changes.

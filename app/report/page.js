@@ -150,6 +150,14 @@
       result.sorts = [up, first()];
     }
     result.charts = document.querySelectorAll(".plot svg, .matrix svg").length;
+    // Lines of one chart that neither colour nor dashes tell apart, and the most lines of a chart.
+    const looks = [...document.querySelectorAll(".plot svg")].map((chart) => [...chart.querySelectorAll(".series path")].map((path) =>
+      getComputedStyle(path).stroke + getComputedStyle(path).strokeDasharray));
+    result.alike_lines = looks.reduce((sum, all) => sum + all.length - new Set(all).size, 0);
+    result.most_lines = Math.max(0, ...looks.map((all) => all.length));
+    const pictures = [...document.querySelectorAll(".part-figures img")];
+    result.pictures = pictures.length;
+    result.pictures_drawn = pictures.filter((picture) => picture.complete && picture.naturalWidth > 0).length;
     result.not_numbers = [...document.querySelectorAll("svg *")].filter((e) =>
       [...e.attributes].some((a) => /NaN|undefined|Infinity/.test(a.value))).length;
     result.requests = performance.getEntriesByType("resource").filter((e) => !/^(data|blob):/.test(e.name)).length;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <tuple>
@@ -54,8 +55,11 @@ Json selftest(const Folder& folder, const std::string& page, const std::string& 
 }
 
 void run_and_report(const Folder& folder) {
-    const Outcome run =
-        run_program(folder.path, "run " + config("quick/sf6o2_hole.toml") + " -o run --quiet", 60);
+    const std::string depths = "[0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1.0]";  // lines of one chart
+    const Outcome run = run_program(
+        folder.path,
+        "run " + config("quick/sf6o2_hole.toml") + " --set metrology.cd_depths=" + depths + " -o run --quiet",
+        60);
     INFO(run.output);
     REQUIRE(run.exit_code == 0);
     const Outcome report = run_program(folder.path, "report run -o page.html");
@@ -94,6 +98,8 @@ TEST_CASE("a page draws its surfaces in the legend's colours, and slider, keys a
         CHECK(50 * (tried - alike) <= tried);
     }
     CHECK(page["charts"] >= 6);
+    CHECK(page["most_lines"] == 10);
+    CHECK(page["alike_lines"] == 0);
     CHECK(page["sorts"][0] < page["sorts"][1]);
     CHECK(page["width"][0] <= page["width"][1]);
 
@@ -102,8 +108,9 @@ TEST_CASE("a page draws its surfaces in the legend's colours, and slider, keys a
     CHECK(phone["width"][0] <= phone["width"][1]);  // nothing reaches beyond the screen
 }
 
-TEST_CASE("pages of a sweep, a fit and a comparison have their sections and no error, on a small screen too",
-          "[slow]") {
+TEST_CASE(
+    "pages of a sweep, a fit, a comparison and a study have their sections and no error, on a small screen too",
+    "[slow]") {
     if (!has_browser()) return;
     const Folder folder;
     const std::string recipe = config("quick/trench_deposition.toml") + " --set step[0].duration=0.2 ",
@@ -120,11 +127,18 @@ TEST_CASE("pages of a sweep, a fit and a comparison have their sections and no e
          "--target film_top=0.2 --target film_side=0.12" +
          quiet);
     make("compare " + recipe + "-o compare >/dev/null");
+    std::ofstream(folder.path / "surface1.toml")
+        << "domain = {extent = [4.0, 4.0], grid_spacing = 0.25}\n"
+           "layer = [{material = \"Si\", shape = \"fin\", width = 2.0, height = 1.0}]\n"
+           "step = [{model = \"isotropic\", duration = 0.3, rate = 1.0, deposit = \"SiO2\"}]\n"
+           "simplify = {method = \"none\"}\n";
+    make("study --quick --surface 1 --rays 20000 --recipes . -o study >/dev/null");
     for (const auto& [kind, sections, charts] :
          std::vector<std::tuple<std::string, std::vector<std::string>, int>>{
              {"sweep", {"view", "response", "matrix", "table"}, 5},
              {"fit", {"view", "intervals", "correlation", "response", "table"}, 1},
-             {"compare", {"table", "bars"}, 1}}) {
+             {"compare", {"table", "bars"}, 1},
+             {"study", {"markdown", "figures"}, 0}}) {
         make("report " + kind + " -o " + kind + ".html");
         for (const char* size : {"", " --window-size=500,800"}) {
             const Json page = selftest(folder, kind + ".html", kDrawing + size);
@@ -133,6 +147,9 @@ TEST_CASE("pages of a sweep, a fit and a comparison have their sections and no e
             CHECK(page["requests"] == 0);
             CHECK(page["not_numbers"] == 0);
             CHECK(page["charts"] >= charts);
+            CHECK(page["alike_lines"] == 0);
+            CHECK(page["pictures"] == page["pictures_drawn"]);
+            if (kind == "study") CHECK(page["pictures"] >= 5);
             CHECK(page["width"][0] <= page["width"][1]);
             for (const std::string& section : sections)
                 CHECK(std::count(page["sections"].begin(), page["sections"].end(), section) >= 1);
