@@ -43,7 +43,7 @@ case $what in
 bytes)
     # Neutrals from above; ions and neutrals that need each other, by rays and by radiosity; radiosity with coverages.
     cp "$source"/configs/quick/{trench_deposition,formula_etch,ald_hole}.toml .
-    declare -A set=([trench_deposition]="" [formula_etch]="--set flux.method=radiosity --set step[0].duration=2" [ald_hole]="--set flux.method=radiosity")
+    declare -A set=([trench_deposition]="--set step[0].duration=0.6" [formula_etch]="--set flux.method=radiosity --set step[0].duration=0.5" [ald_hole]="--set flux.method=radiosity --set step[0].duration=100")
     for recipe in trench_deposition formula_etch ald_hole; do
         run="run $recipe.toml --quiet ${set[$recipe]}"
         "$build/sidewall" $run --threads 1 -o "$recipe.one"
@@ -56,14 +56,16 @@ bytes)
             done
         done
     done
-    # Killed on three ranks, resumed on two and on one.
-    for count in 2 1; do
-        run="run trench_deposition.toml --quiet --set output.every=1 -o killed$count"
-        [ -e whole ] || "$build/sidewall" run trench_deposition.toml --quiet --set output.every=1 -o whole
-        ! SIDEWALL_FAULT="kill 150" ranks 3 "$build/tests/sidewall_faults" $run 2>log || fail "nothing was killed"
-        [ -e "killed$count/checkpoint.vdb" ] && [ ! -e "killed$count/summary.json" ] || fail "killed too early or too late"
-        ranks "$count" "$build/sidewall" $run --resume
-        same whole "killed$count"
+    # Killed on three ranks; resumed on one, and on two; by rays from above, and by radiosity.
+    for resumed in "1 trench_deposition 0.2" "2 trench_deposition 0.2" "2 formula_etch 0.1"; do
+        read -r count recipe every <<<"$resumed"
+        run="run $recipe.toml --quiet ${set[$recipe]} --set output.every=$every"
+        [ -e "$recipe.whole" ] || "$build/sidewall" $run -o "$recipe.whole"
+        ! SIDEWALL_FAULT="kill 120" ranks 3 "$build/tests/sidewall_faults" $run -o "$recipe.killed" 2>log || fail "nothing was killed"
+        [ -e "$recipe.killed/checkpoint.vdb" ] && [ ! -e "$recipe.killed/summary.json" ] || fail "$recipe: killed too early or too late"
+        ranks "$count" "$build/sidewall" $run -o "$recipe.killed" --resume
+        same "$recipe.whole" "$recipe.killed"
+        rm -r "$recipe.killed"
     done
     ;;
 failures)
