@@ -151,7 +151,7 @@
     }
     result.charts = document.querySelectorAll(".plot svg, .matrix svg").length;
     // Lines of one chart that neither colour nor dashes tell apart, and the most lines of a chart.
-    const looks = [...document.querySelectorAll(".plot svg")].map((chart) => [...chart.querySelectorAll(".series path")].map((path) =>
+    const looks = [...document.querySelectorAll(".plot svg")].map((chart) => [...chart.querySelectorAll(".series path[d^=M]")].map((path) =>
       getComputedStyle(path).stroke + getComputedStyle(path).strokeDasharray));
     result.alike_lines = looks.reduce((sum, all) => sum + all.length - new Set(all).size, 0);
     result.most_lines = Math.max(0, ...looks.map((all) => all.length));

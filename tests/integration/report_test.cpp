@@ -55,7 +55,7 @@ Json selftest(const Folder& folder, const std::string& page, const std::string& 
 }
 
 void run_and_report(const Folder& folder) {
-    const std::string depths = "[0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1.0]";  // lines of one chart
+    const std::string depths = "[-1,-0.8,-0.6,-0.4,-0.2,0.1,0.2,0.3,0.4,0.5]";  // lines of one chart
     const Outcome run = run_program(
         folder.path,
         "run " + config("quick/sf6o2_hole.toml") + " --set metrology.cd_depths=" + depths + " -o run --quiet",
