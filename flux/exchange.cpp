@@ -2,10 +2,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 #include "flux/gatherer.hpp"
 #include "flux/leaks.hpp"
@@ -78,6 +80,26 @@ std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& j
     return found;
 }
 
+// Numbers of links and exits of the groups.
+using Sizes = std::array<std::pair<std::size_t, std::size_t>, kLinkGroups>;
+
+Sizes sizes_of(const Exchange::State& s) {
+    Sizes sizes;
+    for (std::size_t g = 0; g < kLinkGroups; ++g)
+        sizes[g] = {s.groups[g].links.size(), s.groups[g].exits.size()};
+    return sizes;
+}
+
+// Adds what came since \p before between the pieces, in the groups' order.
+void add_to_pieces(Exchange::State& s, const Sizes& before) {
+    std::array<Eigen::MatrixXd, kLinkGroups> added;
+    tbb::parallel_for(std::size_t{0}, kLinkGroups, [&](std::size_t g) {
+        added[g] = Eigen::MatrixXd::Zero(s.piece_links.rows(), s.piece_links.cols());
+        add_links(s.pieces, s.strip.unknowns, s.groups[g], before[g].first, before[g].second, added[g]);
+    });
+    for (const Eigen::MatrixXd& matrix : added) s.piece_links += matrix;
+}
+
 // Where rays from the surface and from the source go, by a few that are not kept.
 void look_around(Exchange::State& s, RandomKey key) {
     const auto looks = static_cast<std::uint32_t>(
@@ -126,8 +148,17 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
     geometry.straight = !strip.partner.empty();
     RayDensities densities(geometry, strip, std::move(source_exponents));
     MassMatrix mass = mass_matrix(mesh, strip.unknowns);
-    state_ = std::unique_ptr<State>(new State{
-        geometry, wedges, std::move(strip), std::move(options), std::move(densities), std::move(mass), {}});
+    Pieces pieces = make_pieces(mesh, strip.unknowns);
+    const auto count = static_cast<Eigen::Index>(pieces.count);
+    state_ = std::unique_ptr<State>(new State{geometry,
+                                              wedges,
+                                              std::move(strip),
+                                              std::move(options),
+                                              std::move(densities),
+                                              std::move(mass),
+                                              std::move(pieces),
+                                              Eigen::MatrixXd::Zero(count, count),
+                                              {}});
 }
 
 Exchange::~Exchange() = default;
@@ -158,10 +189,12 @@ void Exchange::gather(std::uint64_t rays) {
     const std::vector<Job> jobs = jobs_of(counts, exponents, kLinkGroups);
     std::vector<Found> found = trace_all(s, jobs, key, false);
     const std::uint64_t in_group = counts.cosine + counts.connect + exponents * counts.source;
+    const Sizes before = sizes_of(s);
     for (std::size_t i = 0; i < jobs.size(); ++i) {
         book(s, jobs[i], found[i], static_cast<double>(in_group));
         found[i] = {};
     }
+    add_to_pieces(s, before);
     s.group_rays += in_group;
     s.rays += in_group * kLinkGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

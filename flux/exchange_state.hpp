@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "flux/coarse.hpp"
 #include "flux/links.hpp"
 #include "flux/radiosity.hpp"
 #include "flux/ray_densities.hpp"
@@ -19,6 +20,8 @@ struct Exchange::State {
     ExchangeOptions options;
     RayDensities densities;
     MassMatrix mass;
+    Pieces pieces;
+    Eigen::MatrixXd piece_links;  ///< of all groups, see add_links
     std::array<LinkGroup, kLinkGroups> groups;
     std::uint64_t group_rays = 0;
     std::uint64_t rays = 0, segments = 0, leaked = 0;

@@ -33,12 +33,14 @@ struct Ends {
     }
 };
 
-// The wedges' absorption as a symmetric matrix: what two neighbours share is the smaller 1 / (1 - s) less 1,
+}  // namespace
+
+// What two neighbours share is the smaller 1 / (1 - s) less 1,
 // which solves an open plane to within the square of the difference, and less the more they differ: where all
 // sticks nothing but the neighbour's own absorption counts. Never above their harmonic mean, so that the
 // matrix is not negative; the diagonal keeps what each absorbs of a constant emission.
-std::vector<double> absorption(const MassMatrix& mass, std::span<const double> area,
-                               std::span<const double> ratio) {
+std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
+                                      std::span<const double> ratio) {
     std::vector<double> value(mass.value.size(), 0.0);
     for (std::size_t i = 0; i < area.size(); ++i) {
         double rest = ratio[i] * area[i];
@@ -58,8 +60,6 @@ std::vector<double> absorption(const MassMatrix& mass, std::span<const double> a
     }
     return value;
 }
-
-}  // namespace
 
 double lobe_scale(double exponent, bool straight) {
     if (!straight) return 0.5 * (exponent + 1.0);
@@ -110,11 +110,11 @@ struct Balance::Part {
     std::size_t leaving;
 };
 
-Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> ratio,
+Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> absorption,
                  std::vector<const LinkGroup*> groups, double scale)
     : wedges_(wedges),
       mass_(mass),
-      absorption_(absorption(mass, wedges.area, ratio)),
+      absorption_(absorption),
       groups_(std::move(groups)),
       scale_(scale),
       diagonal_(wedges.count(), 0.0) {

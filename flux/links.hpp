@@ -67,12 +67,17 @@ struct MassMatrix {
 /// M of piecewise linear elements. O(n log n).
 MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
 
+/// What the wedges absorb of an emission, as a symmetric matrix: by entry of \p mass.
+/// \param ratio  s / (1 - s) by wedge.
+std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
+                                      std::span<const double> ratio);
+
 /// The matrix of `absorption + links + exits` times a vector; parallel, in a fixed order.
 class Balance {
   public:
-    /// \param ratio   s / (1 - s) by wedge: absorption, on M.
-    /// \param scale   of the links' weights.
-    Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> ratio,
+    /// \param absorption  of absorption_matrix; must outlive the balance, as wedges and mass.
+    /// \param scale       of the links' weights.
+    Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> absorption,
             std::vector<const LinkGroup*> groups, double scale);
     void apply(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
@@ -88,7 +93,7 @@ class Balance {
     void sum_parts(std::span<double> y, const Use& use) const;
     const Wedges& wedges_;
     const MassMatrix& mass_;
-    std::vector<double> absorption_;  // by entry of the mass matrix
+    std::span<const double> absorption_;  // by entry of the mass matrix
     std::vector<const LinkGroup*> groups_;
     double scale_;
     std::vector<std::vector<float>> weights_;  // of the links of each group, balanced

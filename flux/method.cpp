@@ -69,7 +69,7 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
     const std::uint64_t first = rays / kFirstPart;
     exchange.gather(first);
     SolveOptions rough = options;
-    rough.errors = false;
+    rough.errors = rough.unbiased = false;
     rough.tolerance = std::max(1e-3, options.tolerance);
     try {
         std::vector<RadiosityFlux> fluxes;

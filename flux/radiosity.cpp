@@ -86,6 +86,8 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
         result.wedge.error = standard_errors(wedge);
         result.triangle.error = standard_errors(triangle);
         result.vertex.error = standard_errors(vertex);
+    }
+    if (options.unbiased) {
         // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
         const std::vector<const LinkGroup*> lower(all.begin(), all.begin() + kLinkGroups / 2),
             upper(all.begin() + kLinkGroups / 2, all.end());

@@ -98,7 +98,8 @@ struct SolveOptions {
     /// Mean of what one more relaxation changes an unknown by, relative to it or to 1e-7 of the brightest.
     double tolerance = 1e-5;
     std::uint32_t most_iterations = 2000;
-    bool errors = true;  ///< standard errors, for about as much time again; false leaves them 0
+    bool errors = true;    ///< standard errors, for about as much time again; false leaves them 0
+    bool unbiased = true;  ///< takes off what the halves of the rays show of the bias, for as much again
     std::function<bool()> stop{};
 };
 

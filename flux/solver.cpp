@@ -18,6 +18,8 @@ using Values = std::vector<double>;
 constexpr double kLeastReemitted = 1e-6;
 // Fluxes below this share of the largest that arrives directly are not resolved any further.
 constexpr double kFaint = 1e-7;
+// Ten times what the deepest holes of the tests take with a coarse correction.
+constexpr std::uint32_t kMostCorrected = 300;
 
 double dot(const Values& a, const Values& b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
@@ -44,12 +46,14 @@ struct Solved {
 // what each changes relative to itself: a norm of all residuals would not see the deep places that little
 // arrives at, nor those where all sticks. What lies below \p faint is compared with that instead: rounding
 // bounds the rest.
-Solved conjugate_gradients(const Balance& balance, const Values& right, Values x, const Values& faint,
-                           double tolerance, const SolveOptions& options, const std::string& name) {
+Solved conjugate_gradients(const Balance& balance, const CoarseSolver* coarse, const Values& right, Values x,
+                           const Values& faint, double tolerance, const SolveOptions& options,
+                           const std::string& name) {
     const std::size_t n = right.size();
     const std::span<const double> diagonal = balance.diagonal();
     const auto precondition = [&](const Values& r, Values& z) {
         for (std::size_t i = 0; i < n; ++i) z[i] = diagonal[i] > 0.0 ? r[i] / diagonal[i] : 0.0;
+        if (coarse != nullptr) coarse->add_correction(r, diagonal, z);
     };
     const auto left_to_change = [&](const Values& z) {
         double sum = 0.0;
@@ -75,6 +79,12 @@ Solved conjugate_gradients(const Balance& balance, const Values& right, Values x
                 "{}: after {} iterations the radiosity's solver still changes the flux by {:.2g} of "
                 "itself, above {:.2g}: use monte-carlo",
                 name, iteration, left, tolerance));
+        if (iteration == kMostCorrected && coarse != nullptr) {  // go on without
+            coarse = nullptr;
+            precondition(r, z);
+            p = z;
+            rz = dot(r, z);
+        }
         balance.apply(p, q);
         const double curvature = dot(p, q);
         if (!(curvature > 0.0) || !std::isfinite(rz))
@@ -137,16 +147,23 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
         throw GeometryError(
             fmt::format("{}: {} guessed values for {} wedges", species.name, species.guess.size(), wedges));
     if (!species.emission.empty()) emission_ = by_unknown(state, species.emission);
+    Values ratio;
     for (const double s : by_unknown(state, species.sticking)) {
         reemitted_.push_back(std::max(kLeastReemitted, 1.0 - s));
-        ratio_.push_back(s / reemitted_.back());
+        ratio.push_back(s / reemitted_.back());
     }
+    absorption_ = absorption_matrix(state.mass, state.strip.unknowns.area, ratio);
+    coarse_.emplace(state.pieces, scale_of(state, state.groups.size()) * state.piece_links, state.mass,
+                    absorption_);
 }
 
 Solver::Answer Solver::solve(std::vector<const LinkGroup*> groups, std::span<const double> guess,
                              double tolerance) const {
+    // A single group may leave parts of the surface with hardly a way out, where the pieces of all do not
+    // help.
+    const CoarseSolver* coarse = groups.size() > 1 ? &*coarse_ : nullptr;
     const double scale = scale_of(s_, groups.size());
-    const Balance balance(s_.strip.unknowns, s_.mass, ratio_, std::move(groups), scale);
+    const Balance balance(s_.strip.unknowns, s_.mass, absorption_, std::move(groups), scale);
     Values right = balance.direct(species_.source_exponent, s_.geometry.straight);
     for (double& value : right) value *= species_.source;
     if (!emission_.empty()) {
@@ -156,9 +173,9 @@ Solver::Answer Solver::solve(std::vector<const LinkGroup*> groups, std::span<con
     Values start(right.size(), 0.0);
     if (!guess.empty()) start = by_unknown(s_, guess);
     for (std::size_t i = 0; i < start.size(); ++i) start[i] *= reemitted_[i];
-    const Solved solved =
-        conjugate_gradients(balance, right, std::move(start), faint_below(kFaint, balance, right, reemitted_),
-                            tolerance, options_, species_.name);
+    const Solved solved = conjugate_gradients(balance, coarse, right, std::move(start),
+                                              faint_below(kFaint, balance, right, reemitted_), tolerance,
+                                              options_, species_.name);
     Values flux(s_.wedges.count());
     for (std::size_t i = 0; i < flux.size(); ++i) {
         const std::uint32_t u = s_.strip.unknown[i];
@@ -171,14 +188,14 @@ std::vector<Values> Solver::respond(const std::vector<Values>& rights, double to
     std::vector<const LinkGroup*> all;
     for (const LinkGroup& group : s_.groups) all.push_back(&group);
     const double scale = scale_of(s_, all.size());
-    const Balance balance(s_.strip.unknowns, s_.mass, ratio_, std::move(all), scale);
+    const Balance balance(s_.strip.unknowns, s_.mass, absorption_, std::move(all), scale);
     // Responses change sign: where they pass 0 nothing is to be resolved.
     constexpr double kFaintResponse = 1e-3;
     std::vector<Values> responses;
     responses.reserve(rights.size());
     for (const Values& right : rights)
         responses.push_back(
-            conjugate_gradients(balance, right, Values(right.size(), 0.0),
+            conjugate_gradients(balance, &*coarse_, right, Values(right.size(), 0.0),
                                 faint_below(kFaintResponse, balance, right, Values(right.size(), 1.0)),
                                 tolerance, options_, species_.name)
                 .emitted);

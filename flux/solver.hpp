@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,7 +41,9 @@ class Solver {
     const Exchange::State& s_;
     const DiffuseSpecies& species_;
     const SolveOptions& options_;
-    std::vector<double> reemitted_, ratio_, emission_;  // by unknown
+    std::vector<double> reemitted_, emission_;  // by unknown
+    std::vector<double> absorption_;            // by entry of the mass matrix
+    std::optional<CoarseSolver> coarse_;        // of all groups: close enough for some of them
 };
 
 }  // namespace sidewall::flux

@@ -171,7 +171,11 @@ SurfaceFlux settled_fluxes(const Recipe& recipe, const Model& model, const Trace
             leaving_of(model, arriving, points, steady && traces > 1 ? arriving.flux : before);
         if (!are_of(model, shared.methods))
             shared.methods = choose_methods(recipe, model, surface, arriving, sticking, request);
-        trace_species(recipe, model, surface, sticking, emission, request, shared, arriving);
+        // Sites are taken up in a pulse, and errors fall: those of its first part tell how many rays to
+        // gather, those of its last are reported.
+        TraceRequest part = request;
+        part.errors = !pulsed || traces == 1 || traces == most;
+        trace_species(recipe, model, surface, sticking, emission, part, shared, arriving);
         arriving.trace->traces = traces;
         if (!any) return arriving;
         std::vector<std::vector<double>> next = reacted(model, time, arriving, points);

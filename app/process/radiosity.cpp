@@ -54,6 +54,7 @@ std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flu
                                        const TraceRequest& request) {
     flux::SolveOptions options;
     options.stop = request.stop;
+    options.errors = request.errors;
     if (std::ranges::any_of(targets, [](double target) { return target > 0.0; })) {
         std::vector<double> bounds(targets.begin(), targets.end());
         std::ranges::replace(bounds, 0.0, kInfinity);

@@ -79,6 +79,7 @@ struct TraceRequest {
     /// By species, as chosen earlier in the step; empty: choose now.
     std::vector<SpeciesMethod> methods = {};
     flux::Shares shares = {};  ///< other processes that trace the same surface
+    bool errors = true;        ///< radiosity's standard errors are asked for
 };
 
 /// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;
