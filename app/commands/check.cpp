@@ -57,6 +57,7 @@ void print_estimate(const Recipe& recipe) {
                    ? fmt::format(", relative flux error {:.1g}", estimate.flux_error)
                    : "");
     for (const std::string& methods : estimate.methods) fmt::print("#   fluxes     {}\n", methods);
+    for (const std::string& note : estimate.short_of) fmt::print("#   fluxes     {}\n", note);
     fmt::print("#   memory     {}\n", memory_text(estimate.memory));
     fmt::print("#   wall time  {}{}\n", most, duration_text(estimate.seconds));
 }

@@ -13,6 +13,7 @@
 #include "app/process/coverages.hpp"
 #include "app/process/flux_methods.hpp"
 #include "app/process/memory.hpp"
+#include "app/process/radiosity.hpp"
 #include "app/process/rates.hpp"
 #include "app/process/reshape.hpp"
 #include "app/process/saved_meshes.hpp"
@@ -55,6 +56,7 @@ struct Tracing {
     double error = 0.0;                  // relative, of the worst species
     double link_bytes = 0.0;             // that the rays of radiosity take
     std::vector<SpeciesMethod> methods;  // by species
+    std::vector<std::string> short_of;   // of the errors asked for
 };
 
 // The recipe on a grid that needs at most about this much memory, but four times coarser at most: more would
@@ -89,16 +91,89 @@ double seconds_of_reducing(const Timing& timing) {
     return timing.extract + timing.features + timing.simplify + timing.bvh;
 }
 
-// Rays of all species, and how many times the recipe's they are; those of radiosity serve several.
+// Rays of all species, and of how many.
 std::pair<double, double> rays_of(const TracedSurface& surface) {
-    const TraceReport& trace = *surface.arriving->trace;
-    double rays = 0.0, times = 0.0;
-    for (std::size_t k = 0; k < trace.species.size(); ++k)
-        if (!trace.methods[k].radiosity || trace.species[k].pass_place == 0) {
-            rays += static_cast<double>(trace.species[k].emitted);
-            times += 1.0;
+    double rays = 0.0;
+    for (const flux::FluxResult& flux : surface.arriving->trace->species)
+        rays += static_cast<double>(flux.emitted);
+    return {rays, static_cast<double>(surface.arriving->trace->species.size())};
+}
+
+// The most rays of radiosity, and the errors that they are for: what a recipe asks, or auto.
+struct Asked {
+    double most = 0.0;
+    std::vector<double> errors;  // by species; 0: none
+};
+
+Asked asked_of(const FluxSection& flux, const std::vector<SpeciesMethod>& methods) {
+    Asked asked{radiosity_memory(flux) / static_cast<double>(flux::exchange_bytes(1)), {}};
+    for (const SpeciesMethod& method : methods)
+        asked.errors.push_back(flux.relative_error.value_or(method.target));
+    return asked;
+}
+
+// Says so if the rays allowed do not reach the error asked for.
+void note_error(const Estimation& e, const std::string& species, bool solved, double error, double asked,
+                Tracing& tracing) {
+    constexpr double kScatter = 1.1;  // of an estimate's error
+    if (!(asked > 0.0) || !(error > kScatter * asked)) return;
+    const FluxSection& flux = e.recipe.flux;
+    tracing.short_of.push_back(fmt::format(
+        "{}: the rays allowed ({}) reach a relative error of about {:.2g}, not the {:.2g} {}", species,
+        solved ? fmt::format("flux.memory = {:g}, {} = {:g}", flux.memory,
+                             flux.relative_error ? "flux.max_rays" : "flux.rays",
+                             static_cast<double>(flux.relative_error ? flux.max_rays : flux.rays))
+               : fmt::format("flux.max_rays = {:g}", static_cast<double>(flux.max_rays)),
+        error, asked, flux.relative_error ? "asked for" : "of its paths"));
+}
+
+// What a trace with radiosity comes to from one of few rays: of paths, their number and time go with the
+// square of the error; of radiosity, the number of its rays, and with it the time of gathering and solving.
+void count_solved(const Estimation& e, double seconds, double path_rays, double paths_needed,
+                  Tracing& tracing) {
+    const TraceReport& trace = *tracing.surface.arriving->trace;
+    const Asked asked = asked_of(e.recipe.flux, tracing.methods);
+    double gathered = 0.0, passes = 0.0, path_seconds = 0.0, worst = 0.0;
+    for (std::size_t k = 0; k < trace.species.size(); ++k) {
+        const flux::FluxResult& result = trace.species[k];
+        if (trace.methods[k].radiosity) {
+            gathered = static_cast<double>(result.emitted);
+            if (asked.errors[k] > 0.0) worst = std::max(worst, result.relative_error / asked.errors[k]);
+        } else if (result.pass_place == 0) {
+            passes += 1.0;
+            path_seconds += result.seconds;
         }
-    return {rays, times};
+    }
+    const double most = std::max(gathered, asked.most);
+    const double needed = worst > 0.0 ? std::clamp(e.cells * gathered * worst * worst, gathered, most) : most;
+    for (std::size_t k = 0; k < trace.species.size(); ++k) {
+        const bool solved = trace.methods[k].radiosity;
+        const double error = trace.species[k].relative_error *
+                             std::sqrt(e.cells * (solved ? gathered / needed : path_rays / paths_needed));
+        tracing.error = std::max(tracing.error, error);
+        note_error(e, trace.methods[k].species, solved, error, asked.errors[k], tracing);
+    }
+    tracing.rays = needed / tracing.later + passes * paths_needed;  // gathered once for all traces
+    tracing.link_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
+    tracing.seconds = std::max(0.0, seconds / tracing.later - path_seconds) * needed / gathered +
+                      path_seconds * paths_needed / path_rays;
+}
+
+// Too few rays between points of the surface may leave some of it without a way out: then more, up to \p
+// most.
+TracedSurface traced_if_enough(const Estimation& e, const Model& model, Recipe& probe,
+                               const SurfaceField& carried, const TraceRequest& request, double most,
+                               Timing& timing) {
+    while (true) {
+        try {
+            return trace_surface(probe, model, e.state.stack, carried, request, timing);
+        } catch (const NumericsError&) {
+            const auto rays = static_cast<double>(probe.flux.rays);
+            if (e.recipe.flux.method == "monte-carlo" || rays >= most) throw;
+            probe.flux.rays = static_cast<std::int64_t>(std::min(most, 4.0 * rays));
+            timing = {};
+        }
+    }
 }
 
 // Traces a pilot, which also lets the coverages settle, and then as many rays as the effort allows.
@@ -113,7 +188,7 @@ Tracing trace(const Estimation& e, const Model& model) {
     probe.flux.relative_error.reset();
     probe.flux.rays = static_cast<std::int64_t>(pilot);
     if (probe.flux.method == "auto") probe.flux.method = "monte-carlo";
-    surface = trace_surface(probe, model, e.state.stack, {}, {0, true}, first);
+    surface = traced_if_enough(e, model, probe, {}, {0, true}, most, first);
     tracing.reducing = seconds_of_reducing(first);
     if (model.species.empty()) return tracing;
     const std::vector<double> sticking = sticking_left(model, surface, *surface.arriving);
@@ -128,14 +203,28 @@ Tracing trace(const Estimation& e, const Model& model) {
         return target ? std::clamp(e.cells * rays * error * error, pilot, most) : most;
     };
     const double one = first.trace / tracing.at_start;
-    const double rays = std::clamp(pilot * e.effort / (tracing.later * one), pilot,
-                                   std::min(most, kUncertain * needed_for(pilot)));
+    double rays = std::clamp(pilot * e.effort / (tracing.later * one), pilot,
+                             std::min(most, kUncertain * needed_for(pilot)));
+    const bool any_solved = std::ranges::any_of(tracing.methods, &SpeciesMethod::radiosity);
+    std::vector<SpeciesMethod> methods = tracing.methods;
+    if (any_solved) {  // as few as tell its error, whatever it is
+        constexpr double kRaysOfUnknown =
+            31.0;  // more would start where they matter, and leave some places few
+        for (SpeciesMethod& method : methods) method.target = 0.0;
+        rays = std::min(kRaysOfUnknown * static_cast<double>(surface.arriving->wedges.count()),
+                        asked_of(e.recipe.flux, methods).most);
+    }
     probe.flux.rays = static_cast<std::int64_t>(rays);
     const SurfaceField carried = field_to_carry(e.measured, model, surface, 0.0);
-    surface =
-        trace_surface(probe, model, e.state.stack, carried, {.key = 1, .methods = tracing.methods}, second);
+    const TraceRequest again{.key = 1, .methods = std::move(methods)};
+    surface = traced_if_enough(e, model, probe, carried, again, most, second);
+    if (any_solved) rays = static_cast<double>(probe.flux.rays);
     tracing.reducing = seconds_of_reducing(second);
 
+    if (any_solved) {
+        count_solved(e, second.trace, rays, needed_for(rays), tracing);
+        return tracing;
+    }
     const double two = second.trace / tracing.later;
     const bool tells = rays > 1.5 * pilot && two > one;
     const double per_ray = tells ? (two - one) / (rays - pilot) : two / rays;
@@ -152,9 +241,8 @@ Tracing trace(const Estimation& e, const Model& model) {
         needed = all / times;
         tracing.error = relative_error(surface);
     }
-    const bool any_solved = std::ranges::any_of(tracing.methods, &SpeciesMethod::radiosity);
-    if (any_solved)
-        tracing.link_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
+    for (std::size_t k = 0; k < model.species.size() && target; ++k)
+        note_error(e, model.species[k].name, false, tracing.error, *target, tracing);
     tracing.seconds = e.cells * fixed + per_ray * needed;
     return tracing;
 }
@@ -224,6 +312,9 @@ void count_step(Estimation& e, const Step& step, double times) {
         std::vector<std::string>& known = e.total.methods;
         if (std::ranges::find(known, methods) == known.end()) known.push_back(methods);
     }
+    for (const std::string& note : tracing.short_of)
+        if (std::ranges::find(e.total.short_of, note) == e.total.short_of.end())
+            e.total.short_of.push_back(note);
     e.last_rays = tracing.rays;
     e.last_seconds = e.cells * tracing.reducing + tracing.seconds;
 

@@ -18,6 +18,8 @@ struct Estimate {
     double building = 0.0;  ///< of these those that the wafer takes
     bool known = true;      ///< time steps, rays and seconds are
     std::vector<std::string>
+        short_of;  ///< relative errors that the rays allowed do not reach, in words, each once
+    std::vector<std::string>
         methods;  ///< how steps trace their species, each once; empty with Monte Carlo alone
 };
 
