@@ -23,6 +23,7 @@ Deposition|teos_trench|--view 25,25
 Deposition|teos_two_precursors|--view 25,25
 Deposition|ald_hole|--cut y=0 --view 20,15
 Deposition|ald_cavity|--view 0,0|quick
+Deposition|memory_hole|--view -35,15|quick
 Deposition|sputter_map|--view 20,20
 Deposition|surface_diffusion|--view 20,20
 Deposition|neutral_transport|--cut y=0 --view 25,15 --color coverage_theta

@@ -90,6 +90,12 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     {"ion_beam_trench",
      {{"depth", 0.06, 0.16}, {"cd_at_0.05", 0.1, 0.5}, {"added_volume_PolySi", 1e-5, 1e-3}}},
     {"isotropic_deposition", {{"depth", 6.4, 6.6}, {"added_volume_SiO2", 190.17 * 0.98, 190.17 * 1.02}}},
+    // 80 cycles of 0.1 nm where all sites are taken, 0.98 of them at the top; the hole ends the film.
+    {"memory_hole",
+     {{"film_top", 7.7, 8.1},
+      {"film_side", 3.0, 7.0},
+      {"step_coverage_bottom", 0.05, 0.6},
+      {"removed_volume_SiO2", 0.0, 100.0}}},
     // All silicon-germanium goes, three films of 8; wires stay.
     {"nanowires",
      {{"depth", -58.02, -57.98},
