@@ -11,6 +11,7 @@
 #include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
 #include "app/process/coverages.hpp"
+#include "app/process/fastest_speed.hpp"
 #include "app/process/flux_methods.hpp"
 #include "app/process/memory.hpp"
 #include "app/process/radiosity.hpp"
@@ -245,38 +246,6 @@ Tracing trace(const Estimation& e, const Model& model) {
         note_error(e, model.species[k].name, false, tracing.error, *target, tracing);
     tracing.seconds = e.cells * fixed + per_ray * needed;
     return tracing;
-}
-
-// The largest |V| of every material on the wafer, buried ones included, as an etch will reach them. Films of
-// earlier steps, which no time step has grown here, count everywhere, the step's own one where it grows.
-double fastest_speed(const Model& model, const levelset::MaterialStack& stack, const levelset::Motion& motion,
-                     double at_first) {
-    double fastest = 0.0;
-    for (std::size_t n = 0; n < motion.extension.samples.size(); ++n) {
-        const std::size_t bare = exposed(stack, motion, n);
-        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-            const double v = motion.speed(n, k, Vec3::UnitZ());
-            const bool own_film = k > bare && stack.layers[k].material == model.deposit;
-            if (std::isfinite(v) && (v > 0.0 || !own_film)) fastest = std::max(fastest, std::abs(v));
-        }
-    }
-    if (model.depends_on_normal && fastest > 0.0) fastest = std::max(fastest, model.max_speed.value_or(0.0));
-    return std::max(fastest, at_first);
-}
-
-// The speed that leads to the step's stop condition: of the lowest points if it is a depth.
-double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, const levelset::Motion& motion,
-                     double fastest) {
-    if (!step.stop_depth) return fastest;
-    const auto height = [](const levelset::SurfaceSample& s) {
-        return s.node.z() + static_cast<double>(s.foot.z());
-    };
-    double lowest = std::numeric_limits<double>::infinity(), speed = 0.0;
-    for (const levelset::SurfaceSample& s : motion.extension.samples) lowest = std::min(lowest, height(s));
-    for (std::size_t n = 0; n < motion.extension.samples.size(); ++n)
-        if (height(motion.extension.samples[n]) < lowest + 1.0)
-            speed = std::max(speed, std::abs(motion.speed(n, exposed(stack, motion, n), Vec3::UnitZ())));
-    return speed;
 }
 
 // As choose_time_step divides a step of constant speed.
