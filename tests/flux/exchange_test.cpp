@@ -334,6 +334,18 @@ TEST_CASE("radiosity in the arms of a branched, re-entrant cavity agrees with th
     }
 }
 
+TEST_CASE("a hole four times as deep takes the solver hardly more iterations") {
+    const auto iterations = [](double depth, int rings) {
+        const Cavity cavity(ringed_hole(depth, 16, rings), kReflective);
+        const std::vector<double> sticking(cavity.wedges.count(), 1e-3);
+        return solve_flux(cavity.gathered(64), {.sticking = sticking}).iterations;
+    };
+    // Without the pieces' means they go with the depth.
+    const std::uint32_t shallow = iterations(40.0, 40), deep = iterations(160.0, 160);
+    CAPTURE(shallow, deep);
+    CHECK(deep < 2 * shallow);
+}
+
 TEST_CASE("a nearly closed cavity at sticking 1e-6 holds the flux that its opening and walls balance") {
     // A box of width 20 and height 4 whose lid has a slit of width 0.2: particles bounce thousands of times.
     const Profile profile{{-10.5, 0.0}, {-0.1, 0.0},  {-0.1, -0.2}, {-10.0, -0.2}, {-10.0, -4.2},

@@ -67,6 +67,21 @@ TEST_CASE("what a run takes in time steps and rays and memory is estimated to a 
     }
 }
 
+TEST_CASE("an estimate says if radiosity's rays do not reach the relative error asked for") {
+    const auto short_of = [](const std::string& error) {
+        return app::estimate_run(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/ald_hole.toml",
+                                                  {"flux.method=radiosity", "flux.max_rays=100000",
+                                                   "flux.relative_error=" + error}))
+            .short_of;
+    };
+    const std::vector<std::string> notes = short_of("0.0001");
+    REQUIRE(notes.size() == 1);
+    CHECK_THAT(notes.front(),
+               Catch::StartsWith("precursor: the rays allowed (flux.memory = 2, flux.max_rays = 100000)") &&
+                   Catch::EndsWith("not the 0.0001 asked for"));
+    CHECK(short_of("0.2").empty());
+}
+
 TEST_CASE("a wafer that takes too long to build is not built for an estimate, which says so") {
     const app::Recipe recipe =
         app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/oxide_nitride_stack.toml", {});
