@@ -27,16 +27,22 @@ int plane_axis(const Plane& plane) {
     return -1;
 }
 
-// The triangles with vertices above and below, in their order; a vertex at height 0 counts as above.
-std::vector<std::uint32_t> straddling(const TriangleMesh& mesh, const std::vector<double>& height) {
+// Which vertices are above: those on the plane as well, unless none is below.
+std::vector<std::uint8_t> above(const std::vector<double>& height) {
+    const bool at_the_end = std::ranges::none_of(height, [](double h) { return h < 0.0; });
+    std::vector<std::uint8_t> up(height.size());
+    std::ranges::transform(height, up.begin(), [&](double h) { return at_the_end ? h > 0.0 : h >= 0.0; });
+    return up;
+}
+
+// The triangles with vertices above and below, in their order.
+std::vector<std::uint32_t> straddling(const TriangleMesh& mesh, const std::vector<std::uint8_t>& up) {
     std::vector<std::vector<std::uint32_t>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
         const std::size_t end = std::min(mesh.triangles.size(), (part + 1) * kGrain);
         for (std::size_t t = part * kGrain; t < end; ++t) {
             const auto [a, b, c] = mesh.triangles[t];
-            const bool up = height[a] >= 0.0;
-            if (up != (height[b] >= 0.0) || up != (height[c] >= 0.0))
-                parts[part].push_back(static_cast<std::uint32_t>(t));
+            if (up[a] != up[b] || up[a] != up[c]) parts[part].push_back(static_cast<std::uint32_t>(t));
         }
     });
     std::vector<std::uint32_t> all;
@@ -71,7 +77,8 @@ std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane)
                 axis < 0 ? plane.normal.dot(mesh.vertices[i]) - plane.offset
                          : (mesh.vertices[i][axis] - plane.offset / plane.normal[axis]) * plane.normal[axis];
     });
-    const std::vector<std::uint32_t> owner = straddling(mesh, height);
+    const std::vector<std::uint8_t> up = above(height);
+    const std::vector<std::uint32_t> owner = straddling(mesh, up);
     std::vector<Link> links;
     links.reserve(owner.size());
     // In every triangle that straddles the plane, the cut runs from the edge going down to the edge going up.
@@ -79,9 +86,8 @@ std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane)
         Link& link = links.emplace_back();
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-            const bool a_up = height[a] >= 0.0, b_up = height[b] >= 0.0;
-            if (a_up == b_up) continue;
-            (a_up ? link.from : link.to) = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+            if (up[a] == up[b]) continue;
+            (up[a] != 0 ? link.from : link.to) = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
         }
     }
 

@@ -27,8 +27,9 @@ struct Polyline {
 
 /// Profile of a surface: where it meets a plane, joined into polylines through the edges the triangles share.
 ///
-/// A vertex exactly on the plane counts as above it (symbolic perturbation), so that every cut of a closed
-/// mesh closes and no case is special; a triangle lying in the plane adds nothing. With normals out of the
+/// A vertex exactly on the plane counts as above it, or as below where the mesh has none below (symbolic perturbation), so
+/// that every cut of a closed mesh closes and either side of a domain is cut as the inside is; a triangle lying in the
+/// plane adds nothing. With normals out of the
 /// material, the material lies to the left of each line seen from the tip of the plane's normal.
 ///
 /// \throws GeometryError if the plane's normal is zero or not finite.

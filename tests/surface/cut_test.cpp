@@ -74,8 +74,8 @@ TEST_CASE("a surface over a rectangle is cut in one open line from side to side,
     const auto profile = [](double x) { return std::sin(3.0 * x); };
     TriangleMesh mesh = test::plane_mesh(20);
     for (Vec3& p : mesh.vertices) p.z() = profile(p.x());
-    // y = 0 runs along mesh edges, y = 0.03 between them.
-    const double y = GENERATE(0.0, 0.03, -1.0 + 1e-9);
+    // y = 0 runs along mesh edges, y = 0.03 between them, y = -1 and y = 1 along the sides.
+    const double y = GENERATE(0.0, 0.03, -1.0 + 1e-9, -1.0, 1.0);
     const Plane plane{Vec3::UnitY(), y};
     const auto lines = cut_by_plane(mesh, plane);
     REQUIRE(lines.size() == 1);
@@ -96,7 +96,8 @@ TEST_CASE("a surface over a rectangle is cut in one open line from side to side,
 TEST_CASE("a plane that only touches the surface cuts nothing") {
     const TriangleMesh floor = test::plane_mesh(3);
     CHECK(cut_by_plane(floor, {Vec3::UnitZ(), 0.0}).empty());
-    CHECK(cut_by_plane(floor, {Vec3::UnitX(), -1.0}).empty());
+    CHECK(cut_by_plane(floor, {Vec3::UnitX(), -1.01}).empty());
+    CHECK(cut_by_plane(test::torus_mesh(24, 1.0, 0.5), {Vec3::UnitX(), -1.5}).empty());
     CHECK(cut_by_plane({}, {}).empty());
     CHECK_THROWS_AS(cut_by_plane(floor, {Vec3::Zero(), 0.0}), GeometryError);
     CHECK_THROWS_AS(cut_by_plane(floor, {Vec3::UnitX(), std::nan("")}), GeometryError);
