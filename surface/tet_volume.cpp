@@ -11,7 +11,7 @@ namespace {
 constexpr double kLeastAngle = 0.9902681;
 constexpr double kVolumeHolds = 1e-4;  // of a material's volume
 constexpr int kMostOffsets = 20;
-// Scraps of a few cells have few vertices off contact lines: where they lack volume, these go farther.
+// Scraps have few vertices off contact lines: where they lack volume, these go farther.
 constexpr double kReaches[] = {1.0, 2.0, 4.0};
 
 constexpr int kNoPair = -1, kSeveralPairs = -2;
@@ -124,6 +124,7 @@ class VolumeMatcher {
     }
     bool hold();
     bool lacks(int material) const;
+    bool is_lacking_scrap(int material) const;
     void start();
     std::vector<Vec3> pushes() const;
     std::vector<double> offsets(const std::vector<Vec3>& push) const;
@@ -162,12 +163,17 @@ bool VolumeMatcher::lacks(int material) const {
     return m < lacking_.size() && std::abs(lacking_[m]) > kVolumeHolds * std::abs(options_.volume[m]);
 }
 
-// All vertices may move, or farther than before those of materials that still lack volume.
+bool VolumeMatcher::is_lacking_scrap(int material) const {
+    return lacks(material) && std::abs(options_.volume[static_cast<std::size_t>(material)]) <= options_.scrap;
+}
+
+// All vertices may move, or farther than before those of scraps that still lack volume.
 void VolumeMatcher::start() {
     moving_.clear();
     for (std::uint32_t v = 0; v < between_.size(); ++v) {
         const auto& [low, high] = between_[v];
-        if (low >= 0 && (most_ == options_.shift || lacks(low) || lacks(high))) moving_.push_back(v);
+        if (low >= 0 && (most_ == options_.shift || is_lacking_scrap(low) || is_lacking_scrap(high)))
+            moving_.push_back(v);
     }
 }
 

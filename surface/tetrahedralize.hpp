@@ -23,8 +23,9 @@ struct TetOptions {
     bool outside = false;        ///< mesh what is in no body, too
     std::vector<int> material;   ///< by region, the outside's too if it is meshed
     std::vector<double> volume;  ///< by material, as the mesh is to have it; empty: as it comes
-    double shift = 0.0;    ///< how far a vertex of a front may move for that; scraps' up to four times as far
-    std::size_t most = 0;  ///< tetrahedra; more are refused; 0: any number
+    double shift = 0.0;          ///< how far a vertex of a front may move for that
+    double scrap = 0.0;          ///< vertices of a material of at most this volume may move four times as far
+    std::size_t most = 0;        ///< tetrahedra; more are refused; 0: any number
     std::function<void(double)> progress;  ///< gets the share done
 };
 

@@ -27,6 +27,7 @@ constexpr double kShift = 0.06;      // that fronts are offset by at most so tha
 // Where a region's volume is off by more, edges are divided further. Scraps of less than a cell are left as
 // they are.
 constexpr double kVolume = 0.0048, kSmall = 1.0, kFiner = 0.7;
+constexpr double kScrap = 20.0;  // cells that have few vertices off contact lines
 constexpr int kAttempts = 3;
 
 /// Volume of material under a surface that ends on the box, from its bottom.
@@ -103,6 +104,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     tets.tolerance = fine * kTolerance * spacing;
     tets.thin = kThin * spacing;
     tets.shift = fine * kShift * spacing;
+    tets.scrap = kScrap * spacing * spacing * spacing;
     tets.outside = options.gas;
     tets.progress = options.progress;
     const Vec3 extent = tets.box.size();

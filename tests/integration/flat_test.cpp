@@ -113,12 +113,14 @@ TEST_CASE("a strip of one cell grows the film of one ten cells wide, within the 
 
 TEST_CASE("radiosity and tracing agree on a strip") {
     const auto with = [&](const char* method, const char* seed) {
-        return summary("trench_profile.toml", {"step[0].duration=0.5", std::string("flux.method=") + method,
-                                               std::string("flux.seed=") + seed})["metrology"]["mean_rate"]
+        return summary("trench_profile.toml",
+                       {"step[0].duration=0.5", "flux.rays=200000", std::string("flux.method=") + method,
+                        std::string("flux.seed=") + seed})["metrology"]["mean_rate"]
             .get<double>();
     };
-    // The whole film: its noise is far below that of a place.
-    CHECK(with("radiosity", "1") == Approx(with("monte-carlo", "2")).epsilon(0.01));
+    // The whole film: its noise is 0.05 % then. On a grid as coarse, linear elements add 0.3 % at the
+    // corners.
+    CHECK(with("radiosity", "1") == Approx(with("monte-carlo", "2")).epsilon(0.005));
 }
 
 TEST_CASE("commands know profiles: areas, a section for a picture, a cut for a file, resuming, sweeping") {

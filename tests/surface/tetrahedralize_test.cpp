@@ -167,6 +167,12 @@ TEST_CASE("fronts are offset until volumes hold, by no more than they may be") {
         CHECK(worst(bounded, 2) > 0.001);
         for (std::size_t v = 0; v < plain.vertices.size(); ++v)
             REQUIRE((bounded.vertices[v] - plain.vertices[v]).norm() <= 1.000001 * options.shift);
+        options.scrap = 1.0;  // both
+        const TetMesh farther = tetrahedralize(fronts, options);
+        CHECK(worst(farther, 2) <= 1e-4);
+        for (std::size_t v = 0; v < plain.vertices.size(); ++v)
+            REQUIRE((farther.vertices[v] - plain.vertices[v]).norm() <= 4.000001 * options.shift);
+        options.scrap = 0.0;
     }
     // Two regions of one material, which alone is asked for.
     options.outside = false;
