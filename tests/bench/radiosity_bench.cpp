@@ -68,7 +68,7 @@ struct Cost {
 
 Cost radiosity_cost(const Hole& hole, double sticking, const std::vector<double>& truth) {
     Cost cost;
-    for (cost.rays = 16; cost.rays <= 1024; cost.rays += cost.rays / 4) {
+    for (cost.rays = 16; cost.rays <= 1024; cost.rays *= 2) {
         cost.seconds = cost.rms = 0.0;
         for (std::uint64_t seed = 11; seed <= 13; ++seed) {
             flux::RadiosityFlux flux;
