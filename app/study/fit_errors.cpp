@@ -11,8 +11,7 @@ namespace {
 
 using Eigen::MatrixXd, Eigen::VectorXd;
 
-constexpr double kUnbounded = 1e3;       // a standard deviation
-constexpr double kMostDifference = 0.2;  // between points that tell slopes
+constexpr double kUnbounded = 1e3;  // a standard deviation
 
 // A direction less what it has by chance of others.
 VectorXd significant(const VectorXd& direction) {

@@ -3,6 +3,8 @@
 
 namespace sidewall::app {
 
+constexpr double kMostDifference = 0.2;  ///< between points that tell slopes
+
 /// Variance of a residual of this sum of squares: of the errors as known, or estimated; of the model's noise, at least.
 double residual_variance(const LeastSquares& problem, double sum, double degrees, double noise);
 

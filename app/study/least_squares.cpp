@@ -17,11 +17,10 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 
 // Lengths in the unit box.
 constexpr double kFirstRadius = 0.2, kLastRadius = 0.05, kLeastRadius = 0.01, kMostRadius = 0.5;
-constexpr double kTolerance = 0.001;     // of a step
-constexpr double kErrorPart = 0.05;      // or this part of the parameter's standard deviation
-constexpr double kProbe = 0.004;         // between points that tell noise
-constexpr double kMostDifference = 0.2;  // between points that tell slopes
-constexpr double kSignal = 10.0;         // a slope's difference over the noise
+constexpr double kTolerance = 0.001;  // of a step
+constexpr double kErrorPart = 0.05;   // or this part of the parameter's standard deviation
+constexpr double kProbe = 0.004;      // between points that tell noise
+constexpr double kSignal = 10.0;      // a slope's difference over the noise
 
 struct Sample {
     BoxPoint x;
