@@ -2,7 +2,7 @@
 # Holds the guide to the program and to itself:
 #   docs_test.sh links                           every link of every page leads somewhere, and the gallery is up to date
 #   docs_test.sh commands BUILD_DIR SCRATCH      every command in a block marked sh runs, every part of a recipe in one marked
-#                                                toml is accepted; each page in a folder of its own that holds configs
+#                                                toml is accepted; page after page in one folder that holds configs and the run that ./setup.sh run leaves
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source=$PWD
@@ -60,21 +60,23 @@ test_commands() {
     export PATH=$build:$PATH
     [ "$(command -v sidewall)" = "$build/sidewall" ] || { echo "no program in $build"; exit 1; }
     rm -rf "$scratch"
+    mkdir -p "$scratch"
+    cp -r "$source/configs" "$scratch/"
+    cd "$scratch"
+    sidewall run configs/trench_deposition.toml --set 'step[0].duration=0.1' --quiet
     for page in "${pages[@]}"; do
         name=$(tr / _ <<<"${page%.md}")
-        mkdir -p "$scratch/$name"
-        cp -r "$source/configs" "$scratch/$name/"
         while IFS= read -r -d $'\001' text; do
             recipes=$((recipes + 1))
-            complete "$text" >"$scratch/$name/part_$recipes.toml"
-            (cd "$scratch/$name" && sidewall check "part_$recipes.toml" --no-estimate >check.log 2>&1) ||
-                { cat "$scratch/$name/check.log"; echo "$page: a block of toml is refused: $text"; exit 1; }
-        done < <(blocks "$page" toml)
-        blocks "$page" sh | tr -d '\001' >"$scratch/$name/commands.sh"
-        [ -s "$scratch/$name/commands.sh" ] || continue
-        count=$((count + $(grep -cE '^[a-z]' "$scratch/$name/commands.sh")))
-        (cd "$scratch/$name" && bash -e -o pipefail -x commands.sh >log 2>&1) ||
-            { tail -30 "$scratch/$name/log"; echo "$page: a command failed: the last one above"; exit 1; }
+            complete "$text" >"part_$recipes.toml"
+            sidewall check "part_$recipes.toml" --no-estimate >check.log 2>&1 ||
+                { cat check.log; echo "$page: a block of toml is refused: $text"; exit 1; }
+        done < <(blocks "$source/$page" toml)
+        blocks "$source/$page" sh | tr -d '\001' >"$name.sh"
+        [ -s "$name.sh" ] || continue
+        count=$((count + $(grep -cE '^[a-z]' "$name.sh")))
+        bash -e -o pipefail -x "$name.sh" >log 2>&1 ||
+            { tail -30 log; echo "$page: a command failed: the last one above"; exit 1; }
         echo "$page: ${SECONDS} s"
     done
     # Fewer would mean that the blocks are not found.
