@@ -24,7 +24,7 @@ struct RenderOptions {
     bool edges = false;  ///< draw the triangles' edges
 };
 
-/// Whether all vertices lie on two sides across y, close to each other: a profile in x and z, one cell wide.
+/// Whether a surface is one cell wide across y, as a profile in x and z is: nearly all vertices lie on its two sides.
 bool is_strip(const TriangleMesh& surface);
 
 /// What pictures share that are to be compared: the part of space, the range of colours, the key.

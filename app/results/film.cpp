@@ -121,8 +121,9 @@ double measure_flats(const Profile& surface, const Profile& below, double beside
     const Floor floor = lowest_point(below, within);
     const double top = highest_crossing(below, beside), floor_at = middle_of_floor(below, floor, top, within);
     film.top = highest_crossing(surface, beside) - top;
-    // Over the floor the film's own surface is the lowest crossing above it.
-    film.bottom = lowest_crossing(surface, floor_at) - floor.z;
+    // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
+    // floor the film's own surface is the lowest crossing above it.
+    film.bottom = lowest_crossing(surface, floor_at) - lowest_crossing(below, floor_at);
     film.depth = top - floor.z;
     return top;
 }

@@ -140,6 +140,8 @@ std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface
 Result read_result(const std::filesystem::path& path) {
     Result result;
     result.source = path;
+    if (!std::filesystem::exists(path))
+        throw FileError(fmt::format("{}: no such file or folder: check the path", path.string()));
     if (!std::filesystem::is_directory(path)) {
         result.surface = surface::read_mesh(path, &result.metadata);
         return result;

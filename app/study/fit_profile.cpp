@@ -241,6 +241,23 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
             profile.name, asked, total, recipe.domain.time_unit, asked));
 }
 
+void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe) {
+    Vector2d low = profile.points.front(), high = low;
+    for (const Vector2d& p : profile.points) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    const Vector2d span = high - low;
+    const std::size_t along = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
+    const double wafer = recipe.domain.extent[along];
+    constexpr double kWithBeyond = 3.0;  // contour_of
+    if (span.x() <= kWithBeyond * wafer && span.maxCoeff() >= recipe.domain.grid_spacing) return;
+    throw FileError(
+        fmt::format("{0}: its points span {1:.4g} by {2:.4g}, the wafer is {3:.4g} {4} wide: are "
+                    "they in another unit? Give them in {4}, the recipe's length_unit",
+                    profile.name, span.x(), span.y(), wafer, recipe.domain.length_unit));
+}
+
 Contour contour_of(const std::filesystem::path& folder, const Recipe& recipe, std::optional<double> time) {
     const std::vector<SavedSurface> saved = saved_surfaces(folder);
     const SavedSurface* chosen = &saved.back();

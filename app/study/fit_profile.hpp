@@ -27,6 +27,10 @@ MeasuredProfile read_measured_profile(const std::string& name);
 /// \throws RecipeError if runs of \p recipe save no surface at the profile's time, naming the times they do.
 void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe);
 
+/// \throws FileError if the points span more than the wafer and what its sides mirror or repeat, or less than a
+/// grid spacing: they are in another unit.
+void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe);
+
 /// A run's profile as pieces of line.
 using Contour = std::vector<std::array<Eigen::Vector2d, 2>>;
 

@@ -76,6 +76,7 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
                 fmt::format("{}: its header says {}, the recipe's lengths are in {}: convert it, or set "
                             "domain.length_unit",
                             name, unit, recipe.domain.length_unit));
+        require_wafer_size(targets.profiles.back(), recipe);
         known += options.profile_sigma ? 1 : 0;
     }
     const std::size_t all = targets.measures.size() + targets.profiles.size();

@@ -61,6 +61,7 @@ TEST_CASE("attributes that are not finite are counted and make no bad JSON", "[f
 TEST_CASE("a folder that is no result, or a damaged one, is refused by name", "[foreign]") {
     const test::Folder folder;
     const auto write = [&](const char* name, const char* text) { std::ofstream(folder.path / name) << text; };
+    CHECK_THROWS_WITH(read_result(folder.path / "none"), Contains("none: no such file or folder"));
     CHECK_THROWS_WITH(read_result(folder.path), Contains("has no surface.pvd"));
     write("surface.pvd", "");
     CHECK_THROWS_WITH(read_result(folder.path), Contains("lists no surface"));

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -277,6 +278,31 @@ TEST_CASE("sheets, specks and flat meshes are drawn without NaN") {
         options.elevation_deg = 90.0;
     }
     for (const Colour& c : render(result, options).pixels) REQUIRE(c.allFinite());
+}
+
+TEST_CASE("a strip is one cell wide, also where contact lines put vertices within it") {
+    const auto sheet = [](int cells) {  // across y, 12 along x
+        TriangleMesh mesh;
+        for (int i = 0; i <= 12; ++i)
+            for (int j = 0; j <= cells; ++j) mesh.vertices.emplace_back(i, j, 0.0);
+        for (int i = 0; i < 12; ++i)
+            for (int j = 0; j < cells; ++j) {
+                const auto v = static_cast<std::uint32_t>(i * (cells + 1) + j),
+                           w = v + static_cast<std::uint32_t>(cells) + 1;
+                mesh.triangles.push_back({v, w, v + 1});
+                mesh.triangles.push_back({w, w + 1, v + 1});
+            }
+        return mesh;
+    };
+    CHECK(is_strip(sheet(1)));
+    CHECK_FALSE(is_strip(sheet(2)));
+    TriangleMesh split = sheet(1);
+    const std::array<std::uint32_t, 3> last = split.triangles.back();
+    split.triangles.back() = {last[0], last[1], 26};
+    split.triangles.push_back({last[1], last[2], 26});
+    split.triangles.push_back({last[2], last[0], 26});
+    split.vertices.emplace_back(11.7, 0.95, 0.0);
+    CHECK(is_strip(split));
 }
 
 TEST_CASE("the render command writes a PNG of the size asked for, twice the same bytes") {

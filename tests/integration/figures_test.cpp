@@ -153,6 +153,21 @@ TEST_CASE("a film halfway down at the ceiling of a cavity is no film on a wall")
     }
 }
 
+TEST_CASE("an even film is as thick on a floor that is deeper in one of its corners") {
+    const test::Folder folder;
+    std::ofstream(folder.path / "floor.csv")
+        << "-2, 0\n-0.6, 0\n-0.6, -1\n0.4, -1\n0.6, -1.0095\n0.6, 0\n2, 0\n";
+    std::ofstream(folder.path / "floor.toml")
+        << kDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"profile\"\nfile = \"floor.csv\"\n" +
+               "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = 0.1\n" +
+               "[metrology]\nmeasures = [\"film\"]\n";
+    const Json found = run_recipe(load_recipe((folder.path / "floor.toml").string()),
+                                  {.output = folder.path / "run", .quiet = true})
+                           .summary["metrology"];
+    CHECK(found["film_bottom"].get<double>() == Approx(0.1).margin(0.02 * 0.05));
+    CHECK(found["step_coverage_bottom"].get<double>() == Approx(1.0).margin(0.02));
+}
+
 TEST_CASE("a stop at a figure that cannot be is refused, or told when its step has ended", "[foreign]") {
     const auto with = [](const std::string& stop) {
         return kDomain + kSilicon + kStep + "stop = \"" + stop + "\"\n";

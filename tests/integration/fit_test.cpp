@@ -306,6 +306,8 @@ TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign
     const Case c;
     std::ofstream(c.path / "bad.csv") << "x,z\n0,0\n1,abc\n";
     std::ofstream(c.path / "good.csv") << "0,0\n1,0\n2,0\n";
+    std::ofstream(c.path / "large.csv") << "0,0\n1000,0\n2000,-500\n";
+    std::ofstream(c.path / "small.csv") << "0,0\n0.001,0\n0.002,-0.0005\n";
     const std::string vary = "--vary step[0].sticking=0.05:0.8 ";
     for (const auto& [arguments, exit_code, message] : std::vector<std::tuple<std::string, int, std::string>>{
              {"--target depth=2", 2, "--vary: missing"},
@@ -325,6 +327,8 @@ TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign
              {vary + "--target depth=2 --max-runs 0", 2, "--max-runs 0"},
              {vary + "--target-profile none.csv", 3, "none.csv"},
              {vary + "--target-profile bad.csv", 3, "bad.csv:3: column 2 is no number"},
+             {vary + "--target-profile large.csv", 3, "large.csv: its points span 2000 by 500, the wafer is"},
+             {vary + "--target-profile small.csv", 3, "small.csv: its points span 0.002 by 0.0005"},
              {vary + "--target-profile good.csv@0.3", 2, "runs save no surface at time 0.3"}}) {
         const Outcome outcome = c.run("fit recipe.toml -o out " + arguments, exit_code);
         CHECK_THAT(outcome.output, Catch::Contains(message));
