@@ -17,11 +17,12 @@ constexpr double kDensest = 20.0;
 
 // What the beam takes away and what comes down again, by material id.
 struct Redeposited {
-    std::vector<double> rate;   // of etching on a flat wafer, length/time
-    std::vector<double> atoms;  // 1e22 /cm^3; an ideal mask has the film's: volume comes down for volume
-    double film_atoms = 0.0;    // 1e22 /cm^3
-    double flat = 0.0;          // mean yield on a flat wafer
-    double most = 0.0;          // largest rate times atoms
+    std::vector<double> rate;        // of etching on a flat wafer, length/time
+    std::vector<double> atoms;       // 1e22 /cm^3; an ideal mask has the film's: volume comes down for volume
+    double film_atoms = 0.0;         // 1e22 /cm^3
+    double flat = 0.0;               // mean yield on a flat wafer
+    double most = 0.0;               // largest rate times atoms
+    std::vector<double> sticking{};  // share of what comes down that stays
 };
 
 Redeposited balance(const Materials& materials, int film_id, const std::vector<double>& rate, double flat) {
@@ -79,7 +80,7 @@ std::vector<double> given_off(const Redeposited& parts, double fraction) {
 // leave, what the wafer loses of its own.
 double balanced_speed(const Redeposited& parts, const SurfacePoint& point) {
     const auto m = static_cast<std::size_t>(point.material);
-    const double atoms = parts.most * point.flux[kRedeposited] -
+    const double atoms = parts.most * parts.sticking[m] * point.flux[kRedeposited] -
                          parts.atoms[m] * parts.rate[m] * point.flux[kSputter] / parts.flat;
     return atoms / (atoms > 0.0 ? parts.film_atoms : parts.atoms[m]);
 }
@@ -128,14 +129,15 @@ Model make(const Values& values, const Materials& materials) {
     if (comes_down && values.get<std::string>("deposit").empty())
         throw KeyError("deposit", "missing: what redeposits is a film; name it, e.g. deposit = \"Si\"");
     if (comes_down) model.deposit = film(values, materials, true);
+    const std::vector<double> sticking =
+        by_material_id(values.get<ByMaterial>("redeposition_sticking"), materials);
     if (model.deposit)
-        ion.redeposition =
-            flux::Redeposition{ion.yields[0], flux::Reemission::coned,
-                               by_material_id(values.get<ByMaterial>("redeposition_sticking"), materials)};
+        ion.redeposition = flux::Redeposition{ion.yields[0], flux::Reemission::coned, sticking};
     if (fraction > 0.0) {
         Redeposited parts = balance(materials, *model.deposit, rate, flat);
         check_film(values, parts);
         ion.redeposition->yield.scale = given_off(parts, fraction);
+        parts.sticking = sticking;
         model.speed = [parts = std::move(parts)](const SurfacePoint& point) {
             return balanced_speed(parts, point);
         };
@@ -143,8 +145,9 @@ Model make(const Values& values, const Materials& materials) {
         if (growth > 0.0)
             model.notes = notes_on_rate(materials, balance(materials, *model.deposit, rate, flat), growth);
         model.speed = [=](const SurfacePoint& point) {
-            const double etch = rate[static_cast<std::size_t>(point.material)] * point.flux[kSputter] / flat;
-            return (growth > 0.0 ? growth * point.flux[kRedeposited] : 0.0) - etch;
+            const auto m = static_cast<std::size_t>(point.material);
+            const double etch = rate[m] * point.flux[kSputter] / flat;
+            return (growth > 0.0 ? growth * sticking[m] * point.flux[kRedeposited] : 0.0) - etch;
         };
     }
     model.species = {std::move(ion)};

@@ -68,6 +68,22 @@ TEST_CASE("ion_beam: atoms that leave and atoms that land make the speed, by the
         Contains("step[0].deposit = \"Mask\": 500e22 atoms per cm^3 make an ideal mask and no film"));
 }
 
+TEST_CASE("ion_beam: of what comes down a film grows by what sticks") {
+    for (const char* key : {"redeposition_fraction", "redeposition_rate"}) {
+        const auto growth = [&](const char* sticking, const char* material) {
+            const Recipe recipe = with_mask("SiO2", kBeam + "rate = 0.02\n" + key + " = 0.5\n" + sticking);
+            const Model model = make_model(recipe.steps.front(), recipe.materials, recipe.domain);
+            const std::vector<double> flux{0.0, 0.0, 1.0};
+            return model.speed({*material_id(recipe.materials, material), flux});
+        };
+        const char* some = "redeposition_sticking = { Si = 0.25, SiO2 = 0, default = 1 }\n";
+        REQUIRE(growth("", "Si") > 0.0);
+        CHECK(growth(some, "Si") == Approx(0.25 * growth("", "Si")));
+        CHECK(growth(some, "SiO2") == 0.0);
+        CHECK(growth(some, "PolySi") == growth("", "PolySi"));
+    }
+}
+
 TEST_CASE("a note tells where a redeposition rate makes matter") {
     const auto notes = [](const std::string& keys) {
         std::vector<std::string> notes = notes_on(with_mask("Mask", kBeam + keys));

@@ -133,7 +133,8 @@ TEST_CASE("what an ion beam takes out of a trench sticks or escapes, whatever it
     const std::vector<std::string> beam = GENERATE(
         std::vector<std::string>{"step[0].energy=100"}, std::vector<std::string>{"step[0].energy=500"},
         std::vector<std::string>{"step[0].tilt_deg=20", "step[0].reflect_from_deg=89"},
-        std::vector<std::string>{"step[0].energy=500", "step[0].tilt_deg=20", "step[0].rotating=true"});
+        std::vector<std::string>{"step[0].energy=500", "step[0].tilt_deg=20", "step[0].rotating=true"},
+        std::vector<std::string>{"step[0].redeposition_sticking=0.3"});
     const Atoms atoms = mill(beam);
     CAPTURE(beam, atoms.removed, atoms.deposited, atoms.escaped, atoms.sent);
     CHECK(atoms.deposited <= atoms.removed);
