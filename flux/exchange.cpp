@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <mutex>
@@ -101,9 +102,9 @@ void add_to_pieces(Exchange::State& s, const Sizes& before) {
 }
 
 // Where rays from the surface and from the source go, by a few that are not kept.
-void look_around(Exchange::State& s, RandomKey key) {
-    const auto looks = static_cast<std::uint32_t>(
-        std::clamp<std::size_t>(4 * s.geometry.mesh.triangles.size(), 2048, 16384));
+void look_around(Exchange::State& s, RandomKey key, std::uint64_t rays) {
+    const auto looks = static_cast<std::uint32_t>(std::clamp<std::size_t>(
+        std::min<std::size_t>(4 * s.geometry.mesh.triangles.size(), rays / 4), 1024, 16384));
     s.densities.set_counts({.cosine = looks, .source = looks});
     const std::vector<Found> found = trace_all(s, jobs_of(s.densities.counts(), 1, 1), key, true);
     const std::size_t items = s.geometry.mesh.triangles.size();
@@ -127,6 +128,20 @@ void look_around(Exchange::State& s, RandomKey key) {
 }
 
 }  // namespace
+
+double Exchange::State::scale(std::uint32_t bits) const {
+    return 1.0 / (static_cast<double>(group_rays) * std::popcount(bits));
+}
+
+const BalancedLinks& Exchange::State::balanced(std::uint32_t bits) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = balanced_.find(bits);
+    if (found != balanced_.end()) return found->second;
+    std::vector<const LinkGroup*> chosen;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
+    return balanced_.try_emplace(bits, strip.unknowns, std::move(chosen), scale(bits)).first->second;
+}
 
 std::uint64_t exchange_bytes(std::uint64_t rays) {
     return 2 * sizeof(Link) *
@@ -176,7 +191,7 @@ void Exchange::gather(std::uint64_t rays) {
             static_cast<double>(s.options.most_bytes) * 1e-9));
     const auto start = std::chrono::steady_clock::now();
     const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
-    if (s.gathers == 0) look_around(s, key);  // by random numbers of its own
+    if (s.gathers == 0) look_around(s, key, rays);  // by random numbers of its own
     ++s.gathers;
     const std::size_t exponents = s.densities.exponents().size();
     const double group_rays = static_cast<double>(rays) / kLinkGroups;
@@ -190,6 +205,7 @@ void Exchange::gather(std::uint64_t rays) {
     std::vector<Found> found = trace_all(s, jobs, key, false);
     const std::uint64_t in_group = counts.cosine + counts.connect + exponents * counts.source;
     const Sizes before = sizes_of(s);
+    s.forget_balanced();
     for (std::size_t i = 0; i < jobs.size(); ++i) {
         book(s, jobs[i], found[i], static_cast<double>(in_group));
         found[i] = {};

@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
+#include <mutex>
 #include <vector>
 
 #include "flux/coarse.hpp"
@@ -10,6 +12,9 @@
 #include "flux/strip.hpp"
 
 namespace sidewall::flux {
+
+/// A bit for every group of rays.
+constexpr std::uint32_t kAllGroups = (1u << kLinkGroups) - 1;
 
 /// What an Exchange holds. Weights and direct terms in the groups are for one ray a group: those of all gathers
 /// add up, and are divided by `group_rays`.
@@ -28,6 +33,13 @@ struct Exchange::State {
     std::uint32_t gathers = 0;
     bool focused = false;
     double seconds = 0.0;
+
+    /// The balanced rays of the groups whose bits are set; made when first asked for, until the next gather. Thread-safe.
+    const BalancedLinks& balanced(std::uint32_t bits) const;
+    double scale(std::uint32_t bits) const;  ///< of the weights of those groups
+    void forget_balanced() { balanced_.clear(); }
+    mutable std::mutex mutex_{};
+    mutable std::map<std::uint32_t, BalancedLinks> balanced_{};
 };
 
 }  // namespace sidewall::flux

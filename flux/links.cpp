@@ -10,7 +10,7 @@ namespace sidewall::flux {
 namespace {
 
 constexpr std::size_t kPartsOfGroup = 2;
-constexpr int kBalancings = 6;
+constexpr int kBalancings = 3;
 
 struct Ends {
     const std::uint32_t* corner;
@@ -101,7 +101,7 @@ MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
 }
 
 // Some links and exits of a group, with their balanced weights.
-struct Balance::Part {
+struct BalancedLinks::Part {
     const Link* links;
     const float* weight;
     std::size_t count;
@@ -110,14 +110,8 @@ struct Balance::Part {
     std::size_t leaving;
 };
 
-Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> absorption,
-                 std::vector<const LinkGroup*> groups, double scale)
-    : wedges_(wedges),
-      mass_(mass),
-      absorption_(absorption),
-      groups_(std::move(groups)),
-      scale_(scale),
-      diagonal_(wedges.count(), 0.0) {
+BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale)
+    : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
     balance_weights();
     sum_parts(diagonal_, [this](const Part& part, double* y) {
         for (std::size_t n = 0; n < part.count; ++n) {
@@ -135,14 +129,10 @@ Balance::Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const d
             Ends(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av)
                 .add_squares(static_cast<double>(part.exit_weight[n]), y);
     });
-    for (std::size_t i = 0; i < diagonal_.size(); ++i)
-        for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
-            if (mass_.column[n] == i) diagonal_[i] += absorption_[n];
 }
 
-// What leaves a wedge's part of the surface is its area, whatever the rays that tell where it goes: factors
-// of both ends of a link, found by Sinkhorn's iteration, make it so and keep the balance symmetric.
-void Balance::balance_weights() {
+// Factors of both ends of a link, found by Sinkhorn's iteration, keep the balance symmetric.
+void BalancedLinks::balance_weights() {
     for (const LinkGroup* group : groups_) {
         std::vector<float>& weight = weights_.emplace_back();
         for (const Link& link : group->links) weight.push_back(link.weight);
@@ -185,7 +175,7 @@ void Balance::balance_weights() {
 // Calls use(part, sums) for every part of every group, each with sums of its own, and adds them, scaled, to
 // \p y in their order: the parts do not depend on the threads.
 template <class Use>
-void Balance::sum_parts(std::span<double> y, const Use& use) const {
+void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
     const std::size_t parts = kPartsOfGroup * groups_.size();
     std::vector<std::vector<double>> sums(parts);
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t number) {
@@ -210,15 +200,7 @@ void Balance::sum_parts(std::span<double> y, const Use& use) const {
     });
 }
 
-void Balance::apply(std::span<const double> x, std::span<double> y) const {
-    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            double sum = 0.0;
-            for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
-                sum += absorption_[n] * x[mass_.column[n]];
-            y[i] = sum;
-        }
-    });
+void BalancedLinks::add(std::span<const double> x, std::span<double> y) const {
     sum_parts(y, [&](const Part& part, double* sums) {
         for (std::size_t n = 0; n < part.count; ++n) {
             const Link& link = part.links[n];
@@ -235,7 +217,7 @@ void Balance::apply(std::span<const double> x, std::span<double> y) const {
     });
 }
 
-std::vector<double> Balance::direct(double exponent, bool straight) const {
+std::vector<double> BalancedLinks::direct(double exponent, bool straight) const {
     const double scale = lobe_scale(exponent, straight);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
@@ -251,7 +233,7 @@ std::vector<double> Balance::direct(double exponent, bool straight) const {
     return y;
 }
 
-std::vector<double> Balance::arrivals(std::span<const double> x) const {
+std::vector<double> BalancedLinks::arrivals(std::span<const double> x) const {
     std::vector<double> y(x.size(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
         for (std::size_t n = 0; n < part.count; ++n) {
@@ -263,6 +245,28 @@ std::vector<double> Balance::arrivals(std::span<const double> x) const {
         }
     });
     return y;
+}
+
+Balance::Balance(const BalancedLinks& links, const MassMatrix& mass, std::span<const double> absorption)
+    : links_(links),
+      mass_(mass),
+      absorption_(absorption),
+      diagonal_(links.diagonal().begin(), links.diagonal().end()) {
+    for (std::size_t i = 0; i < diagonal_.size(); ++i)
+        for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
+            if (mass_.column[n] == i) diagonal_[i] += absorption_[n];
+}
+
+void Balance::apply(std::span<const double> x, std::span<double> y) const {
+    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            double sum = 0.0;
+            for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
+                sum += absorption_[n] * x[mass_.column[n]];
+            y[i] = sum;
+        }
+    });
+    links_.add(x, y);
 }
 
 }  // namespace sidewall::flux

@@ -49,7 +49,7 @@ inline double lobe(double exponent, double cosine) {
 }
 double lobe_scale(double exponent, bool straight);
 
-/// Independent parts that standard errors come from, and, half of each, what one task sums up.
+/// Independent parts, of which halves tell standard errors, and, half of each, what one task sums up.
 constexpr std::size_t kLinkGroups = 8;
 
 /// One of the independent randomisations.
@@ -72,14 +72,15 @@ MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
 std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
                                       std::span<const double> ratio);
 
-/// The matrix of `absorption + links + exits` times a vector; parallel, in a fixed order.
-class Balance {
+/// The rays of some groups, weighted so that what leaves each wedge's part of the surface is its area, whatever the rays that
+/// tell where it goes. No sticking is in it: one serves all species and coverages. Parallel, in a fixed order.
+class BalancedLinks {
   public:
-    /// \param absorption  of absorption_matrix; must outlive the balance, as wedges and mass.
-    /// \param scale       of the links' weights.
-    Balance(const Wedges& wedges, const MassMatrix& mass, std::span<const double> absorption,
-            std::vector<const LinkGroup*> groups, double scale);
-    void apply(std::span<const double> x, std::span<double> y) const;
+    /// \param wedges  and the groups must outlive it.
+    /// \param scale   of the links' weights.
+    BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale);
+    /// Adds M - G times \p x to \p y.
+    void add(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
     /// e of a source cos^exponent.
     std::vector<double> direct(double exponent, bool straight) const;
@@ -92,12 +93,26 @@ class Balance {
     template <class Use>
     void sum_parts(std::span<double> y, const Use& use) const;
     const Wedges& wedges_;
-    const MassMatrix& mass_;
-    std::span<const double> absorption_;  // by entry of the mass matrix
     std::vector<const LinkGroup*> groups_;
     double scale_;
     std::vector<std::vector<float>> weights_;  // of the links of each group, balanced
     std::vector<std::vector<float>> exit_weights_;
+    std::vector<double> diagonal_;
+};
+
+/// The matrix of `absorption + links + exits`.
+class Balance {
+  public:
+    /// \param absorption  of absorption_matrix, by entry of \p mass. All must outlive the balance.
+    Balance(const BalancedLinks& links, const MassMatrix& mass, std::span<const double> absorption);
+    /// \p y = the matrix times \p x.
+    void apply(std::span<const double> x, std::span<double> y) const;
+    std::span<const double> diagonal() const { return diagonal_; }
+
+  private:
+    const BalancedLinks& links_;
+    const MassMatrix& mass_;
+    std::span<const double> absorption_;
     std::vector<double> diagonal_;
 };
 

@@ -11,13 +11,29 @@
 namespace sidewall::flux {
 namespace {
 
-// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: flown, joined and read
-// some two hundred times; 1 against 0.12 microseconds. And rays of an exchange's pilot.
-constexpr double kRayCost = 8.0, kPilotRays = 4096.0;
-// The relative error of one ray an unknown at sticking s is about this times sqrt(s): 0.3 to 1 of it in
-// measurements on holes and trenches, aspect 2 to 100, s 0.001 to 1, and a source of n 1 to 1000.
-constexpr double kSpread = 1.7;
-constexpr double kFirstRays = 32.0;  // an unknown: with fewer, groups of rays tell no errors
+// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.15
+// to 0.2 microseconds. And rays of an exchange's pilot.
+constexpr double kRayCost = 5.0, kPilotRays = 4096.0;
+constexpr double kFirstRays = 12.0;  // an unknown: with fewer, halves of the rays tell no errors
+constexpr double kMargin = 1.1;      // rays more than errors ask for, which scatter
+constexpr double kCloser = 200.0;    // the solver's tolerance than the error asked for
+
+// Rays an unknown that \p species takes to a relative error of \p target, from what the first ones show of
+// it.
+double rays_needed(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
+                   const LateralBox& box, const Wedges& wedges, const DiffuseSpecies& species,
+                   const TraceOptions& options) {
+    Exchange first(mesh, scene, box, wedges, {species.source_exponent},
+                   {.seed = options.seed,
+                    .time_step = options.time_step,
+                    .stop = options.stop,
+                    .shares = options.shares});
+    first.gather(std::min(first.fewest_rays(), first.rays_left()));
+    const double error = solve_flux(first, species, {.tolerance = target / kCloser}).relative_error;
+    // Errors of few rays fall faster than their square root.
+    constexpr double kFall = 0.6;
+    return kFirstRays * std::max(1.0, kMargin * std::pow(error / target, 1.0 / kFall));
+}
 
 }  // namespace
 
@@ -64,7 +80,7 @@ std::uint64_t Exchange::fewest_rays() const {
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options) {
     constexpr std::uint64_t kFirstPart = 4;
-    if (rays < exchange.fewest_rays() || rays > exchange.rays_left() || exchange.is_focused())
+    if (rays < kFirstPart * exchange.fewest_rays() || rays > exchange.rays_left() || exchange.is_focused())
         return exchange.gather(rays);  // too few to tell, or refused
     const std::uint64_t first = rays / kFirstPart;
     exchange.gather(first);
@@ -90,22 +106,25 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
         if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
     if (exchange.rays() == 0)
         exchange.gather(std::min({most_rays, exchange.rays_left(), exchange.fewest_rays()}));
+    SolveOptions close = options;  // to the errors asked for
+    close.tolerance = std::clamp(*std::ranges::min_element(targets) / kCloser, options.tolerance,
+                                 std::max(1e-3, options.tolerance));
     while (true) {
         std::vector<RadiosityFlux> fluxes;
         double worst = 0.0;  // of what was asked
         for (std::size_t k = 0; k < species.size(); ++k) {
-            fluxes.push_back(solve_flux(exchange, species[k], options));
+            fluxes.push_back(solve_flux(exchange, species[k], close));
             worst = std::max(worst, fluxes.back().relative_error / targets[k]);
         }
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
         if (worst <= 1.0 || left < rays / 16) return fluxes;
+        // Errors of few rays fall faster than their square root: do not leap too far.
+        const double more = std::clamp(kMargin * std::pow(worst, 2.0) - 1.0, 0.25, 3.0);
         try {
-            if (!exchange.is_focused()) focus(exchange, species, fluxes, options);
+            if (!exchange.is_focused() && more == 3.0) focus(exchange, species, fluxes, options);
         } catch (const NumericsError&) {
         }
-        // Errors of few rays fall faster than their square root: do not leap too far.
-        const double more = std::clamp(1.1 * std::pow(worst, 2.0) - 1.0, 0.25, 3.0);
         exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
     }
 }
@@ -128,19 +147,23 @@ MethodChoice choose_method(double target, const TriangleMesh& mesh, const surfac
     choice.target = target > 0.0 ? target : result.relative_error / std::sqrt(growth);
     const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);
-    double sticking = 0.0, area = 0.0;
-    const std::vector<double> by_wedge =
-        options.sticking_by_wedge.empty()
-            ? sticking_by_wedge(wedges, materials, species)
-            : std::vector<double>(options.sticking_by_wedge.begin(), options.sticking_by_wedge.end());
-    for (std::size_t i = 0; i < wedges.count(); ++i) {
-        area += wedges.area[i];
-        sticking += wedges.area[i] * by_wedge[i];
-    }
-    sticking /= area;
-    const double rays = std::max(kFirstRays, kSpread * kSpread * sticking / (choice.target * choice.target));
     const std::size_t unknowns = make_strip(make_geometry(mesh, scene, box), wedges).unknowns.count();
-    choice.radiosity_cost = kRayCost * (rays * static_cast<double>(unknowns) + kPilotRays);
+    const auto cost = [&](double rays) {
+        return kRayCost * (rays * static_cast<double>(unknowns) + kPilotRays);
+    };
+    choice.radiosity_cost = cost(kFirstRays);
+    if (choice.radiosity_cost < choice.monte_carlo_cost) try {
+            const std::vector<double> sticking =
+                options.sticking_by_wedge.empty()
+                    ? sticking_by_wedge(wedges, materials, species)
+                    : std::vector<double>(options.sticking_by_wedge.begin(), options.sticking_by_wedge.end());
+            const DiffuseSpecies diffuse{
+                .name = species.name, .source_exponent = species.source_exponent, .sticking = sticking};
+            choice.rays = rays_needed(choice.target, mesh, scene, box, wedges, diffuse, options);
+            choice.radiosity_cost = cost(choice.rays);
+        } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave
+            choice.radiosity_cost = choice.monte_carlo_cost;
+        }
     choice.radiosity = choice.radiosity_cost < choice.monte_carlo_cost;
     return choice;
 }

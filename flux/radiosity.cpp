@@ -36,17 +36,36 @@ Values over_vertices(const Exchange::State& s, const Values& wedge) {
     return mean;
 }
 
-// The mean's standard error from the groups' values.
-Values standard_errors(const std::vector<Values>& groups) {
-    const auto n = static_cast<double>(groups.size());
-    Values error(groups.front().size());
-    for (std::size_t i = 0; i < error.size(); ++i) {
-        double mean = 0.0, squares = 0.0;
-        for (const Values& group : groups) mean += group[i] / n;
-        for (const Values& group : groups) squares += (group[i] - mean) * (group[i] - mean);
-        error[i] = std::sqrt(squares / (n * (n - 1.0)));
+// Halves of the groups of rays, of which any two differ in half of theirs; the other half is their
+// complement.
+constexpr std::uint32_t kHalves[] = {0x0f, 0x33, 0x55};
+
+// Standard errors of the whole's flux from parts of the rays: the root of what the squares of their
+// differences come to.
+struct ErrorSums {
+    Values wedge, triangle, vertex;
+    void add(const Exchange::State& s, const Values& difference) {
+        const auto add_squares = [](Values& sum, const Values& values) {
+            sum.resize(values.size(), 0.0);
+            for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += values[i] * values[i];
+        };
+        add_squares(wedge, difference);
+        add_squares(triangle, over_triangles(s, difference));
+        add_squares(vertex, over_vertices(s, difference));
     }
-    return error;
+    void put(double scale, RadiosityFlux& result) {
+        for (Values* sum : {&wedge, &triangle, &vertex})
+            for (double& value : *sum) value = std::sqrt(scale * value);
+        result.wedge.error = std::move(wedge);
+        result.triangle.error = std::move(triangle);
+        result.vertex.error = std::move(vertex);
+    }
+};
+
+Values difference(const Values& one, const Values& other) {
+    Values d(one.size());
+    for (std::size_t i = 0; i < d.size(); ++i) d[i] = one[i] - other[i];
+    return d;
 }
 
 double relative_error(const Wedges& wedges, const FluxField& vertex) {
@@ -67,36 +86,28 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
     const Exchange::State& s = exchange.state();
     if (s.rays == 0) throw RecipeError(species.name + ": no rays are gathered yet");
     const Solver solver(s, species, options);
-    std::vector<const LinkGroup*> all;
-    for (const LinkGroup& group : s.groups) all.push_back(&group);
-    Solver::Answer whole = solver.solve(all, species.guess, options.tolerance);
+    Solver::Answer whole = solver.solve(kAllGroups, species.guess, options.tolerance);
     RadiosityFlux result;
     result.iterations = whole.iterations;
     result.wedge.flux = whole.flux;
     result.wedge.error.assign(whole.flux.size(), 0.0);
     result.triangle.error.assign(s.geometry.mesh.triangles.size(), 0.0);
     result.vertex.error.assign(s.geometry.mesh.vertices.size(), 0.0);
-    if (options.errors) {
-        std::vector<Values> wedge, triangle, vertex;
-        for (const LinkGroup* group : all) {
-            wedge.push_back(solver.solve({group}, whole.flux, std::max(1e-4, options.tolerance)).flux);
-            triangle.push_back(over_triangles(s, wedge.back()));
-            vertex.push_back(over_vertices(s, wedge.back()));
-        }
-        result.wedge.error = standard_errors(wedge);
-        result.triangle.error = standard_errors(triangle);
-        result.vertex.error = standard_errors(vertex);
-    }
-    if (options.unbiased) {
-        // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
-        const std::vector<const LinkGroup*> lower(all.begin(), all.begin() + kLinkGroups / 2),
-            upper(all.begin() + kLinkGroups / 2, all.end());
+    ErrorSums sums;
+    const std::size_t halvings = options.errors ? std::size(kHalves) : options.unbiased ? 1 : 0;
+    for (std::size_t k = 0; k < halvings; ++k) {
         const double tolerance = 10.0 * options.tolerance;
-        const Values first = solver.solve(lower, whole.flux, tolerance).flux,
-                     second = solver.solve(upper, whole.flux, tolerance).flux;
-        for (std::size_t i = 0; i < whole.flux.size(); ++i)
-            result.wedge.flux[i] = std::max(0.0, 2.0 * whole.flux[i] - 0.5 * (first[i] + second[i]));
+        const Values one = solver.solve(kHalves[k], whole.flux, tolerance).flux,
+                     other = solver.solve(kAllGroups & ~kHalves[k], whole.flux, tolerance).flux;
+        sums.add(s, difference(one, other));
+        // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
+        for (std::size_t i = 0; i < whole.flux.size() && options.unbiased; ++i)
+            result.wedge.flux[i] +=
+                (whole.flux[i] - 0.5 * (one[i] + other[i])) / static_cast<double>(halvings);
     }
+    for (double& flux : result.wedge.flux) flux = std::max(0.0, flux);
+    // Half of a difference is off as the whole is.
+    if (options.errors) sums.put(0.25 / static_cast<double>(halvings), result);
     result.triangle.flux = over_triangles(s, result.wedge.flux);
     result.vertex.flux = over_vertices(s, result.wedge.flux);
     result.relative_error = relative_error(s.wedges, result.vertex);

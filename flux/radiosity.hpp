@@ -70,7 +70,7 @@ class Exchange {
     std::uint64_t bytes() const;  ///< memory that the links take
     double seconds() const;       ///< wall time of all gathers
     std::size_t unknowns() const;
-    std::uint64_t fewest_rays() const;  ///< 32 an unknown: groups of fewer tell no errors
+    std::uint64_t fewest_rays() const;  ///< 12 an unknown: halves of fewer tell no errors
     /// What of \p rays the next gather may trace within most_bytes.
     std::uint64_t rays_left() const;
 
@@ -98,8 +98,8 @@ struct SolveOptions {
     /// Mean of what one more relaxation changes an unknown by, relative to it or to 1e-7 of the brightest.
     double tolerance = 1e-5;
     std::uint32_t most_iterations = 2000;
-    bool errors = true;    ///< standard errors, for about as much time again; false leaves them 0
-    bool unbiased = true;  ///< takes off what the halves of the rays show of the bias, for as much again
+    bool errors = true;    ///< standard errors, for about twice as much time; false leaves them 0
+    bool unbiased = true;  ///< takes off what the halves of the rays show of the bias; free with errors
     std::function<bool()> stop{};
 };
 
@@ -125,7 +125,8 @@ std::string why_not_radiosity(const Species& species);
 /// Solves for \p species on the rays gathered so far. Traces no ray.
 ///
 /// The answer is consistent, not unbiased: its bias falls as 1/rays, and what the two halves of the rays show of
-/// it is taken off. Standard errors come from 8 independent groups of rays, each solved by itself.
+/// it is taken off. Standard errors come from what the two
+/// halves differ by, in three ways to halve the rays.
 /// \throws RecipeError for values out of range or an exponent that was not gathered, GeometryError for arrays
 ///         that do not fit, Interrupted, NumericsError if the balance has no solution (nothing sticks and
 ///         nothing escapes) or the solver does not converge, saying why.
@@ -143,7 +144,7 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
                 const SolveOptions& options = {});
 
 /// Gathers until the relative_error of every one of \p species is at most its target, or rays or memory are
-/// spent; the results' relative_error tells which.
+/// spent; the results' relative_error tells which. Solves no closer than a two-hundredth of the least target.
 /// \param targets    by species, above 0.
 /// \param most_rays  to gather in all, those that \p exchange has included.
 std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,
@@ -159,11 +160,12 @@ struct MethodChoice {
     bool radiosity = false;
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer's
     double target = 0.0;                                  ///< the relative error they are for
+    double rays = 0.0;    ///< an unknown that radiosity gathers; 0 if not estimated
     std::string why_not;  ///< radiosity is out of the question, whatever the cost; empty if it can be taken
 };
 
 /// Estimates what both methods take to a relative error of \p target, from a few thousand particles of the
-/// tracer's: a tenth of what the cheaper one takes, or less. The same choice on every machine.
+/// tracer's and, where as many as the target asks for cost more, radiosity's first rays. The same choice on every machine.
 /// \param target  0: what the tracer reaches with options.rays.
 /// \throws as trace_flux.
 MethodChoice choose_method(double target, const TriangleMesh& mesh, const surface::RayScene& scene,

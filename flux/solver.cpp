@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -118,10 +119,6 @@ Values faint_below(double share, const Balance& balance, const Values& right,
     return faint;
 }
 
-double scale_of(const Exchange::State& s, std::size_t groups) {
-    return 1.0 / (static_cast<double>(s.group_rays) * static_cast<double>(groups));
-}
-
 }  // namespace
 
 std::vector<double> by_unknown(const Exchange::State& s, std::span<const double> wedge) {
@@ -153,21 +150,19 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
         ratio.push_back(s / reemitted_.back());
     }
     absorption_ = absorption_matrix(state.mass, state.strip.unknowns.area, ratio);
-    coarse_.emplace(state.pieces, scale_of(state, state.groups.size()) * state.piece_links, state.mass,
-                    absorption_);
+    coarse_.emplace(state.pieces, state.scale(kAllGroups) * state.piece_links, state.mass, absorption_);
 }
 
-Solver::Answer Solver::solve(std::vector<const LinkGroup*> groups, std::span<const double> guess,
-                             double tolerance) const {
+Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const {
     // A single group may leave parts of the surface with hardly a way out, where the pieces of all do not
     // help.
-    const CoarseSolver* coarse = groups.size() > 1 ? &*coarse_ : nullptr;
-    const double scale = scale_of(s_, groups.size());
-    const Balance balance(s_.strip.unknowns, s_.mass, absorption_, std::move(groups), scale);
-    Values right = balance.direct(species_.source_exponent, s_.geometry.straight);
+    const CoarseSolver* coarse = std::popcount(groups) > 1 ? &*coarse_ : nullptr;
+    const BalancedLinks& links = s_.balanced(groups);
+    const Balance balance(links, s_.mass, absorption_);
+    Values right = links.direct(species_.source_exponent, s_.geometry.straight);
     for (double& value : right) value *= species_.source;
     if (!emission_.empty()) {
-        const Values arriving = balance.arrivals(emission_);
+        const Values arriving = links.arrivals(emission_);
         for (std::size_t i = 0; i < right.size(); ++i) right[i] += arriving[i];
     }
     Values start(right.size(), 0.0);
@@ -185,10 +180,7 @@ Solver::Answer Solver::solve(std::vector<const LinkGroup*> groups, std::span<con
 }
 
 std::vector<Values> Solver::respond(const std::vector<Values>& rights, double tolerance) const {
-    std::vector<const LinkGroup*> all;
-    for (const LinkGroup& group : s_.groups) all.push_back(&group);
-    const double scale = scale_of(s_, all.size());
-    const Balance balance(s_.strip.unknowns, s_.mass, absorption_, std::move(all), scale);
+    const Balance balance(s_.balanced(kAllGroups), s_.mass, absorption_);
     // Responses change sign: where they pass 0 nothing is to be resolved.
     constexpr double kFaintResponse = 1e-3;
     std::vector<Values> responses;

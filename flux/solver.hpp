@@ -25,9 +25,10 @@ class Solver {
         std::uint32_t iterations = 0;
     };
     /// The flux from some of the groups of rays.
+    /// \param groups their bits.
     /// \param guess  a flux by wedge to start from; may be empty.
     /// \throws as solve_flux.
-    Answer solve(std::vector<const LinkGroup*> groups, std::span<const double> guess, double tolerance) const;
+    Answer solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const;
 
     /// What all rays make of an emission: the solutions of the balance, which is symmetric, for any \p rights, by
     /// unknown.

@@ -67,14 +67,14 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
         const flux::MethodChoice& choice = choices[k];
         const double ratio =
             choice.radiosity_cost / std::max(1.0, traces_of(model) * choice.monte_carlo_cost);
-        const bool possible = choice.why_not.empty();
-        methods.push_back({model.species[k].name, possible && choice.radiosity_cost <= best,
+        const bool possible = choice.why_not.empty(), solved = possible && choice.radiosity_cost <= best;
+        methods.push_back({model.species[k].name, solved,
                            possible
                                ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
                                              "a relative error of {:.2g}",
                                              ratio, choice.target)
                                : choice.why_not,
-                           choice.target});
+                           choice.target, solved ? choice.rays : 0.0});
     }
     return methods;
 }
@@ -90,7 +90,7 @@ std::vector<SpeciesMethod> choose_methods(const Recipe& recipe, const Model& mod
     std::vector<SpeciesMethod> methods;
     for (std::size_t k = 0; k < model.species.size(); ++k) {
         const std::string why_not = asked ? why_monte_carlo(model, k) : "";
-        methods.push_back({model.species[k].name, asked && why_not.empty(), why_not, 0.0});
+        methods.push_back({model.species[k].name, asked && why_not.empty(), why_not, 0.0, 0.0});
     }
     return methods;
 }

@@ -49,9 +49,10 @@ std::uint64_t most_rays(const FluxSection& flux) {
 
 // All species at once, so that one gather serves them.
 // \param targets  relative errors; 0: of [flux] rays.
+// \param first    rays an unknown to begin with; 0: as few as tell errors.
 std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flux::DiffuseSpecies> species,
-                                       std::span<const double> targets, flux::Exchange& exchange,
-                                       const TraceRequest& request) {
+                                       std::span<const double> targets, double first,
+                                       flux::Exchange& exchange, const TraceRequest& request) {
     flux::SolveOptions options;
     options.stop = request.stop;
     options.errors = request.errors;
@@ -59,8 +60,11 @@ std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flu
         std::vector<double> bounds(targets.begin(), targets.end());
         std::ranges::replace(bounds, 0.0, kInfinity);
         const std::uint64_t fewest = recipe.flux.relative_error ? 0 : exchange.fewest_rays();
-        return flux::solve_fluxes_to(bounds, exchange, species, std::max(most_rays(recipe.flux), fewest),
-                                     options);
+        const std::uint64_t most = std::max(most_rays(recipe.flux), fewest);
+        const auto begin = static_cast<std::uint64_t>(first * static_cast<double>(exchange.unknowns()));
+        if (exchange.rays() == 0 && begin > 0)
+            flux::gather_for(species, exchange, std::min({begin, most, exchange.rays_left()}), options);
+        return flux::solve_fluxes_to(bounds, exchange, species, most, options);
     }
     if (exchange.rays() == 0)
         flux::gather_for(species, exchange,
@@ -101,10 +105,12 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     std::vector<std::vector<double>> own(places.size());  // sticking, where no coverage decides it
     std::vector<flux::DiffuseSpecies> species(places.size());
     std::vector<double> targets;
+    double first = 0.0;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const flux::Species& one = model.species[places[i]];
         species[i].name = one.name;
         targets.push_back(recipe.flux.relative_error.value_or(trace.methods[places[i]].target));
+        first = std::max(first, trace.methods[places[i]].rays);
         species[i].source_exponent = one.source_exponent;
         if (sticking.empty()) own[i] = flux::sticking_by_wedge(arriving.wedges, arriving.materials, one);
         species[i].sticking =
@@ -116,7 +122,7 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     if (!exchange) exchange.emplace(make_exchange(recipe, model, surface, request, arriving));
     std::vector<flux::RadiosityFlux> fluxes;
     try {
-        fluxes = solve(recipe, species, targets, *exchange, request);
+        fluxes = solve(recipe, species, targets, first, *exchange, request);
     } catch (const NumericsError& error) {
         if (flux::leaks_too_much(exchange->leaked(), exchange->rays())) throw LeakError(error.what());
         throw;

@@ -162,8 +162,8 @@ RunState state_from_json(const Json& json) {
         for (const Json& method : json.at("methods"))
             state.methods.push_back({method.at("species").get<std::string>(),
                                      method.at("radiosity").get<bool>(),
-                                     method.at("reason").get<std::string>(),
-                                     method.value("target", 0.0)});  // of earlier versions none
+                                     method.at("reason").get<std::string>(), method.value("target", 0.0),
+                                     method.value("rays", 0.0)});  // later keys
     for (const Json& file : json.at("files"))
         state.files.push_back(
             {file.at("time").get<double>(), file.at("part").get<int>(), file.at("file").get<std::string>()});
@@ -228,7 +228,8 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
         methods.push_back(Json{{"species", method.species},
                                {"radiosity", method.radiosity},
                                {"reason", method.reason},
-                               {"target", method.target}});
+                               {"target", method.target},
+                               {"rays", method.rays}});
     const Json json{{"recipe", effective_recipe(recipe)},
                     {"materials", material_names(recipe.materials)},
                     {"length_unit", recipe.domain.length_unit},

@@ -29,7 +29,8 @@ struct SpeciesMethod {
     bool radiosity = false;  ///< else Monte Carlo
     std::string reason;      ///< of the choice, for a message; may be empty
     double target =
-        0.0;  ///< relative error that radiosity is to reach instead of tracing [flux] rays; 0: none
+        0.0;            ///< relative error that radiosity is to reach instead of tracing [flux] rays; 0: none
+    double rays = 0.0;  ///< an unknown that radiosity begins with; 0: as few as tell errors
 };
 
 /// What tracing a surface told beyond the fluxes that models see.
