@@ -299,6 +299,15 @@ Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, 
     return build(stack.top(), stack.domain, &surface, under, !top_is_inert);
 }
 
+Extension extend_alike(const Grid& grid) {
+    Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, 0, openvdb::TopologyCopy()), {}};
+    if (const auto first = grid.cbeginValueOn()) {
+        const openvdb::Coord c = first.getCoord();
+        extension.samples.push_back({0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}});
+    }
+    return extension;
+}
+
 Extension extend_without_mesh(const Grid& grid, const Domain& domain) {
     return build(grid, domain, nullptr, nullptr);
 }

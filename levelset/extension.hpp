@@ -47,7 +47,10 @@ Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene
 /// \param top_is_inert  the top layer stays where it is: samples on it that have no other near are given no triangle.
 Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert);
 
-/// The same topology without a mesh: samples carry their node only. For speeds that depend on no flux.
+/// One sample for all of the band: for a speed that is the same all over the surface.
+Extension extend_alike(const Grid& grid);
+
+/// The topology of extend without a mesh: samples carry their node only. For speeds that depend on no flux.
 Extension extend_without_mesh(const Grid& grid, const Domain& domain);
 
 }  // namespace sidewall::levelset

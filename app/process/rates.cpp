@@ -57,6 +57,23 @@ bool is_inert(const Model& model, int material) {
     return !model.inert.empty() && model.inert[static_cast<std::size_t>(material)] != 0;
 }
 
+// Whether the surface grows everywhere at one and the same speed, whatever is bare.
+bool grows_alike(const Model& model, const levelset::MaterialStack& stack, const TracedSurface& surface) {
+    if (!model.species.empty() || model.visibility || model.depends_on_position || model.depends_on_normal ||
+        model.speeds)
+        return false;
+    const auto speed = [&](const levelset::Layer& layer) {
+        SurfacePoint point{layer.material};
+        point.time = surface.time;
+        return model.speed(point);
+    };
+    const double first = speed(stack.layers.front());
+    return first >= 0.0 &&
+           std::all_of(stack.layers.begin(), stack.layers.end(),
+                       [&](const levelset::Layer& layer) { return speed(layer) == first; }) &&
+           levelset::sealed_off(surface.raw, surface.pieces, stack.domain).empty();
+}
+
 // The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
 // none.
 std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const TracedSurface& surface,
@@ -137,8 +154,10 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
         const PhaseClock clock(timing.extend);
         // Where nothing is traced, only line of sight asks for points on the mesh.
         extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene)
-                                  : levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
-                                                              is_inert(model, stack.layers.back().material));
+                    : grows_alike(model, stack, surface)
+                        ? levelset::extend_alike(stack.top())
+                        : levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
+                                                    is_inert(model, stack.layers.back().material));
     }
     const PhaseClock clock(timing.rates);
     const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
