@@ -1,6 +1,7 @@
 #include "app/common/timing.hpp"
 
 #include <chrono>
+#include <ctime>
 
 #include "app/common/json.hpp"
 
@@ -8,6 +9,10 @@ namespace sidewall::app {
 
 double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double cpu_seconds() {
+    return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
 }
 
 Json to_json(const Timing& timing) {

@@ -30,6 +30,9 @@ void for_each_phase(Use&& use) {
 /// Seconds of a clock that never goes back; only differences mean something.
 double now();
 
+/// CPU seconds of all threads of the process since it began.
+double cpu_seconds();
+
 Json to_json(const Timing& timing);
 Timing timing_from_json(const Json& json);
 

@@ -1,16 +1,18 @@
 #include "app/study/study.hpp"
 
 #include <fmt/format.h>
-#include <tbb/tick_count.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
 #include "app/common/threads.hpp"
+#include "app/common/timing.hpp"
 #include "app/common/version.hpp"
 #include "app/process/simulation.hpp"
 #include "app/study/study_flux.hpp"
@@ -74,9 +76,12 @@ Features find_features(const TriangleMesh& mesh, double spacing, bool automatic)
     return features;
 }
 
-struct Simplified {
+// One method at one removal. Seconds are CPU seconds, one entry a turn.
+struct Trial {
+    const Method* method;
     TriangleMesh mesh;
-    double features = 0.0, collapse = 0.0;  // median seconds
+    std::vector<double> features, collapse;
+    std::optional<PairTrace> trace;  // of the mesh, if it is traced
 };
 
 double median(std::vector<double> values) {
@@ -85,7 +90,8 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-Simplified run_method(const Surface& surface, const Method& method, double removal, int repeats) {
+void simplify_once(const Surface& surface, double removal, Trial& trial) {
+    const Method& method = *trial.method;
     simplify::Options options;
     options.method = method.method;
     options.weights = method.weights;
@@ -93,21 +99,14 @@ Simplified run_method(const Surface& surface, const Method& method, double remov
     options.target_vertices = static_cast<std::size_t>(
         std::lround((1.0 - removal) * static_cast<double>(surface.mesh.vertices.size())));
     if (uses_features(method.method)) options.l0 = removal <= kSparedFeatures ? 0.0 : surface.spacing;
-    std::vector<double> features, collapse;
-    Simplified result;
-    for (int n = 0; n < (method.traced ? repeats : 1); ++n) {
-        const tbb::tick_count start = tbb::tick_count::now();
-        std::vector<std::uint8_t> flags;
-        if (uses_features(method.method))
-            flags = find_features(surface.mesh, surface.spacing, method.automatic).flags;
-        features.push_back((tbb::tick_count::now() - start).seconds());
-        simplify::Result run = simplify::simplify(surface.mesh, flags, options);
-        collapse.push_back(run.seconds.collapse);
-        result.mesh = std::move(run.mesh);
-    }
-    result.features = median(features);
-    result.collapse = median(collapse);
-    return result;
+    const double start = cpu_seconds();
+    std::vector<std::uint8_t> flags;
+    if (uses_features(method.method))
+        flags = find_features(surface.mesh, surface.spacing, method.automatic).flags;
+    const double found = cpu_seconds();
+    trial.mesh = simplify::simplify(surface.mesh, flags, options).mesh;
+    trial.features.push_back(found - start);
+    trial.collapse.push_back(cpu_seconds() - found);
 }
 
 // Distances in grid spacings: maximum, mean, and how they are spread.
@@ -149,18 +148,19 @@ void write_coloured(const std::filesystem::path& path, TriangleMesh mesh, const 
                          .numbers = {{"grid_spacing", spacing}}});
 }
 
-// One method at one removal: everything the report shows of it.
-Json measure(const Surface& surface, const FluxTruth& truth, const Method& method, double removal,
-             const StudyOptions& options) {
-    const Simplified simplified = run_method(surface, method, removal, options.repeats);
-    const auto distance = surface::two_sided_distance(surface.mesh, simplified.mesh);
-    const auto quality = surface::measure_quality(simplified.mesh);
+// Everything the report shows of one method at one removal.
+// \param raw  the raw mesh, traced in turns with the others.
+Json measure(const Surface& surface, const FluxTruth& truth, const Trial& trial, const FluxPair& raw,
+             double removal, const StudyOptions& options) {
+    const Method& method = *trial.method;
+    const auto distance = surface::two_sided_distance(surface.mesh, trial.mesh);
+    const auto quality = surface::measure_quality(trial.mesh);
     Json row{{"surface", surface.number},
              {"method", method.name},
              {"removal", removal},
-             {"vertices", simplified.mesh.vertices.size()},
-             {"triangles", simplified.mesh.triangles.size()},
-             {"seconds", {{"features", simplified.features}, {"collapse", simplified.collapse}}},
+             {"vertices", trial.mesh.vertices.size()},
+             {"triangles", trial.mesh.triangles.size()},
+             {"seconds", {{"features", median(trial.features)}, {"collapse", median(trial.collapse)}}},
              {"original_to_simplified", distance_json(distance.forward, surface.spacing)},
              {"simplified_to_original", distance_json(distance.backward, surface.spacing)},
              {"exceedance", exceedance(distance.forward, surface.spacing)},
@@ -170,11 +170,9 @@ Json measure(const Surface& surface, const FluxTruth& truth, const Method& metho
                {"slivers", quality.slivers}}}};
     if (uses_features(method.method))
         row["schedule"] = {{"l0", removal <= kSparedFeatures ? 0.0 : 1.0}, {"step", 1.0}};  // dx
-    if (!method.traced) return row;
-    constexpr std::uint64_t kSeed = 1;
-    row["trace"] = trace_json(trace_pair(simplified.mesh, surface.mesh, surface.box, options.rays,
-                                         options.sticking, kSeed, options.radiosity),
-                              truth, options.flux_error);
+    if (!trial.trace) return row;
+    row["trace"] = trace_json(trial.trace->pair, truth, options.flux_error);
+    row["trace"]["seconds"]["raw"] = raw.trace_seconds;
     constexpr double kShown = 0.9;
     if (std::abs(removal - kShown) < 1e-9) {
         std::string name = method.name;
@@ -183,7 +181,7 @@ Json measure(const Surface& surface, const FluxTruth& truth, const Method& metho
         const auto file = [&](const char* what) {
             return options.output / fmt::format("surface{}_{}_{}.vtp", surface.number, name, what);
         };
-        write_coloured(file("simplified"), simplified.mesh, distance.backward.per_vertex, surface.spacing);
+        write_coloured(file("simplified"), trial.mesh, distance.backward.per_vertex, surface.spacing);
         write_coloured(file("original"), surface.mesh, distance.forward.per_vertex, surface.spacing);
     }
     return row;
@@ -196,14 +194,53 @@ Json measure_raw(const Surface& surface, const FluxTruth& truth, const StudyOpti
     Json raw = trace_json(pair, truth, options.flux_error);
     raw["smoothed"] = Json::array();
     for (const int rounds : {1, 4, 16, 64}) {
-        const tbb::tick_count start = tbb::tick_count::now();
+        const double start = cpu_seconds();
         const FluxPair smooth = smoothed(pair, surface.mesh, rounds);
-        const double seconds = 0.5 * (tbb::tick_count::now() - start).seconds();
+        const double seconds = 0.5 * (cpu_seconds() - start);
         raw["smoothed"].push_back({{"rounds", rounds},
                                    {"seconds", seconds},
                                    {"flux_error", flux_error(smooth, truth, options.flux_error)}});
     }
     return raw;
+}
+
+using Step = std::function<void(const std::string&)>;  // told before each turn
+
+// All methods at one removal, in turns, so that times of one set were taken side by side.
+Json measure_set(const Surface& surface, const FluxTruth& truth, double removal, const StudyOptions& options,
+                 const Step& step) {
+    const std::string set = fmt::format("{:.0f} %", 100.0 * removal);
+    std::vector<Trial> trials;
+    for (const Method& method : kMethods) trials.push_back({&method, {}, {}, {}, {}});
+    for (int turn = 0; turn < std::max(1, options.repeats); ++turn)
+        for (Trial& trial : trials) {
+            // CGAL's times are for comparison alone.
+            if (turn > 0 && !trial.method->traced) continue;
+            step(fmt::format("{} {}", set, trial.method->name));
+            simplify_once(surface, removal, trial);
+        }
+    PairTrace raw(surface.mesh, surface.mesh, surface.box);
+    for (Trial& trial : trials)
+        if (trial.method->traced) trial.trace.emplace(trial.mesh, surface.mesh, surface.box);
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        step(fmt::format("{} raw, tracing", set));
+        raw.turn(options.rays, options.sticking, seed, options.radiosity);
+        for (Trial& trial : trials) {
+            if (!trial.trace) continue;
+            step(fmt::format("{} {}, tracing", set, trial.method->name));
+            trial.trace->turn(options.rays, options.sticking, seed, options.radiosity);
+        }
+    }
+    Json rows = Json::array();
+    for (const Trial& trial : trials)
+        rows.push_back(measure(surface, truth, trial, raw.pair, removal, options));
+    return rows;
+}
+
+double turns_of_a_set(const StudyOptions& options) {
+    double turns = 2.0;  // of the raw mesh
+    for (const Method& method : kMethods) turns += method.traced ? 2.0 + std::max(1, options.repeats) : 1.0;
+    return turns;
 }
 
 Surface grow(int number, const StudyOptions& options, Json& json) {
@@ -251,8 +288,8 @@ Json run_study(const StudyOptions& options) {
         study["surfaces"].emplace_back();
         Json& json = study["surfaces"].back();
         const Surface surface = grow(number, options, json);
-        const double meshes = static_cast<double>(options.removals.size() * std::size(kMethods)) + 1.0;
-        ProgressBar progress(fmt::format("surface {}", number), meshes, "meshes", !options.quiet);
+        const double turns = 1.0 + static_cast<double>(options.removals.size()) * turns_of_a_set(options);
+        ProgressBar progress(fmt::format("surface {}", number), turns, "turns", !options.quiet);
         progress.update(0.0, "reference flux");
         constexpr double kTruthRays = 4.0;
         const FluxTruth truth =
@@ -261,15 +298,21 @@ Json run_study(const StudyOptions& options) {
         json["raw"] = measure_raw(surface, truth, options);
         json["rows"] = Json::array();
         double done = 1.0;
-        for (const double removal : options.removals)
-            for (const Method& method : kMethods) {
-                progress.update(done++, fmt::format("{:.0f} % {}", 100.0 * removal, method.name));
-                json["rows"].push_back(measure(surface, truth, method, removal, options));
-                save(study, options.output);
-                if (interrupted())
-                    throw Interrupted(fmt::format("stopped; what is finished is in {}",
-                                                  (options.output / "study.json").string()));
-            }
+        const auto end_if_interrupted = [&] {
+            if (interrupted())
+                throw Interrupted(fmt::format("stopped; what is finished is in {}",
+                                              (options.output / "study.json").string()));
+        };
+        const auto step = [&](const std::string& what) {
+            end_if_interrupted();
+            progress.update(done++, what);
+        };
+        for (const double removal : options.removals) {
+            Json rows = measure_set(surface, truth, removal, options, step);
+            end_if_interrupted();  // whose last turn was cut short
+            for (Json& row : rows) json["rows"].push_back(std::move(row));
+            save(study, options.output);
+        }
     }
     for (const auto& [name, svg] : study_figures(study)) write_file(options.output / name, svg);
     write_file(options.output / "report.md", study_report(study));

@@ -34,11 +34,12 @@ std::vector<std::pair<std::string, std::string>> study_figures(const Json& study
                kUnknown);
         figure("distance_max", "largest distance to the original", "distance [dx]", all, max_distance, true,
                kUnknown);
-        figure("simplification_time", "simplification time", "seconds", all, simplification, true, kUnknown);
-        figure("trace_time", "tracing time", "seconds", some, trace, false, raw_trace(surface));
+        figure("simplification_time", "simplification time", "CPU seconds", all, simplification, true,
+               kUnknown);
+        figure("trace_time", "tracing time", "CPU seconds", some, trace, false, raw_trace_in_turns(surface));
         figure("flux_error", "flux error at equal rays", "relative L2 error", some, error, true,
                at(surface["raw"], {"flux_error", "error"}));
-        figure("time_to_error", "time to equal flux error", "seconds end to end", some, to_error, true,
+        figure("time_to_error", "time to equal flux error", "CPU seconds end to end", some, to_error, true,
                raw_bvh(surface) + at(surface["raw"], {"flux_error", "seconds_to_error"}));
         Plot plot{fmt::format("Surface {}: distances at the largest removal", n),
                   "distance d [dx]",

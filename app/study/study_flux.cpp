@@ -2,9 +2,9 @@
 
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
+#include "app/common/timing.hpp"
 
 #include <tbb/parallel_for.h>
-#include <tbb/tick_count.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,22 +19,14 @@
 namespace sidewall::app {
 namespace {
 
-// The point of a mesh that a vertex of the surface reads its flux from.
-struct Foot {
-    std::uint32_t triangle;
-    double u, v;
-};
-
-std::vector<Foot> feet_of(const TriangleMesh& surface, const surface::RayScene& scene) {
-    std::vector<Foot> feet(surface.vertices.size());
-    tbb::parallel_for(std::size_t{0}, feet.size(), [&](std::size_t n) {
-        const auto hit = scene.closest_point(surface.vertices[n], std::numeric_limits<double>::infinity());
-        feet[n] = {hit.triangle, hit.u, hit.v};
-    });
-    return feet;
+surface::RayScene timed_scene(const TriangleMesh& mesh, double& seconds) {
+    const double start = cpu_seconds();
+    surface::RayScene scene(mesh);
+    seconds = cpu_seconds() - start;
+    return scene;
 }
 
-// The flux by wedge, counted; what it took is added to \p pair.
+// The flux by wedge; its rays are added to \p pair.
 std::vector<double> traced_flux(const TriangleMesh& mesh, const surface::RayScene& scene,
                                 const flux::LateralBox& box, const flux::Wedges& wedges, std::uint64_t rays,
                                 double sticking, std::uint64_t seed, FluxPair& pair) {
@@ -45,7 +37,6 @@ std::vector<double> traced_flux(const TriangleMesh& mesh, const surface::RayScen
     options.seed = seed;
     options.stop = interrupted;
     flux::FluxResult result = flux::trace_flux(mesh, scene, box, species, {}, wedges, options);
-    pair.trace_seconds += result.seconds;
     pair.rays += static_cast<double>(result.emitted);
     pair.segments += static_cast<double>(result.segments);
     return std::move(result.wedge.flux);
@@ -62,7 +53,6 @@ std::vector<double> solved(const TriangleMesh& mesh, const surface::RayScene& sc
     const flux::DiffuseSpecies species{.sticking = everywhere};
     flux::gather_for({&species, 1}, exchange, rays, {.stop = interrupted});
     flux::RadiosityFlux result = flux::solve_flux(exchange, species, {.stop = interrupted});
-    pair.trace_seconds += exchange.seconds() + result.seconds;
     pair.rays += static_cast<double>(exchange.rays());
     pair.segments += static_cast<double>(exchange.segments());
     return std::move(result.wedge.flux);
@@ -88,24 +78,36 @@ struct Sums {
 
 }  // namespace
 
+PairTrace::PairTrace(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box)
+    : mesh_(mesh),
+      box_(box),
+      scene_(timed_scene(mesh, pair.bvh_seconds)),
+      wedges_(flux::make_wedges(mesh)),
+      feet_(surface.vertices.size()) {
+    tbb::parallel_for(std::size_t{0}, feet_.size(), [&](std::size_t n) {
+        const auto hit = scene_.closest_point(surface.vertices[n], std::numeric_limits<double>::infinity());
+        feet_[n] = {hit.triangle, hit.u, hit.v};
+    });
+}
+
+void PairTrace::turn(double rays, double sticking, std::uint64_t seed, bool radiosity) {
+    const auto half = static_cast<std::uint64_t>(std::max(1.0, 0.5 * rays));
+    const double start = cpu_seconds();
+    const std::vector<double> flux =
+        radiosity ? solved(mesh_, scene_, box_, wedges_, half, sticking, seed, pair)
+                  : traced_flux(mesh_, scene_, box_, wedges_, half, sticking, seed, pair);
+    pair.trace_seconds += cpu_seconds() - start;
+    std::vector<double>& values = pair.first.empty() ? pair.first : pair.second;
+    values.resize(feet_.size());
+    for (std::size_t n = 0; n < feet_.size(); ++n)
+        values[n] = flux::interpolate(wedges_, flux, feet_[n].triangle, feet_[n].u, feet_[n].v);
+}
+
 FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
                     double rays, double sticking, std::uint64_t seed, bool radiosity) {
-    FluxPair pair;
-    const tbb::tick_count start = tbb::tick_count::now();
-    const surface::RayScene scene(mesh);
-    pair.bvh_seconds = (tbb::tick_count::now() - start).seconds();
-    const flux::Wedges wedges = flux::make_wedges(mesh);
-    const std::vector<Foot> feet = feet_of(surface, scene);
-    const auto half = static_cast<std::uint64_t>(std::max(1.0, 0.5 * rays));
-    for (auto* values : {&pair.first, &pair.second}) {
-        const std::vector<double> flux =
-            radiosity ? solved(mesh, scene, box, wedges, half, sticking, seed++, pair)
-                      : traced_flux(mesh, scene, box, wedges, half, sticking, seed++, pair);
-        values->resize(feet.size());
-        for (std::size_t n = 0; n < feet.size(); ++n)
-            (*values)[n] = flux::interpolate(wedges, flux, feet[n].triangle, feet[n].u, feet[n].v);
-    }
-    return pair;
+    PairTrace trace(mesh, surface, box);
+    for (int turn = 0; turn < 2; ++turn) trace.turn(rays, sticking, seed++, radiosity);
+    return std::move(trace.pair);
 }
 
 FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, double rays, double sticking) {

@@ -4,11 +4,14 @@
 
 #include "app/common/json_fwd.hpp"
 #include "flux/lateral.hpp"
+#include "flux/wedges.hpp"
+#include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
 
-/// One flux calculation repeated with another seed, as values at the vertices of the surface under study.
+/// One flux calculation repeated with another seed, as values at the vertices of the surface under study. Seconds are CPU
+/// seconds of all threads: what else runs on the machine weighs little.
 struct FluxPair {
     std::vector<double> first, second;
     double bvh_seconds = 0.0;
@@ -25,9 +28,34 @@ struct FluxTruth {
     FluxPair flux;
 };
 
-/// Traces a neutral of \p sticking on \p mesh twice with half of \p rays each and reads both fluxes off at
-/// the vertices of \p surface, linear over the nearest triangle.
-/// \param radiosity  gathers the rays between points of the mesh and solves; the seconds are of both.
+/// A neutral of some sticking on \p mesh, traced twice with half of the rays each, as the fluxes at the vertices of \p surface,
+/// linear over the nearest triangle: turn by turn, so that several meshes can take turns.
+class PairTrace {
+  public:
+    /// Builds the hierarchy. Keeps references to both meshes.
+    PairTrace(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box);
+
+    /// One of the two.
+    /// \param rays       of both together.
+    /// \param radiosity  gathers the rays between points of the mesh and solves; the seconds are of both.
+    void turn(double rays, double sticking, std::uint64_t seed, bool radiosity = false);
+
+    FluxPair pair;
+
+  private:
+    // The point of the mesh that a vertex of the surface reads its flux from.
+    struct Foot {
+        std::uint32_t triangle;
+        double u, v;
+    };
+    const TriangleMesh& mesh_;
+    flux::LateralBox box_;
+    surface::RayScene scene_;
+    flux::Wedges wedges_;
+    std::vector<Foot> feet_;
+};
+
+/// Both turns of a PairTrace.
 FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
                     double rays, double sticking, std::uint64_t seed, bool radiosity = false);
 

@@ -93,7 +93,7 @@ std::string verdicts(const Json& study) {
     for (const char* region : {"region", "region-bounded"})
         text += claim(
             study, fmt::format("tracing time, {} against the raw mesh", region), "-15 %",
-            [&](const Json& s) { return mean_over_sets(s, region, trace) / raw_trace(s) - 1.0; },
+            [&](const Json& s) { return mean_over_sets(s, region, trace) / raw_trace_in_turns(s) - 1.0; },
             [](double change) { return change <= -0.15; });
     for (const char* region : {"region", "region-bounded"})
         text += claim(
@@ -103,7 +103,7 @@ std::string verdicts(const Json& study) {
     if (study["surfaces"].size() == 2) {
         const auto gain = [&](std::size_t n) {
             const Json& s = study["surfaces"][n];
-            return 1.0 - mean_over_sets(s, "region", trace) / raw_trace(s);
+            return 1.0 - mean_over_sets(s, "region", trace) / raw_trace_in_turns(s);
         };
         text += row_text({"deep trenches gain most in tracing (region against raw)", "yes", percent(-gain(0)),
                           percent(-gain(1)), gain(1) > gain(0) - kNoticeable ? "holds" : "does not hold"});
@@ -131,7 +131,7 @@ std::string depth_table(const Json& surface) {
 // Rays from which simplifying pays, against tracing the raw mesh.
 double break_even(const Json& surface, const Json& row) {
     const double rays = at(row, {"trace", "rays"});
-    const double saved = (raw_trace(surface) - trace(row)) / rays;
+    const double saved = (raw_trace_in_turns(surface) - trace(row)) / rays;
     const double cost = simplification(row) + bvh(row) - raw_bvh(surface);
     return saved > 0.0 ? std::max(0.0, cost / saved) : kUnknown;
 }
@@ -162,28 +162,29 @@ std::string surface_report(const Json& surface, double target) {
                   }) +
             name("distance_mean") + name("distance_max") + name("exceedance");
     text +=
-        "### Simplification time\n\nSeconds, features and collapse (median; CGAL's methods: one run):\n\n" +
+        "### Simplification time\n\nCPU seconds, features and collapse (median; CGAL's methods: one run):\n\n" +
         table(surface, all, simplification) + "Of which features:\n\n" +
         table(surface, with_features(all),
               [](const Json& r) {
                   return at(r, {"seconds", "features"});
               }) +
         name("simplification_time");
-    text += fmt::format(
-                "### Tracing time\n\nSeconds for {:.3g} rays; the raw mesh takes {:.4g} s, and {:.4g} s to "
-                "build its hierarchy:\n\n",
-                at(surface["raw"], {"rays"}), raw_trace(surface), raw_bvh(surface)) +
-            table(surface, some, trace) + name("trace_time");
     text +=
-        fmt::format("End to end, seconds: features, simplification, hierarchy and tracing; raw: {:.4g}:\n\n",
-                    raw_trace(surface) + raw_bvh(surface)) +
-        table(surface, some, end_to_end) + "Rays from which simplifying pays (-: never):\n\n" +
-        table(surface, some, [&](const Json& r) { return break_even(surface, r); });
+        fmt::format(
+            "### Tracing time\n\nCPU seconds for {:.3g} rays; the raw mesh takes {:.4g} s, and {:.4g} s to "
+            "build its hierarchy:\n\n",
+            at(surface["raw"], {"rays"}), raw_trace_in_turns(surface), raw_bvh(surface)) +
+        table(surface, some, trace) + name("trace_time");
+    text += fmt::format(
+                "End to end, CPU seconds: features, simplification, hierarchy and tracing; raw: {:.4g}:\n\n",
+                raw_trace_in_turns(surface) + raw_bvh(surface)) +
+            table(surface, some, end_to_end) + "Rays from which simplifying pays (-: never):\n\n" +
+            table(surface, some, [&](const Json& r) { return break_even(surface, r); });
     text += fmt::format(
         "### Time to equal flux error\n\nRelative L2 error of the flux at the raw surface's vertices. Bias "
         "is what more rays do not mend; 0 where it is below what the reference resolves.\n\n");
-    text += head_text(
-        {"raw mesh", "bias", "noise", fmt::format("rays to {:.3g} %", 100 * target), "seconds end to end"});
+    text += head_text({"raw mesh", "bias", "noise", fmt::format("rays to {:.3g} %", 100 * target),
+                       "CPU seconds end to end"});
     const auto raw_row = [&](const std::string& label, const Json& error_json, double extra) {
         text += row_text({label, number(at(error_json, {"bias"})), number(at(error_json, {"noise"})),
                           number(at(error_json, {"rays_to_error"})),
@@ -193,10 +194,11 @@ std::string surface_report(const Json& surface, double target) {
     for (const Json& s : surface["raw"]["smoothed"])
         raw_row(fmt::format("smoothed over neighbours, {} rounds", s["rounds"].get<int>()), s["flux_error"],
                 at(s, {"seconds"}));
-    text += "\nBias of the simplified meshes:\n\n" + table(surface, some, bias) +
-            fmt::format("Seconds end to end to {:.3g} % (-: the bias alone exceeds it):\n\n", 100 * target) +
-            table(surface, some, to_error) + name("flux_error") + name("time_to_error") +
-            "By depth, at the largest removal:\n\n" + depth_table(surface);
+    text +=
+        "\nBias of the simplified meshes:\n\n" + table(surface, some, bias) +
+        fmt::format("CPU seconds end to end to {:.3g} % (-: the bias alone exceeds it):\n\n", 100 * target) +
+        table(surface, some, to_error) + name("flux_error") + name("time_to_error") +
+        "By depth, at the largest removal:\n\n" + depth_table(surface);
     return text;
 }
 
@@ -209,7 +211,8 @@ std::string study_report(const Json& study) {
         "repeated on surfaces that Sidewall grew. They come from a uniform grid where the chapter's come "
         "from a hierarchical one, and they carry the roughness of their own Monte Carlo fluxes. sidewall "
         "{}, {} threads, {:.3g} rays a trace, sticking {:.3g}; distances in grid spacings; methods at equal "
-        "numbers of vertices; simplification times are medians of {}.\n\n## Verdicts\n\n",
+        "numbers of vertices; times are CPU seconds of all threads, methods in turns, simplification a median "
+        "of {}.\n\n## Verdicts\n\n",
         study["version"].get<std::string>(), study["threads"].get<int>(), study["rays"].get<double>(),
         study["sticking"].get<double>(), study["repeats"].get<int>());
     text += verdicts(study);

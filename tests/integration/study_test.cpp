@@ -43,6 +43,8 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
             CHECK(row["vertices"].get<double>() >= target - 0.01 * target - 2.0);
             CHECK(row["original_to_simplified"]["max"].get<double>() >=
                   row["original_to_simplified"]["mean"].get<double>());
+            // Whatever is traced is timed beside the raw mesh.
+            if (row.contains("trace")) CHECK(row["trace"]["seconds"]["raw"].get<double>() > 0.0);
         }
         CHECK(surface["raw"]["smoothed"].size() == 4);
     }
