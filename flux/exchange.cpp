@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -140,7 +141,11 @@ const BalancedLinks& Exchange::State::balanced(std::uint32_t bits) const {
     std::vector<const LinkGroup*> chosen;
     for (std::size_t g = 0; g < groups.size(); ++g)
         if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
-    return balanced_.try_emplace(bits, strip.unknowns, std::move(chosen), scale(bits)).first->second;
+    // Isolated: while it waits for its own tasks, this thread must not take one that comes here, too.
+    const auto make = [&] {
+        return balanced_.try_emplace(bits, strip.unknowns, std::move(chosen), scale(bits)).first;
+    };
+    return tbb::this_task_arena::isolate(make)->second;
 }
 
 std::uint64_t exchange_bytes(std::uint64_t rays) {

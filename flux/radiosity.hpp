@@ -125,8 +125,7 @@ std::string why_not_radiosity(const Species& species);
 /// Solves for \p species on the rays gathered so far. Traces no ray.
 ///
 /// The answer is consistent, not unbiased: its bias falls as 1/rays, and what the two halves of the rays show of
-/// it is taken off. Standard errors come from what the two
-/// halves differ by, in three ways to halve the rays.
+/// it is taken off. Standard errors come from what the two halves differ by, in three ways to halve the rays.
 /// \throws RecipeError for values out of range or an exponent that was not gathered, GeometryError for arrays
 ///         that do not fit, Interrupted, NumericsError if the balance has no solution (nothing sticks and
 ///         nothing escapes) or the solver does not converge, saying why.
