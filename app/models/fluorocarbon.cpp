@@ -32,7 +32,8 @@ Model make(const Values& values, const Materials& materials) {
                  e_p = number("removal_threshold");
 
     if (values.get<std::string>("deposit").empty())
-        throw KeyError("deposit", "missing: this plasma grows a polymer; name it, e.g. deposit = \"Polymer\"");
+        throw KeyError("deposit",
+                       "missing: this plasma grows a polymer; name it, e.g. deposit = \"Polymer\"");
     Model model;
     model.deposit = film(values, materials, true);
     const auto film_id = *model.deposit;

@@ -242,6 +242,8 @@ TEST_CASE("fluorocarbon coverages are the steady state, and decide between polym
 
     const Case etch = step(
         "model = \"fluorocarbon\"\nduration = 1\ndeposit = \"Polymer\"\nenhanced_yield = { Si = 0.0 }\n");
+    CHECK_THROWS_WITH(step("model = \"fluorocarbon\"\nduration = 1\n"),
+                      Catch::Contains("deposit: missing") && Catch::Contains("deposit = \"Polymer\""));
     std::vector<double> sites(3, 0.0);
     const double shadow = etch.settled("SiO2", {0, 0, 0, 0, 0.1, 1.0}, sites);  // polymer, no ions
     CHECK(sites[1] == 1.0);
