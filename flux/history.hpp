@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "flux/cut_corners.hpp"
 #include "flux/flight.hpp"
 #include "flux/packets.hpp"
 #include "flux/random.hpp"
@@ -36,6 +37,7 @@ struct Trace {
     Sticking redeposition;
     SurfaceSource desorption;                 ///< of the species, which then is alone
     std::span<const std::int32_t> materials;  ///< by triangle, or empty
+    CutCorners cut_corners;                   ///< where yields are those of the faces
     std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;
     std::function<bool()> stop;  ///< asked now and then; true abandons the block

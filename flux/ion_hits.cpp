@@ -59,20 +59,38 @@ void send_off(Rays& r, std::size_t row, const Hit& hit, const Vec3& direction) {
     r.dz[row] = static_cast<float>(direction.z());
 }
 
+// Y of a hit. In a hollow corner the facet must not run ahead of the faces that it stands for, nor of a face
+// that would open between them towards the particle, were they to run ahead of that.
+double yield_at(const Trace& trace, const Yield& yield, const Hit& hit, std::uint32_t triangle) {
+    const bool has_energy = trace.species.energy.mean > 0.0;
+    const auto yield_at_cosine = [&](double cosine) {
+        return yield_of(yield, hit.material, has_energy, hit.energy, cosine);
+    };
+    const double own = yield_at_cosine(hit.cosine);
+    const CutCorner* cut = trace.cut_corners.at(triangle);
+    if (cut == nullptr) return own;
+    const CutCorner corner = facing(*cut, hit.normal, -hit.direction);
+    double sum = 0.0, arrivals = 0.0;
+    for (std::size_t k = 0; k < 2; ++k) {
+        const double cosine = std::clamp(-hit.direction.dot(corner.normal[k]), 0.0, 1.0);
+        sum += corner.share[k] * cosine * yield_at_cosine(cosine);
+        arrivals += corner.share[k] * cosine;
+    }
+    return arrivals > 0.0 ? std::min(own, sum / arrivals) : own;
+}
+
 std::uint64_t weight_of(std::uint64_t weight, double factor) {
     return static_cast<std::uint64_t>(static_cast<double>(weight) * factor + 0.5);
 }
 
 // What a hit of the given weight sputters starts off from it.
-void sputter(const Species& species, const Hit& hit, std::uint64_t weight, std::uint32_t triangle,
+void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint32_t triangle,
              std::uint32_t ray, Stream& random, Rays& secondaries, Counts& counts) {
-    const Redeposition& re = *species.redeposition;
-    const bool has_energy = species.energy.mean > 0.0;
-    const std::uint64_t sputtered =
-        weight_of(weight, yield_of(re.yield, hit.material, has_energy, hit.energy, hit.cosine));
+    const Redeposition& re = *trace.species.redeposition;
+    const std::uint64_t sputtered = weight_of(weight, yield_at(trace, re.yield, hit, triangle));
     if (sputtered == 0) return;
     const std::size_t row = secondaries.count++;
-    send_off(secondaries, row, hit, reemitted(re.direction, species.reflection, hit, random));
+    send_off(secondaries, row, hit, reemitted(re.direction, trace.species.reflection, hit, random));
     secondaries.from[row] = triangle;
     secondaries.ray[row] = ray;
     secondaries.weight[row] = sputtered;
@@ -104,15 +122,14 @@ void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
         // Tally.
         bundle.tally->add(*bundle.bins, triangle, u, v, weight);
         for (std::size_t y = 0; y < species.yields.size(); ++y) {
-            const double yield =
-                yield_of(species.yields[y], hit.material, has_energy, hit.energy, hit.cosine);
+            const double yield = yield_at(trace, species.yields[y], hit, triangle);
             tallies[1 + y].add(*w.bins[1 + y], triangle, u, v, weight_of(weight, yield));
         }
         Stream random(trace.key, {ray, event.batch, event.bounce, event.generation});
         const std::uint32_t roulette = random.next();
         // Sputter.
         if (species.redeposition)
-            sputter(species, hit, weight, triangle, ray, random, w.secondaries, *bundle.counts);
+            sputter(trace, hit, weight, triangle, ray, random, w.secondaries, *bundle.counts);
         // Stick, or reflect with what energy is left.
         const double reflected = reflection_probability(species.reflection, hit.theta);
         const auto share = static_cast<std::uint64_t>(reflected * static_cast<double>(kOne) + 0.5);

@@ -66,6 +66,7 @@ class Tracer {
                  {},
                  {},
                  materials,
+                 {},
                  fixed_probability(options.roulette),
                  options.max_bounces,
                  [this] { return monitor_.stop(); }},
@@ -76,6 +77,8 @@ class Tracer {
             trace_.sticking.push_back(make_sticking(species.sticking, materials, pass.by_wedge[k]));
             for (std::size_t n = 0; n < tally_count(species); ++n) tallies_.emplace_back(mesh, wedges);
         }
+        const bool yields = tallies_.size() > pass.species.size();
+        trace_.cut_corners = find_cut_corners(mesh, yields ? options.grid_spacing : 0.0);
         if (const auto& redeposition = pass.species.front().redeposition)
             trace_.redeposition = make_sticking(redeposition->sticking, materials, {});
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
@@ -116,10 +119,8 @@ class Tracer {
         const double seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
         std::vector<FluxResult> results;
-        for (std::size_t k = 0; k < counts_.species.size(); ++k) {
-            results.push_back(result(k));
-            results.back().seconds = seconds;
-        }
+        for (std::size_t k = 0; k < counts_.species.size(); ++k)
+            results.emplace_back(result(k)).seconds = seconds;
         return results;
     }
 

@@ -30,6 +30,9 @@ struct TraceOptions {
     /// What does not stick goes on with its weight reduced, until that is below this threshold, in (0, 1];
     /// then it survives with probability weight, and weight 1, or ends. 1 is analog Monte Carlo.
     double roulette = 1.0;
+    /// Of the grid that the mesh comes from; length unit. Facets by which it cuts off hollow corners yield what the corners'
+    /// faces would, see CutCorner. 0: every facet is taken as it is.
+    double grid_spacing = 0.0;
     /// Sticking probability by wedge, linear in between, where coverages decide it: replaces
     /// Species::sticking. Of several species: one after the other.
     std::span<const double> sticking_by_wedge{};

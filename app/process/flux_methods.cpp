@@ -119,6 +119,7 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
     options.time_step = request.key;
+    options.grid_spacing = domain_of(recipe).spacing;
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;

@@ -20,7 +20,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr std::size_t kMostPoints = 5000;
+constexpr std::size_t kMostProfilePoints = 5000;
 
 std::optional<double> number(std::string_view text) {
     return finite_number(text.substr(text.starts_with('+') ? 1 : 0));
@@ -213,9 +213,9 @@ MeasuredProfile read_measured_profile(const std::string& name) {
         }
         profile.points.push_back(point);
     }
-    if (profile.points.size() < 3 || profile.points.size() > kMostPoints)
+    if (profile.points.size() < 3 || profile.points.size() > kMostProfilePoints)
         throw FileError(fmt::format("{}: has {} points: a profile has 3 to {} rows x,z", file,
-                                    profile.points.size(), kMostPoints));
+                                    profile.points.size(), kMostProfilePoints));
     return profile;
 }
 
