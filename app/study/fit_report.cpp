@@ -3,17 +3,20 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "app/common/json.hpp"
 #include "app/pictures/svg_plot.hpp"
+#include "app/recipe/sections.hpp"
 
 namespace sidewall::app {
 namespace {
 
 constexpr int kFitDigits = 6;
-constexpr double kNoBound = 100.0;  // half an interval, in ranges
+constexpr double kNoBound = 2.0;  // half an interval, in ranges: what is wider tells nothing
 
 // The value at a place that may lie outside of the bounds, as an interval's end does.
 double value_beyond(const Vary& vary, double place) {
@@ -21,13 +24,26 @@ double value_beyond(const Vary& vary, double place) {
                     : vary.low + (vary.high - vary.low) * place;
 }
 
+// The unit of a key, in those of its recipe.
+std::string unit_of(const std::vector<KeyDoc>& keys, const std::string& name, const Recipe& recipe) {
+    const auto key = std::ranges::find(keys, name, &KeyDoc::name);
+    std::string unit = key != keys.end() ? key->unit : "";
+    for (const auto& [word, is] : {std::pair<std::string, std::string>("length", recipe.domain.length_unit),
+                                   std::pair<std::string, std::string>("time", recipe.domain.time_unit)})
+        if (const std::size_t at = unit.find(word); at != std::string::npos)
+            unit.replace(at, word.size(), is);
+    return unit;
+}
+
 Json parameters_json(const FitEnd& end) {
     Json parameters = Json::object();
+    const Recipe& recipe = end.recipes.front().best_recipe;
+    const std::vector<KeyDoc> keys = settable_keys(recipe);
     for (std::size_t k = 0; k < end.varied.size(); ++k) {
         const Vary& vary = end.varied[k];
         const auto i = static_cast<Eigen::Index>(k);
         const double place = end.found.best[i], half = end.found.half_interval[i];
-        Json json{{"value", std::stod(value_at(vary, place))}};
+        Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of(keys, vary.key, recipe)}};
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
                 half < kNoBound ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits)
@@ -167,6 +183,10 @@ std::string fit_table(const Json& fit) {
     const auto text = [](const Json& value) {
         return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("unknown");
     };
+    const auto unit = [](const Json& of) {
+        const std::string name = of.contains("unit") && of["unit"].is_string() ? of["unit"] : "";
+        return name.empty() ? name : " " + name;
+    };
     const std::string status = fit["status"];
     const auto runs = fit["runs"].get<std::size_t>();
     std::string table = fmt::format("{} after {} run{}\n", status, runs, runs == 1 ? "" : "s");
@@ -183,13 +203,14 @@ std::string fit_table(const Json& fit) {
                                              : "it changes none of them");
     table += fmt::format("  {:<28} {:>12}   95 % interval\n", "key", "value");
     for (const auto& [key, parameter] : fit["parameters"].items())
-        table += fmt::format("  {:<28} {:>12}   {} to {}{}\n", key, text(parameter["value"]),
+        table += fmt::format("  {:<28} {:>12}   {} to {}{}{}\n", key, text(parameter["value"]),
                              text(parameter["interval95"][0]), text(parameter["interval95"][1]),
-                             parameter.contains("at_bound") ? ", at its bound" : "");
+                             unit(parameter), parameter.contains("at_bound") ? ", at its bound" : "");
     table += fmt::format("  {:<28} {:>12} {:>12} {:>12}\n", "target", "asked", "got", "sigma");
     for (const auto& [name, target] : fit["residuals"].items())
-        table += fmt::format("  {:<28} {:>12} {:>12} {:>12}\n", name, text(target["asked"]),
-                             text(target["got"]), target["sigma"].is_null() ? "" : text(target["sigma"]));
+        table +=
+            fmt::format("  {:<28} {:>12} {:>12} {:>12}{}\n", name, text(target["asked"]), text(target["got"]),
+                        target["sigma"].is_null() ? "" : text(target["sigma"]), unit(target));
     return table;
 }
 

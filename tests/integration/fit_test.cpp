@@ -91,6 +91,8 @@ TEST_CASE("three hidden parameters of a deposition are found within 2 % in at mo
     CHECK(value(fit, "step[0].sticking") == Approx(0.17).epsilon(0.02));
     CHECK(value(fit, "step[0].rate") == Approx(1.1).epsilon(0.02));
     CHECK(value(fit, "step[0].source_exponent") == Approx(1.6).epsilon(0.02));
+    CHECK(fit["parameters"]["step[0].rate"]["unit"] == "um/s");
+    CHECK(fit["parameters"]["step[0].sticking"]["unit"] == "");
     for (const auto& [key, parameter] : fit["parameters"].items()) {
         CHECK(parameter["interval95"][0] < parameter["value"]);
         CHECK(parameter["interval95"][1] > parameter["value"]);
