@@ -155,9 +155,9 @@ CutCorner facing(const CutCorner& corner, const Vec3& n, const Vec3& towards) {
     const Vec3 across = towards - edge.dot(towards) * edge;
     if (!shares_of(across, corner.normal)) return corner;
     for (std::size_t k = 0; k < 2; ++k) {
-        CutCorner half = corner;
-        half.normal[k] = across.normalized();
-        if (const auto share = shares_of(n, half.normal)) return half.share = *share, half;
+        std::array<Vec3, 2> normal = corner.normal;
+        normal[k] = across.normalized();
+        if (const auto share = shares_of(n, normal)) return {normal, *share};
     }
     return corner;
 }

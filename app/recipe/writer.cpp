@@ -4,18 +4,10 @@
 
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
-
-std::string unit_text(const std::string& unit, const DomainSection& units) {
-    std::string text = unit;
-    for (const auto& [word, name] :
-         {std::pair("length", units.length_unit), std::pair("time", units.time_unit)})
-        if (const std::size_t at = text.find(word); at != std::string::npos)
-            text.replace(at, std::string_view(word).size(), name);
-    return text;
-}
 
 // Sections are copied: fields bind to members that could be written, though only read here.
 template <class Section>
@@ -25,7 +17,8 @@ std::string keys_text(Section section, const DomainSection& units) {
         const auto value = toml_text(field);
         if (!value) continue;
         text += fmt::format("{} = {}", field.name, *value);
-        if (!field.unit.empty()) text += fmt::format("  # {}", unit_text(field.unit, units));
+        if (!field.unit.empty())
+            text += fmt::format("  # {}", unit_text(field.unit, units.length_unit, units.time_unit));
         text += "\n";
     }
     return text;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
 #include <utility>
 
 namespace sidewall::app {
@@ -45,6 +46,14 @@ double metres_in(const std::string& length_unit) {
 
 double seconds_in(const std::string& time_unit) {
     return size_of(kTimes, time_unit);
+}
+
+std::string unit_text(const std::string& unit, const std::string& length_unit, const std::string& time_unit) {
+    std::string text = unit;
+    for (const auto& [word, name] : {std::pair("length", length_unit), std::pair("time", time_unit)})
+        if (const std::size_t at = text.find(word); at != std::string::npos)
+            text.replace(at, std::string_view(word).size(), name);
+    return text;
 }
 
 }  // namespace sidewall::app

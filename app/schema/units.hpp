@@ -13,4 +13,7 @@ const std::vector<std::string>& time_units();
 double metres_in(const std::string& length_unit);
 double seconds_in(const std::string& time_unit);
 
+/// A key's unit, such as "length/time", in a recipe's own: "um/s".
+std::string unit_text(const std::string& unit, const std::string& length_unit, const std::string& time_unit);
+
 }  // namespace sidewall::app

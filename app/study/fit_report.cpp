@@ -11,6 +11,7 @@
 #include "app/common/json.hpp"
 #include "app/pictures/svg_plot.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -27,12 +28,8 @@ double value_beyond(const Vary& vary, double place) {
 // The unit of a key, in those of its recipe.
 std::string unit_of(const std::vector<KeyDoc>& keys, const std::string& name, const Recipe& recipe) {
     const auto key = std::ranges::find(keys, name, &KeyDoc::name);
-    std::string unit = key != keys.end() ? key->unit : "";
-    for (const auto& [word, is] : {std::pair<std::string, std::string>("length", recipe.domain.length_unit),
-                                   std::pair<std::string, std::string>("time", recipe.domain.time_unit)})
-        if (const std::size_t at = unit.find(word); at != std::string::npos)
-            unit.replace(at, word.size(), is);
-    return unit;
+    if (key == keys.end()) return "";
+    return unit_text(key->unit, recipe.domain.length_unit, recipe.domain.time_unit);
 }
 
 Json parameters_json(const FitEnd& end) {
