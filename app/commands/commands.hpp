@@ -27,6 +27,10 @@ void add_export_command(CLI::App& program);
 void add_completion_command(CLI::App& program);
 void add_man_command(CLI::App& program);
 
+/// The whole program: puts the subcommands together, reads the command line, and says what went wrong.
+/// \return the exit code
+int run_program(int argc, char** argv);
+
 /// Where results go if no -o is given: results/<recipe's name>.
 std::filesystem::path default_output(const std::string& recipe_file);
 

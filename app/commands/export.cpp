@@ -17,7 +17,7 @@
 namespace sidewall::app {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
     std::string input, output, json;
     std::optional<double> time;
     DeviceOptions options;
@@ -25,7 +25,7 @@ struct Arguments {
 
 enum class Kind { tetrahedra, surface, blocks };
 
-Kind kind_of(const Arguments& arguments) {
+Kind kind_of(const ExportArguments& arguments) {
     const std::string extension = surface::lower_extension(arguments.output);
     Kind kind = Kind::surface;
     if (extension == ".vtu" || extension == ".msh")
@@ -44,7 +44,7 @@ Kind kind_of(const Arguments& arguments) {
 }
 
 /// Nothing of a run's folder may be replaced, nor one output by the other.
-void check_outputs(const Arguments& arguments, Kind kind) {
+void check_outputs(const ExportArguments& arguments, Kind kind) {
     namespace fs = std::filesystem;
     const auto whole = [](const fs::path& path) {
         std::error_code none;
@@ -65,7 +65,7 @@ void check_outputs(const Arguments& arguments, Kind kind) {
     if (fs::is_directory(output)) refuse("-o", arguments.output, "is a folder");
 }
 
-Result read_input(const Arguments& arguments) {
+Result read_input(const ExportArguments& arguments) {
     const auto saved = saved_surfaces(arguments.input);
     if (arguments.time) return read_saved(arguments.input, saved_at(saved, *arguments.time));
     return read_result(arguments.input);
@@ -139,7 +139,7 @@ void print_device(const Json& json, const std::string& unit) {
                    boundary["triangles"].get<std::size_t>(), number(boundary, "area"), unit);
 }
 
-Json export_tetrahedra(const Arguments& arguments, const Result& result) {
+Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
     DeviceOptions options = arguments.options;
@@ -153,7 +153,7 @@ Json export_tetrahedra(const Arguments& arguments, const Result& result) {
     return json;
 }
 
-Json export_blocks(const Arguments& arguments, const Result& result) {
+Json export_blocks(const ExportArguments& arguments, const Result& result) {
     std::vector<std::pair<std::string, const TriangleMesh*>> blocks{{"surface", &result.surface}};
     for (std::size_t k = 0; k < result.interfaces.size(); ++k)
         blocks.emplace_back(fmt::format("interface_{}", k), &result.interfaces[k]);
@@ -167,7 +167,7 @@ Json export_blocks(const Arguments& arguments, const Result& result) {
     return json;
 }
 
-void run(const Arguments& arguments) {
+void run(const ExportArguments& arguments) {
     const Kind kind = kind_of(arguments);
     check_outputs(arguments, kind);
     const Result result = read_input(arguments);
@@ -205,7 +205,7 @@ void run(const Arguments& arguments) {
 void add_export_command(CLI::App& program) {
     CLI::App& command = add_command(
         program, "export", "Write a result for other programs: tetrahedra of all materials, or surfaces");
-    auto arguments = std::make_shared<Arguments>();
+    auto arguments = std::make_shared<ExportArguments>();
     add_option(command, "input", arguments->input, "DIR", "Folder that `run` wrote", {.required = true});
     add_option(
         command, "-o,--output", arguments->output, "FILE",

@@ -29,7 +29,7 @@ std::array<double, 2> parse_pair(const std::string& option, const std::string& t
     return pair;
 }
 
-struct Arguments {
+struct RenderArguments {
     std::string input, output, view, cut, size, range;
     std::optional<double> time;
     std::optional<long long> frame;
@@ -37,7 +37,7 @@ struct Arguments {
     RenderOptions options;
 };
 
-RenderOptions parse(const Arguments& arguments) {
+RenderOptions parse(const RenderArguments& arguments) {
     RenderOptions options = arguments.options;
     if (!arguments.view.empty()) {
         const auto [azimuth, elevation] =
@@ -72,7 +72,7 @@ RenderOptions parse(const Arguments& arguments) {
 }
 
 /// What the arguments ask for: a mesh, or a folder's last surface or that of a time or number.
-Result read_input(const Arguments& arguments) {
+Result read_input(const RenderArguments& arguments) {
     const std::filesystem::path input = arguments.input;
     if (!arguments.time && !arguments.frame) {
         Result result = read_result(input);
@@ -91,13 +91,13 @@ void show_section(const Result& result, RenderOptions& options) {
     if (is_strip(result.surface)) options.azimuth_deg = options.elevation_deg = 0.0;
 }
 
-void draw_one(const Arguments& arguments, RenderOptions options) {
+void draw_one(const RenderArguments& arguments, RenderOptions options) {
     const Result result = read_input(arguments);
     if (arguments.view.empty()) show_section(result, options);
     write_png(arguments.output, render(result, options));
 }
 
-void run(const Arguments& arguments) {
+void run(const RenderArguments& arguments) {
     RenderOptions options = parse(arguments);
     const bool folder = std::filesystem::is_directory(arguments.input);
     if (std::filesystem::exists(arguments.input) && !folder &&
@@ -121,7 +121,7 @@ void run(const Arguments& arguments) {
 
 void add_render_command(CLI::App& program) {
     CLI::App& command = add_command(program, "render", "Draw a surface as a picture; needs no display");
-    auto arguments = std::make_shared<Arguments>();
+    auto arguments = std::make_shared<RenderArguments>();
     add_option(
         command, "input", arguments->input, "MESH|DIR",
         "Mesh file (VTP, STL, PLY, OBJ), or folder that `run` wrote: its last surface. A surface_NNNN.vtp "

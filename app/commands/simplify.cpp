@@ -21,7 +21,7 @@
 namespace sidewall::app {
 namespace {
 
-struct Arguments {
+struct SimplifyArguments {
     std::string input, output, method = "region-bounded", json, feature_parameter = "0.5", weights;
     simplify::Options options;
 };
@@ -36,7 +36,7 @@ simplify::Weights parse_weights(const std::string& text) {
     return {values[0], values[1], values[2]};
 }
 
-simplify::Options resolve(const Arguments& arguments) {
+simplify::Options resolve(const SimplifyArguments& arguments) {
     simplify::Options options = arguments.options;
     options.method = simplify::method_from_string(arguments.method);
     if (!arguments.weights.empty()) options.weights = parse_weights(arguments.weights);
@@ -44,7 +44,8 @@ simplify::Options resolve(const Arguments& arguments) {
 }
 
 /// --feature-parameter, or what `auto` makes of the mesh.
-double feature_parameter(const Arguments& arguments, const surface::Curvature& curvature, double spacing) {
+double feature_parameter(const SimplifyArguments& arguments, const surface::Curvature& curvature,
+                         double spacing) {
     const std::string& text = arguments.feature_parameter;
     if (text == "auto") return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
     double value = 0.0;
@@ -58,7 +59,7 @@ Json one_way(const surface::Distance& distance) {
     return {{"max", distance.max}, {"mean", distance.mean}};
 }
 
-Json report(const Arguments& arguments, const TriangleMesh& mesh, const simplify::Result& result,
+Json report(const SimplifyArguments& arguments, const TriangleMesh& mesh, const simplify::Result& result,
             double grid_spacing) {
     const surface::TwoSidedDistance distance = surface::two_sided_distance(mesh, result.mesh);
     const surface::Quality quality = surface::measure_quality(result.mesh);
@@ -80,7 +81,7 @@ Json report(const Arguments& arguments, const TriangleMesh& mesh, const simplify
     return json;
 }
 
-void print_summary(const Json& json, const Arguments& arguments) {
+void print_summary(const Json& json, const SimplifyArguments& arguments) {
     const auto n = json["input"]["vertices"].get<double>(), left = json["output"]["vertices"].get<double>();
     const auto number = [&](const char* group, const char* key) { return json[group][key].get<double>(); };
     fmt::print("{}: {:.0f} vertices, {:.0f} triangles\n", arguments.input, n, number("input", "triangles"));
@@ -107,7 +108,7 @@ void print_summary(const Json& json, const Arguments& arguments) {
     fmt::print("Lengths are in the mesh's own unit.\n");
 }
 
-void run(const Arguments& arguments) {
+void run(const SimplifyArguments& arguments) {
     simplify::Options options = resolve(arguments);
     surface::MeshMetadata metadata;
     const TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
@@ -149,7 +150,7 @@ void add_simplify_command(CLI::App& program) {
     CLI::App& command = add_command(program, "simplify",
                                     "Coarsens a surface mesh, its features less than its flat parts.\n"
                                     "Lengths are in the mesh's own unit.");
-    const auto a = std::make_shared<Arguments>();
+    const auto a = std::make_shared<SimplifyArguments>();
     add_option(command, "mesh", a->input, "MESH", "Input mesh: .vtp, .ply, .stl, .obj", {.required = true});
     add_option(command, "-o,--output", a->output, "MESH", "Output mesh, same formats", {.required = true});
     add_option(command, "--method", a->method,

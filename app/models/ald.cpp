@@ -8,7 +8,7 @@ namespace {
 
 // Every cycle doses a bare surface: d theta/dt = (Gamma s phi (1 - theta) - Gamma_ev theta)/s_0 over the
 // pulse, loss alone over the purge; then it grows by growth_per_cycle theta.
-Model make(const Values& values, const Materials& materials) {
+Model make_ald(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const double dose = number("precursor_flux"), loss = number("evaporation"), sites = number("sites"),
                  pulse = number("pulse"), purge = number("purge"), growth = number("growth_per_cycle");
@@ -54,7 +54,7 @@ ModelEntry ald() {
           "traces a pulse, each with the coverage so far",
           {.min = 1, .max = 1000}},
          deposit_key()},
-        make};
+        make_ald};
     for (Key& key : gas_keys()) entry.keys.push_back(std::move(key));
     return entry;
 }

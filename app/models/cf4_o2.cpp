@@ -41,7 +41,7 @@ double sticking_at(const Sticking& s, std::size_t k, std::size_t m, std::span<co
 // 13, 235 (1995)). Equations and defaults are those of ViennaPS 4.6 (psCF4O2Etching.hpp), which names no
 // measurement, but for two: k_sigma there depends on the oxygen as well, and its sputtering not on the angle.
 // Fluxes in 1e15 /cm^2/s.
-Model make(const Values& values, const Materials& materials) {
+Model make_cf4_o2(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {
         return by_material_id(values.get<ByMaterial>(key), materials);
@@ -111,7 +111,7 @@ Model make(const Values& values, const Materials& materials) {
     return model;
 }
 
-std::vector<Key> keys() {
+std::vector<Key> cf4_o2_keys() {
     const std::string flux = "1e15 /cm^2/s", energy = "eV";
     ByMaterial sputter = sputter_yields(20.0, 0.0337);
     sputter.named["SiGe"] = 0.03;
@@ -166,7 +166,7 @@ ModelEntry cf4_o2() {
         "cf4_o2",
         "CF4/O2 plasma on silicon and silicon-germanium: V = -(k_sigma theta_F/4 + Y_sp Gamma_i + theta_F Y_ie "
         "Gamma_i)/rho",
-        keys(), make};
+        cf4_o2_keys(), make_cf4_o2};
 }
 
 }  // namespace sidewall::app

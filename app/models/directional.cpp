@@ -8,7 +8,7 @@ namespace sidewall::app {
 namespace {
 
 // V = directional max(0, n.d) [visible] + isotropic, d towards the source: a beam plus a chemical part.
-Model make(const Values& values, const Materials& materials) {
+Model make_directional(const Values& values, const Materials& materials) {
     const std::vector<double> beam = by_material_id(values.get<ByMaterial>("directional"), materials);
     const std::vector<double> chemical = by_material_id(values.get<ByMaterial>("isotropic"), materials);
     const auto& d = values.get<std::vector<double>>("direction");
@@ -66,7 +66,7 @@ ModelEntry directional() {
           {.size = 3}},
          {"visibility", true, "", "whether what lies between a point and the source shadows it"},
          deposit_key()},
-        make};
+        make_directional};
 }
 
 }  // namespace sidewall::app

@@ -15,7 +15,7 @@ constexpr double kBoltzmann = 8.617333262e-5;  // eV/K
 // La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s. The defaults, beta_ep
 // = 0.6 and the stickings among them, are those that ViennaPS (psFluorocarbonEtching.hpp) gives for this
 // paper.
-Model make(const Values& values, const Materials& materials) {
+Model make_fluorocarbon(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {
         return by_material_id(values.get<ByMaterial>(key), materials);
@@ -87,7 +87,7 @@ Model make(const Values& values, const Materials& materials) {
     return model;
 }
 
-std::vector<Key> keys() {
+std::vector<Key> fluorocarbon_keys() {
     const std::string flux = "1e15 /cm^2/s", energy = "eV";
     constexpr double kSputterThreshold = 18.0, kSilicon = 0.0337;  // silicon: Belen et al. (2005)
     ByMaterial sputter = sputter_yields(kSputterThreshold, kSilicon);
@@ -133,7 +133,7 @@ ModelEntry fluorocarbon() {
     return {
         "fluorocarbon",
         "fluorocarbon plasma: etches by ions and etchant where the polymer is thin, deposits it elsewhere",
-        keys(), make};
+        fluorocarbon_keys(), make_fluorocarbon};
 }
 
 }  // namespace sidewall::app

@@ -214,7 +214,7 @@ void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sti
     };
 }
 
-Model make(const Values& values, const Materials& materials) {
+Model make_formula(const Values& values, const Materials& materials) {
     Model model;
     const auto formula = std::make_shared<Formula>();
     std::set<std::string> taken;
@@ -358,7 +358,7 @@ ModelEntry formula() {
           "time",
           {.choices = {"equal", "parabolic"}}},
          deposit_key()},
-        make,
+        make_formula,
         nullptr,
         false,
         kExample};

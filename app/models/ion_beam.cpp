@@ -114,7 +114,7 @@ flux::Species beam_species(const Values& values) {
 // V = -rate * yield-weighted flux / its mean on a flat wafer, and what comes down of it: by
 // redeposition_fraction as many atoms as balanced_speed says, by redeposition_rate that rate times the yield
 // of the hits.
-Model make(const Values& values, const Materials& materials) {
+Model make_ion_beam(const Values& values, const Materials& materials) {
     const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
     flux::Species ion = beam_species(values);
     const double flat = flux::mean_yield(ion, ion.yields[0]);
@@ -154,7 +154,7 @@ Model make(const Values& values, const Materials& materials) {
     return model;
 }
 
-std::vector<Key> keys() {
+std::vector<Key> ion_beam_keys() {
     std::vector<Key> list = {
         {"rate", ByMaterial{}, "length/time",
          "etch rate of a flat wafer under this beam; 0 for materials a table leaves out",
@@ -194,7 +194,7 @@ std::vector<Key> keys() {
 ModelEntry ion_beam() {
     return {"ion_beam",
             "ion-beam etching: V = -rate * yield-weighted flux, with a tilted beam and what redeposits",
-            keys(), make};
+            ion_beam_keys(), make_ion_beam};
 }
 
 }  // namespace sidewall::app

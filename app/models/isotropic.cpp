@@ -7,7 +7,7 @@ namespace sidewall::app {
 namespace {
 
 // V = rate(material): wet etching of amorphous films, conformal deposition.
-Model make(const Values& values, const Materials& materials) {
+Model make_isotropic(const Values& values, const Materials& materials) {
     const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
     const auto [low, high] = std::minmax_element(rate.begin(), rate.end());
     Model model;
@@ -28,7 +28,7 @@ ModelEntry isotropic() {
             {{"rate", ByMaterial{}, "length/time",
               "positive grows, negative etches; 0 for materials a table leaves out", required()},
              deposit_key()},
-            make};
+            make_isotropic};
 }
 
 }  // namespace sidewall::app

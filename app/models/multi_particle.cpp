@@ -63,7 +63,7 @@ flux::Species make_species(const Values& values, std::size_t k, const Materials&
 }
 
 // V = sum over species k of rate_k(material) * flux_k.
-Model make(const Values& values, const Materials& materials) {
+Model make_multi_particle(const Values& values, const Materials& materials) {
     const auto& list = values.get<std::vector<Values>>("species");
     Model model;
     std::vector<std::vector<double>> rates;
@@ -117,7 +117,7 @@ ModelEntry multi_particle() {
             "any number of neutrals and ions: V = sum of rate * flux",
             {{"species", std::vector<Values>(), "", "at least one", {.required = true, .keys = species}},
              deposit_key()},
-            make};
+            make_multi_particle};
 }
 
 }  // namespace sidewall::app

@@ -13,7 +13,7 @@ enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPassi
 enum Site : std::size_t { kEtchantSite, kPassivantSite };
 
 // Ion, etchant and passivant: Belen et al., JVST A 23, 99 (2005). Fluxes in 1e15 /cm^2/s.
-Model make(const Values& values, const Materials& materials) {
+Model make_plasma_etch(const Values& values, const Materials& materials) {
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {
         return by_material_id(values.get<ByMaterial>(key), materials);
@@ -72,7 +72,7 @@ struct Chemistry {
     double etchant_sticking, sputter_threshold, sputter_yield, enhanced_yield;
 };
 
-std::vector<Key> keys(const Chemistry& c) {
+std::vector<Key> plasma_etch_keys(const Chemistry& c) {
     const std::string flux = "1e15 /cm^2/s", energy = "eV";
     std::vector<Key> list = {
         {"ion_flux", 10.0, flux, "ions on an open wafer", kNotNegative},
@@ -111,12 +111,12 @@ std::vector<Key> keys(const Chemistry& c) {
 ModelEntry sf6_o2() {
     return {"sf6_o2",
             "SF6/O2 plasma on silicon: V = -(k_sigma theta_E/4 + Y_sp Gamma_i + theta_E Y_ie Gamma_i)/rho",
-            keys({0.7, 20.0, 0.0337, 7.0}), make};
+            plasma_etch_keys({0.7, 20.0, 0.0337, 7.0}), make_plasma_etch};
 }
 
 ModelEntry hbr_o2() {
     return {"hbr_o2", "HBr/O2 plasma on silicon: the equations of sf6_o2 with other numbers",
-            keys({0.1, 30.0, 0.5, 5.0}), make};
+            plasma_etch_keys({0.1, 30.0, 0.5, 5.0}), make_plasma_etch};
 }
 
 }  // namespace sidewall::app

@@ -6,7 +6,7 @@ namespace sidewall::app {
 namespace {
 
 // V = rate(material) * flux of one neutral that sticks or is re-emitted diffusely.
-Model make(const Values& values, const Materials& materials) {
+Model make_single_particle(const Values& values, const Materials& materials) {
     const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
     Model model;
     model.species = {{"neutral", values.get<double>("source_exponent"),
@@ -35,7 +35,7 @@ ModelEntry single_particle() {
          {.min = 0.0, .max = 1e6}}};
     for (Key& key : gas_keys()) keys.push_back(std::move(key));
     keys.push_back(deposit_key());
-    return {"single_particle", "one neutral species: V = rate * flux", std::move(keys), make};
+    return {"single_particle", "one neutral species: V = rate * flux", std::move(keys), make_single_particle};
 }
 
 }  // namespace sidewall::app

@@ -8,7 +8,7 @@ namespace {
 
 // V = sum of rate flux^order over one or two precursors; each sticks with s theta^(order - 1), theta its
 // flux, at most 1.
-Model make(const Values& values, const Materials& materials) {
+Model make_teos(const Values& values, const Materials& materials) {
     struct Precursor {
         double rate, order;
     };
@@ -54,7 +54,7 @@ ModelEntry teos() {
             "chemical vapour deposition from one or two precursors: V = sum of rate * flux^order",
             {{"precursors", std::vector<Values>(), "", "one or two", {.required = true, .keys = precursor}},
              deposit_key()},
-            make};
+            make_teos};
 }
 
 }  // namespace sidewall::app

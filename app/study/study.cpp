@@ -204,11 +204,11 @@ Json measure_raw(const Surface& surface, const FluxTruth& truth, const StudyOpti
     return raw;
 }
 
-using Step = std::function<void(const std::string&)>;  // told before each turn
+using BeforeTurn = std::function<void(const std::string&)>;  // told before each turn
 
 // All methods at one removal, in turns, so that times of one set were taken side by side.
 Json measure_set(const Surface& surface, const FluxTruth& truth, double removal, const StudyOptions& options,
-                 const Step& step) {
+                 const BeforeTurn& before_turn) {
     const std::string set = fmt::format("{:.0f} %", 100.0 * removal);
     std::vector<Trial> trials;
     for (const Method& method : kMethods) trials.push_back({&method, {}, {}, {}, {}});
@@ -216,18 +216,18 @@ Json measure_set(const Surface& surface, const FluxTruth& truth, double removal,
         for (Trial& trial : trials) {
             // CGAL's times are for comparison alone.
             if (turn > 0 && !trial.method->traced) continue;
-            step(fmt::format("{} {}", set, trial.method->name));
+            before_turn(fmt::format("{} {}", set, trial.method->name));
             simplify_once(surface, removal, trial);
         }
     PairTrace raw(surface.mesh, surface.mesh, surface.box);
     for (Trial& trial : trials)
         if (trial.method->traced) trial.trace.emplace(trial.mesh, surface.mesh, surface.box);
     for (std::uint64_t seed = 1; seed <= 2; ++seed) {
-        step(fmt::format("{} raw, tracing", set));
+        before_turn(fmt::format("{} raw, tracing", set));
         raw.turn(options.rays, options.sticking, seed, options.radiosity);
         for (Trial& trial : trials) {
             if (!trial.trace) continue;
-            step(fmt::format("{} {}, tracing", set, trial.method->name));
+            before_turn(fmt::format("{} {}, tracing", set, trial.method->name));
             trial.trace->turn(options.rays, options.sticking, seed, options.radiosity);
         }
     }
@@ -303,12 +303,12 @@ Json run_study(const StudyOptions& options) {
                 throw Interrupted(fmt::format("stopped; what is finished is in {}",
                                               (options.output / "study.json").string()));
         };
-        const auto step = [&](const std::string& what) {
+        const auto before_turn = [&](const std::string& what) {
             end_if_interrupted();
             progress.update(done++, what);
         };
         for (const double removal : options.removals) {
-            Json rows = measure_set(surface, truth, removal, options, step);
+            Json rows = measure_set(surface, truth, removal, options, before_turn);
             end_if_interrupted();  // whose last turn was cut short
             for (Json& row : rows) json["rows"].push_back(std::move(row));
             save(study, options.output);

@@ -12,7 +12,7 @@ using namespace sidewall::app;
 
 namespace {
 
-const std::string kWafer = R"([domain]
+const std::string kSilicon = R"([domain]
 extent = [4.0, 4.0]
 grid_spacing = 0.1
 boundary = "periodic"
@@ -21,7 +21,7 @@ material = "Si"
 [[step]]
 )";
 
-struct Case {
+struct Chemistry {
     Recipe recipe;
     Model model;
     SurfacePoint point(const char* material, std::span<const double> flux,
@@ -36,8 +36,8 @@ struct Case {
     }
 };
 
-Case step(const std::string& keys) {
-    Case result{parse_recipe(kWafer + keys, "step.toml"), {}};
+Chemistry chemistry(const std::string& keys) {
+    Chemistry result{parse_recipe(kSilicon + keys, "step.toml"), {}};
     result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
     return result;
 }
@@ -96,8 +96,8 @@ TEST_CASE("adsorbates that compete for sites are in steady state, in every limit
 
 TEST_CASE("cf4_o2 on a flat wafer etches at the formula's rate: silicon, silicon-germanium and mask") {
     for (const bool beta : {true, false}) {
-        const Case etch = step(std::string("model = \"cf4_o2\"\nduration = 1\ncoverage_beta = ") +
-                               (beta ? "true\n" : "false\n"));
+        const Chemistry etch = chemistry(std::string("model = \"cf4_o2\"\nduration = 1\ncoverage_beta = ") +
+                                         (beta ? "true\n" : "false\n"));
         CHECK(flux_names(etch.model.species) ==
               std::vector<std::string>{"etchant", "oxygen", "polymer", "ion", "ion_sputter", "ion_enhanced",
                                        "ion_oxygen_removal", "ion_polymer_removal"});
@@ -141,7 +141,7 @@ TEST_CASE("cf4_o2 on a flat wafer etches at the formula's rate: silicon, silicon
 TEST_CASE("cf4_o2: what selects silicon-germanium is the oxygen that fluorine takes off it") {
     // A remote plasma: no ions are traced.
     const auto rate = [](const char* material, const std::string& keys) {
-        const Case etch = step(
+        const Chemistry etch = chemistry(
             "model = \"cf4_o2\"\nduration = 1\nion_flux = 0\ncoverage_beta = false\n"
             "etchant_flux = 500\npolymer_flux = 5\n" +
             keys);
@@ -161,15 +161,15 @@ TEST_CASE("cf4_o2: what selects silicon-germanium is the oxygen that fluorine ta
     CHECK(rate("Si", "oxygen_flux = 0\n") == 0.0);
     CHECK(rate("SiGe", "oxygen_flux = 0\n") == 0.0);
     const auto bare = [](const char* material) {
-        const Case etch =
-            step("model = \"cf4_o2\"\nduration = 1\nion_flux = 0\noxygen_flux = 0\npolymer_flux = 0\n");
+        const Chemistry etch =
+            chemistry("model = \"cf4_o2\"\nduration = 1\nion_flux = 0\noxygen_flux = 0\npolymer_flux = 0\n");
         std::vector<double> theta(3, 0.0);
         return -etch.settled(material, {1.0, 1.0, 1.0}, theta);
     };
     CHECK(bare("Si") == Approx(1e-3 * 75.0 / (1.0 + 300.0 / 1260.0) / 5.02).epsilon(1e-9));
     CHECK(bare("SiGe") == Approx(1e-3 * 0.25 * k / (1.0 + k / 1260.0) / 4.8).epsilon(1e-9));
     // No etchant at all: nothing happens.
-    const Case none = step("model = \"cf4_o2\"\nduration = 1\nion_flux = 0\netchant_flux = 0\n");
+    const Chemistry none = chemistry("model = \"cf4_o2\"\nduration = 1\nion_flux = 0\netchant_flux = 0\n");
     std::vector<double> theta(3, 0.0);
     CHECK(none.settled("Si", {1.0, 1.0, 1.0}, theta) == 0.0);
     CHECK(theta[0] == 0.0);
@@ -177,8 +177,8 @@ TEST_CASE("cf4_o2: what selects silicon-germanium is the oxygen that fluorine ta
 
 TEST_CASE("sf6_o2 on a flat wafer etches at the formula's rate, silicon and mask") {
     for (const bool beta : {true, false}) {
-        const Case etch = step(std::string("model = \"sf6_o2\"\nduration = 1\ncoverage_beta = ") +
-                               (beta ? "true\n" : "false\n"));
+        const Chemistry etch = chemistry(std::string("model = \"sf6_o2\"\nduration = 1\ncoverage_beta = ") +
+                                         (beta ? "true\n" : "false\n"));
         // Ions at normal incidence and exactly 100 eV: the mean yields of a flat wafer.
         const double root = std::sqrt(100.0), y_sp = 0.0337 * (root - std::sqrt(20.0)),
                      y_ie = 7.0 * (root - std::sqrt(15.0)), y_p = 3.0 * (root - std::sqrt(10.0));
@@ -200,8 +200,8 @@ TEST_CASE("sf6_o2 on a flat wafer etches at the formula's rate, silicon and mask
         CHECK(etch.settled("Mask", {1.0, mask, y_ie, y_p, 1.0, 1.0}, theta) ==
               Approx(-1e-3 * mask * 10.0 / 500.0).epsilon(1e-6));
     }
-    const Case nanometres = [] {
-        Case result{parse_recipe(R"([domain]
+    const Chemistry nanometres = [] {
+        Chemistry result{parse_recipe(R"([domain]
 extent = [4.0, 4.0]
 grid_spacing = 0.1
 length_unit = "nm"
@@ -212,8 +212,8 @@ material = "Si"
 model = "hbr_o2"
 duration = 1
 )",
-                                 "step.toml"),
-                    {}};
+                                      "step.toml"),
+                         {}};
         result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
         return result;
     }();
@@ -240,9 +240,9 @@ TEST_CASE("fluorocarbon coverages are the steady state, and decide between polym
     CHECK(bare.polymer == 0.0);
     CHECK(bare.etchant_on_polymer == 0.0);
 
-    const Case etch = step(
+    const Chemistry etch = chemistry(
         "model = \"fluorocarbon\"\nduration = 1\ndeposit = \"Polymer\"\nenhanced_yield = { Si = 0.0 }\n");
-    CHECK_THROWS_WITH(step("model = \"fluorocarbon\"\nduration = 1\n"),
+    CHECK_THROWS_WITH(chemistry("model = \"fluorocarbon\"\nduration = 1\n"),
                       Catch::Contains("deposit: missing") && Catch::Contains("deposit = \"Polymer\""));
     std::vector<double> sites(3, 0.0);
     const double shadow = etch.settled("SiO2", {0, 0, 0, 0, 0.1, 1.0}, sites);  // polymer, no ions
@@ -259,7 +259,7 @@ TEST_CASE("fluorocarbon coverages are the steady state, and decide between polym
 
 TEST_CASE("a table by material changes what it names in the key's default") {
     const auto yield = [](const std::string& keys, const char* material) {
-        const Case etch = step("model = \"sf6_o2\"\nduration = 1\n" + keys);
+        const Chemistry etch = chemistry("model = \"sf6_o2\"\nduration = 1\n" + keys);
         return etch.model.species.at(0).yields.at(0).scale.at(
             static_cast<std::size_t>(*material_id(etch.recipe.materials, material)));
     };
@@ -275,7 +275,7 @@ TEST_CASE("ion_beam: a plane tilted by theta etches by the yield curve, a flat w
     const auto y = [](double c) { return (1.0 + 9.3 * (1.0 - c * c)) * c; };
     for (const double tilt : {0.0, 35.0, 60.0}) {
         // Ions of one energy and direction.
-        const Case beam = step(
+        const Chemistry beam = chemistry(
             "model = \"ion_beam\"\nduration = 1\nrate = { Si = 0.5 }\nion_exponent = 1e6\n"
             "ion_energy_spread = 0\ntilt_deg = " +
             std::to_string(tilt) + "\n");
@@ -287,21 +287,21 @@ TEST_CASE("ion_beam: a plane tilted by theta etches by the yield curve, a flat w
               Approx(-0.5).epsilon(1e-4));
         CHECK(beam.model.speed(beam.point("Mask", std::vector<double>{1.0, root * y(c)})) == 0.0);
     }
-    const Case tabled = step(
+    const Chemistry tabled = chemistry(
         "model = \"ion_beam\"\nduration = 1\nrate = 0.5\nion_energy_spread = 0\nyield_table = [1, 3, 0]\n");
     CHECK(flux::angular_factor(tabled.model.species.at(0).yields.at(0), std::cos(std::acos(-1.0) / 8.0)) ==
           Approx(2.0));
     const std::string keys = "duration = 1\nmodel = \"ion_beam\"\nrate = { Si = 1 }\ntilt_deg = 20\n";
-    CHECK_THROWS_WITH(step(keys + "yield_table = [1]\n"), Catch::Contains("2 values or more"));
-    CHECK_THROWS_WITH(step(keys + "yield_table = [1, -1]\n"), Catch::Contains("must not be negative"));
-    std::string mirrored = kWafer;
+    CHECK_THROWS_WITH(chemistry(keys + "yield_table = [1]\n"), Catch::Contains("2 values or more"));
+    CHECK_THROWS_WITH(chemistry(keys + "yield_table = [1, -1]\n"), Catch::Contains("must not be negative"));
+    std::string mirrored = kSilicon;
     mirrored.replace(mirrored.find("periodic"), 8, "reflective");
     CHECK_THROWS_WITH(parse_recipe(mirrored + keys, "step.toml"), Catch::Contains("would mirror it"));
     CHECK_NOTHROW(parse_recipe(mirrored + keys + "rotating = true\n", "step.toml"));
 }
 
 TEST_CASE("teos: V is rate flux^order, and sticking falls with the flux as the order says") {
-    const Case one = step(
+    const Chemistry one = chemistry(
         "model = \"teos\"\nduration = 1\ndeposit = \"SiO2\"\n"
         "precursors = [{ rate = 2, sticking = 0.2, order = 2 }]\n");
     std::vector<double> theta(1, 0.0);
@@ -309,7 +309,7 @@ TEST_CASE("teos: V is rate flux^order, and sticking falls with the flux as the o
     CHECK(one.model.sticking(0, one.point("Si", {}, theta)) == 0.2);
     CHECK(one.settled("Si", {0.5}, theta) == 0.5);
     CHECK(one.model.sticking(0, one.point("Si", {}, theta)) == Approx(0.1));
-    const Case two = step(
+    const Chemistry two = chemistry(
         "model = \"teos\"\nduration = 1\ndeposit = \"SiO2\"\n"
         "precursors = [{ rate = 2 }, { rate = 1, order = 3 }]\n");
     std::vector<double> both(2, 0.0);
@@ -327,9 +327,10 @@ TEST_CASE("ald: coverage follows its differential equation, and growth a cycle s
 
     double before = 0.0, gained = 1.0;
     for (const char* pulse : {"0.1", "0.2", "0.4", "0.8", "6.4"}) {
-        const Case film = step(std::string("model = \"ald\"\nduration = 1\ndeposit = \"HfO2\"\npurge = 1\n"
-                                           "growth_per_cycle = 1e-4\nprecursor_flux = 10\npulse = ") +
-                               pulse + "\n");
+        const Chemistry film =
+            chemistry(std::string("model = \"ald\"\nduration = 1\ndeposit = \"HfO2\"\npurge = 1\n"
+                                  "growth_per_cycle = 1e-4\nprecursor_flux = 10\npulse = ") +
+                      pulse + "\n");
         std::vector<double> covered(1, 0.0);
         const double speed = film.settled("Si", {1.0}, covered, film.model.coverages.pulse);
         const double cycle = speed * (film.model.coverages.pulse + 1.0);
@@ -344,7 +345,7 @@ TEST_CASE("ald: coverage follows its differential equation, and growth a cycle s
 
 TEST_CASE("epitaxy has rates of its own: slowest on <111>, and what is given counts") {
     const auto rates = [](const std::string& keys) {
-        const Case grow = step(
+        const Chemistry grow = chemistry(
             "model = \"epitaxy\"\nduration = 1\nmaterial = \"Si\"\ndeposit = \"SiGe\"\naxis_100 = [1, 0, 0]\n"
             "axis_010 = [0, 1, 0]\n" +
             keys);
@@ -366,7 +367,7 @@ TEST_CASE("epitaxy has rates of its own: slowest on <111>, and what is given cou
     are(rates("r100 = 2\nr111 = 0.8\n"), {2.0, 1.4, 0.8, 1.4});  // as in configs/fin_epitaxy.toml
     are(rates("r111 = 0\nr110 = 0.3\nr311 = \"auto\"\n"), {1.0, 0.3, 0.0, 0.5});
     CHECK_THROWS_WITH(rates("r111 = -1\n"), Catch::Contains("step[0].r111 = -1: must be at least 0"));
-    CHECK_THROWS_WITH(step("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 1\n"),
+    CHECK_THROWS_WITH(chemistry("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 1\n"),
                       Catch::Contains("step[0].r110: missing"));
 }
 
@@ -407,12 +408,12 @@ TEST_CASE("a crystal's four families of faces move at their rates, in any orient
             CHECK(std::abs(hamiltonian(aside) - hamiltonian(n)) <= 1e-3 * bound.by_axis[axis]);
         }
     }
-    const Case wet =
-        step("model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 2\nr110 = 1\nr111 = 1\nr311 = 1\n");
+    const Chemistry wet = chemistry(
+        "model = \"wet\"\nduration = 1\nmaterial = \"Si\"\nr100 = 2\nr110 = 1\nr111 = 1\nr311 = 1\n");
     CHECK(wet.model.speed(wet.point("Si", {})) == -2.0);
     CHECK(wet.model.speed(wet.point("SiO2", {})) == 0.0);
     CHECK(wet.model.depends_on_normal);
-    const Case grown = step(
+    const Chemistry grown = chemistry(
         "model = \"epitaxy\"\nduration = 1\nmaterial = \"Si\"\nr100 = 1\nr110 = 1\nr111 = 0\nr311 = "
         "1\ndeposit = \"SiGe\"\n");
     CHECK(grown.model.speed(grown.point("Si", {})) == 1.0);

@@ -18,9 +18,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-using Model = std::function<Residuals(const BoxPoint&)>;
+using Simulated = std::function<Residuals(const BoxPoint&)>;
 
-LeastSquares problem(const Model& model, std::initializer_list<double> start, std::size_t runs) {
+LeastSquares problem(const Simulated& model, std::initializer_list<double> start, std::size_t runs) {
     LeastSquares asked{.evaluate =
                            [model](const std::vector<BoxPoint>& points) {
                                std::vector<Residuals> residuals;
@@ -121,7 +121,7 @@ TEST_CASE("quadratic models of the sum find one parameter and several, and a min
 TEST_CASE("every search gives the same answer again, keeps to its runs and lets errors through") {
     for (const char* method : {"auto", "gauss-newton", "bobyqa", "crs"}) {
         INFO(method);
-        const Model holes = [](const BoxPoint& x) {
+        const Simulated holes = [](const BoxPoint& x) {
             return x[0] > 0.7 ? Residuals() : Residuals(VectorXd{{x[0] - 0.6, x[1] * x[1] - 0.09}});
         };
         for (const std::size_t runs : {1u, 3u, 8u, 32u, 33u, 70u}) {

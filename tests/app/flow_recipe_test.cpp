@@ -19,7 +19,7 @@ const std::string kHead =
 const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
 const std::string kLines = SIDEWALL_SOURCE_DIR "/configs/masks/lines.gds";
 
-std::string message(const std::string& text) {
+std::string flow_message(const std::string& text) {
     try {
         parse_recipe(text, "bad.toml");
     } catch (const Error& error) {
@@ -30,11 +30,11 @@ std::string message(const std::string& text) {
 
 // The first of the lines is line 7.
 std::string with_layer(const std::string& lines) {
-    return message(kHead + "[[layer]]\n" + lines + kStep);
+    return flow_message(kHead + "[[layer]]\n" + lines + kStep);
 }
 
 std::string with_step(const std::string& lines) {
-    return message(kHead + "[[step]]\n" + lines + kStep);
+    return flow_message(kHead + "[[step]]\n" + lines + kStep);
 }
 
 }  // namespace
@@ -151,13 +151,12 @@ TEST_CASE("layers that make no sense are refused with line, key and remedy", "[f
     }
     // Nothing lies below the first layer.
     const std::string first = "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n[[layer]]\n";
-    CHECK(message(first + "shape = \"gap\"\nsubtract = true\nheight = 1\nlength = 1\n" + kStep)
+    CHECK(flow_message(first + "shape = \"gap\"\nsubtract = true\nheight = 1\nlength = 1\n" + kStep)
               .starts_with("bad.toml:6: layer[0].subtract = true: nothing lies below"));
-    CHECK(message(first + "shape = \"sphere\"\nmaterial = \"Si\"\nradius = 1\n" + kStep)
+    CHECK(flow_message(first + "shape = \"sphere\"\nmaterial = \"Si\"\nradius = 1\n" + kStep)
               .starts_with("bad.toml:5: layer[0].shape = \"sphere\": a sphere stands on a substrate"));
-    CHECK(
-        message(first + profile + file("k.csv", "0, 0\n1, 0\n1, 1\n0, 0\n") + kStep).find("closed outline") !=
-        std::string::npos);
+    CHECK(flow_message(first + profile + file("k.csv", "0, 0\n1, 0\n1, 1\n0, 0\n") + kStep)
+              .find("closed outline") != std::string::npos);
 }
 
 TEST_CASE("masks and cuts that make no sense are refused with line, key and remedy", "[foreign]") {
@@ -310,7 +309,7 @@ TEST_CASE("the extent is the layout's with padding, in whole cells, and the layo
          "3: domain.grid_spacing = 100: ", "use a spacing of 0.5 or less"},
     };
     for (const Row& row : rows) {
-        const std::string answer = message(recipe(row.domain, row.mask));
+        const std::string answer = flow_message(recipe(row.domain, row.mask));
         INFO(row.domain << "\n" << answer);
         CHECK(answer.starts_with("bad.toml:" + row.place));
         CHECK(answer.find(row.remedy) != std::string::npos);

@@ -15,7 +15,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-const std::string kWafer = R"([domain]
+const std::string kFormulaWafer = R"([domain]
 extent = [4.0, 4.0]
 grid_spacing = 0.1
 boundary = "periodic"
@@ -26,7 +26,7 @@ model = "formula"
 duration = 2.0
 )";
 
-struct Case {
+struct Formulated {
     Recipe recipe;
     Model model;
     SurfacePoint point(const char* material, std::span<const double> flux,
@@ -35,15 +35,15 @@ struct Case {
     }
 };
 
-Case step(const std::string& keys) {
-    Case result{parse_recipe(kWafer + keys, "step.toml"), {}};
+Formulated formulated(const std::string& keys) {
+    Formulated result{parse_recipe(kFormulaWafer + keys, "step.toml"), {}};
     result.model = make_model(result.recipe.steps.at(0), result.recipe.materials, result.recipe.domain);
     return result;
 }
 
-std::string refusal(const std::string& keys) {
+std::string formula_refusal(const std::string& keys) {
     try {
-        step(keys);
+        formulated(keys);
     } catch (const RecipeError& error) {
         return error.what();
     }
@@ -62,7 +62,7 @@ const std::string kIon = "rate = 0\nspecies = [{ name = \"ion\", kind = \"ion\",
 }  // namespace
 
 TEST_CASE("a formula's rate is what its expression says, by material, place and time") {
-    const Case etch = step(R"TOML(species = [{ name = "F" }, { name = "ion", kind = "ion" }]
+    const Formulated etch = formulated(R"TOML(species = [{ name = "F" }, { name = "ion", kind = "ion" }]
 parameters = { k = 0.3, twice = "2*pi" }
 coverages = { theta = "k*F/(k*F + 1)" }
 rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + (time > 1 ? 3 : 4)*z", Ge = "-density" }
@@ -87,7 +87,7 @@ rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + 
     CHECK_FALSE(etch.model.sticking);  // numbers alone: the species' own
     CHECK_FALSE(etch.model.deposit);
 
-    const Case plain = step("rate = { default = -0.5, Mask = 0 }\n");
+    const Formulated plain = formulated("rate = { default = -0.5, Mask = 0 }\n");
     CHECK(plain.model.species.empty());
     CHECK(plain.model.least_time_steps == 1);
     CHECK_FALSE(plain.model.depends_on_position);
@@ -96,7 +96,7 @@ rate = { Si = "-0.1*F*(1 - theta) - 0.02*ion*cos", SiO2 = "-twice*depth - x*y + 
 }
 
 TEST_CASE("sf6_o2 written as a formula has the built-in model's speed and sticking on a flat wafer") {
-    const Case etch = step(R"TOML(species = [
+    const Formulated etch = formulated(R"TOML(species = [
     { name = "ion", kind = "ion", yields = [
         { name = "sputter", angular = "(1 + 9.3*(1 - cos^2))*cos", energy = "sqrt(E) - sqrt(20)", scale = 0.0337 },
         { name = "enhanced", angular = "cos >= 0.5 ? 1 : 3 - 6*acos(cos)/pi", energy = "sqrt(E) - sqrt(15)", scale = 7 } ] },
@@ -123,7 +123,7 @@ rate = { Si = "-1e-3*(10*ion_sputter + e*(300/4 + 10*ion_enhanced))/density" }
 }
 
 TEST_CASE("tabulated yields are the laws they were written as") {
-    const Case etch = step(R"TOML(rate = 0
+    const Formulated etch = formulated(R"TOML(rate = 0
 species = [{ name = "ion", kind = "ion", energy = 200.0, yields = [
     { name = "sputter", angular = "(1 + 9.3*(1 - cos^2))*cos", energy = "sqrt(E) - sqrt(20)", scale = { Si = 0.5, default = 0.25 } },
     { name = "enhanced", angular = "cos >= 0.5 ? 1 : 3 - 6*acos(cos)/pi", energy = "E < 50 ? 0 : E/10" },
@@ -202,7 +202,7 @@ TEST_CASE("coverages that name each other settle, and those with a rate follow t
 
 TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest name", "[foreign]") {
     const auto refuses = [](const std::string& keys, std::initializer_list<const char*> parts) {
-        const std::string message = refusal(keys);
+        const std::string message = formula_refusal(keys);
         CAPTURE(keys, message);
         for (const char* part : parts) CHECK_THAT(message, Contains(part));
     };
@@ -289,8 +289,8 @@ TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest
 
 TEST_CASE(
     "a value that is not finite, and growth without a film, name the law, the material and the values") {
-    const Case bad =
-        step("species = [{ name = \"F\" }]\nrate = { Si = \"-ln(F - 0.5)\", SiO2 = \"F - 0.4\" }\n");
+    const Formulated bad =
+        formulated("species = [{ name = \"F\" }]\nrate = { Si = \"-ln(F - 0.5)\", SiO2 = \"F - 0.4\" }\n");
     const std::vector<double> some{0.25};
     CHECK_THROWS_WITH(bad.model.speed(bad.point("Si", some)),
                       Contains("rate.Si = \"-ln(F - 0.5)\" is not a number on Si") && Contains("F = 0.25"));
@@ -298,8 +298,8 @@ TEST_CASE(
     CHECK_THROWS_WITH(bad.model.speed(bad.point("Si", more)), Contains("is infinite on Si"));
     CHECK_THROWS_WITH(bad.model.speed(bad.point("SiO2", more)),
                       Contains("positive on SiO2") && Contains("deposit"));
-    const Case wild =
-        step("species = [{ name = \"F\" }]\nrate = -1\ncoverages = { a = \"b + F\", b = \"a + 1\" }\n");
+    const Formulated wild =
+        formulated("species = [{ name = \"F\" }]\nrate = -1\ncoverages = { a = \"b + F\", b = \"a + 1\" }\n");
     std::vector<double> theta{0.0, 0.0};
     CHECK_THROWS_AS(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta), NumericsError);
     CHECK_THROWS_WITH(wild.model.coverages.react(wild.point("Si", some, theta), 0.0, theta),
@@ -310,12 +310,12 @@ TEST_CASE(
     "a rate that ends where a site is full is refused with its key and what to write, at each place it can be met") {
     const std::vector<double> flux{1.0};
     const auto law = [](const std::string& text) {
-        return step(
+        return formulated(
             "species = [{ name = \"F\" }]\nrate = { Si = \"-(1 - theta)^0.5\" }\ncoverage_rates = { theta = '" +
             text + "' }\n");
     };
     // Full after t = 2, whose square root is not a number right beyond.
-    const Case ends = law("F*(1 - theta)^0.5");
+    const Formulated ends = law("F*(1 - theta)^0.5");
     std::vector<double> theta{0.0};
     ends.model.coverages.react(ends.point("Si", flux, theta), 1.0, theta);
     CHECK(theta[0] == Approx(0.75).epsilon(1e-6));
@@ -333,7 +333,7 @@ TEST_CASE(
     CHECK_THROWS_WITH(ends.model.coverages.rate(0, ends.point("Si", flux, beyond)),
                       Contains("coverage_rates.theta") && Contains("not a number"));
     // As the message says.
-    const Case kept = law("F*max(0, 1 - theta)^0.5");
+    const Formulated kept = law("F*max(0, 1 - theta)^0.5");
     theta = beyond;
     kept.model.coverages.react(kept.point("Si", flux, theta), 1.0, theta);
     CHECK(theta[0] == Approx(1.0).epsilon(1e-9));
@@ -344,7 +344,7 @@ TEST_CASE("the example that the documentation of formula gives is a step") {
         if (section.name != "formula") continue;
         const std::size_t begin = section.more.find("model = \"formula\"");
         REQUIRE(begin != std::string::npos);
-        const std::string wafer = kWafer.substr(0, kWafer.find("model = "));
+        const std::string wafer = kFormulaWafer.substr(0, kFormulaWafer.find("model = "));
         const Recipe recipe = parse_recipe(wafer + section.more.substr(begin), "example.toml");
         const Model model = make_model(recipe.steps.at(0), recipe.materials, recipe.domain);
         CHECK(flux_names(model.species) == std::vector<std::string>{"F", "ion", "ion_sputter"});
@@ -356,7 +356,7 @@ TEST_CASE("the example that the documentation of formula gives is a step") {
 }
 
 TEST_CASE("a formula's effective recipe reads back equal, and its keys are settable") {
-    const std::string text = kWafer + rate("-k*F") + "time_steps = 7\n";
+    const std::string text = kFormulaWafer + rate("-k*F") + "time_steps = 7\n";
     const Recipe recipe = parse_recipe(text, "step.toml", {"step[0].parameters.k=0.5"});
     const Model model = make_model(recipe.steps[0], recipe.materials, recipe.domain);
     CHECK(model.least_time_steps == 7);
@@ -366,7 +366,7 @@ TEST_CASE("a formula's effective recipe reads back equal, and its keys are setta
     again.file = recipe.file;
     again.notes = recipe.notes;
     CHECK(again == recipe);
-    const std::string ion = kWafer + kIon + "angular = \"cos\", scale = { Si = 2 } }] }]\n";
+    const std::string ion = kFormulaWafer + kIon + "angular = \"cos\", scale = { Si = 2 } }] }]\n";
     Recipe yields = parse_recipe(ion, "step.toml");
     Recipe back = parse_recipe(effective_recipe(yields), "step.toml");
     back.notes = yields.notes;

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-using Model = std::function<VectorXd(const BoxPoint&)>;
+using FiguresOf = std::function<VectorXd(const BoxPoint&)>;
 
 // Three curved figures of three parameters, like a film's thickness beside, on the wall and on the floor.
 VectorXd film(const BoxPoint& x) {
@@ -33,7 +33,7 @@ VectorXd point(std::initializer_list<double> values) {
     return x;
 }
 
-LeastSquares problem(const Model& model, const VectorXd& start) {
+LeastSquares problem(const FiguresOf& model, const VectorXd& start) {
     return {.start = start, .evaluate = [model](const std::vector<BoxPoint>& points) {
                 std::vector<Residuals> residuals;
                 for (const BoxPoint& x : points) residuals.emplace_back(model(x));
@@ -54,7 +54,7 @@ TEST_CASE(
     "a fit finds three parameters within 40 runs from any start, smooth or with half a percent of noise") {
     const VectorXd truth = point({0.35, 0.6, 0.45});
     for (const double noise : {0.0, 0.005}) {
-        const Model model = [&](const BoxPoint& x) {
+        const FiguresOf model = [&](const BoxPoint& x) {
             VectorXd f = film(x), target = film(truth);
             for (Eigen::Index i = 0; i < f.size(); ++i)
                 f[i] *= 1.0 + noise * scatter(x, static_cast<double>(i));
@@ -110,7 +110,7 @@ TEST_CASE("95 % intervals hold the truth in nearly all of 20 trials, with known 
 }
 
 TEST_CASE("parameters that act as a product only are told from those that can be found") {
-    const Model model = [](const BoxPoint& x) {
+    const FiguresOf model = [](const BoxPoint& x) {
         const double product = (0.5 + x[0]) * (0.5 + x[1]);
         return point({product - 1.1, std::exp(-product) - std::exp(-1.1) + x[2] - 0.4,
                       product * product * x[2] - 0.484});

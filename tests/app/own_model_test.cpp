@@ -13,7 +13,7 @@ enum Tally : std::size_t { kChlorine };  // in the order of flux_names
 
 // Chlorine covers free sites, spontaneous desorption empties them: theta = k_a phi / (k_a phi + k_d), V =
 // -rate theta.
-Model make(const Values& values, const Materials& materials) {
+Model make_chlorine(const Values& values, const Materials& materials) {
     const double adsorption = values.get<double>("adsorption"), desorption = values.get<double>("desorption");
     const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
 
@@ -40,7 +40,7 @@ ModelEntry chlorine() {
              {"sticking", ByMaterial{0.5}, "", "on free sites", kProbability},
              {"adsorption", 1.0, "1/time", "sites taken at flux 1", kPositive},
              {"desorption", 0.25, "1/time", "of a site", kPositive}},
-            make};
+            make_chlorine};
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ material = ")" +
            mask + "\"\nshape = \"trench\"\nthickness = 0.2\nwidth = 0.5\n";
 }
 
-Recipe with_mask(const std::string& mask, const std::string& steps) {
+Recipe under_mask(const std::string& mask, const std::string& steps) {
     return parse_recipe(wafer(mask) + steps, "mask.toml");
 }
 
@@ -45,24 +45,24 @@ double yield(const Recipe& recipe, const std::string& material) {
 
 TEST_CASE("a plasma etches a mask by a published yield, or asks for one") {
     for (const std::string model : {"sf6_o2", "hbr_o2"}) {
-        CHECK(yield(with_mask("SiO2", etch(model)), "SiO2") == 0.0139);
-        CHECK(yield(with_mask("Mask", etch(model)), "Mask") == 0.0139);
+        CHECK(yield(under_mask("SiO2", etch(model)), "SiO2") == 0.0139);
+        CHECK(yield(under_mask("Mask", etch(model)), "Mask") == 0.0139);
         for (const std::string mask : {"Si3N4", "Resist", "TiN", "HfO2", "SiGe", "Polymer"}) {
-            CHECK_THROWS_WITH(with_mask(mask, etch(model)),
+            CHECK_THROWS_WITH(under_mask(mask, etch(model)),
                               Contains("mask.toml:12: step[0].sputter_yield: has no value for " + mask) &&
                                   Contains("give sputter_yield = { " + mask + " = ... }"));
-            CHECK(yield(with_mask(mask, etch(model) + "sputter_yield = { " + mask + " = 0.02 }\n"), mask) ==
+            CHECK(yield(under_mask(mask, etch(model) + "sputter_yield = { " + mask + " = 0.02 }\n"), mask) ==
                   0.02);
-            CHECK(yield(with_mask(mask, etch(model) + "sputter_yield = 0.03\n"), mask) == 0.03);
+            CHECK(yield(under_mask(mask, etch(model) + "sputter_yield = 0.03\n"), mask) == 0.03);
         }
     }
     // What is given for one does not answer for another.
-    CHECK_THROWS_WITH(with_mask("TiN", etch("hbr_o2") + "sputter_yield = { W = 0.1 }\n"),
+    CHECK_THROWS_WITH(under_mask("TiN", etch("hbr_o2") + "sputter_yield = { W = 0.1 }\n"),
                       Contains("step[0].sputter_yield = {...}: has no value for TiN"));
     // Fluorocarbon: silicon has a sputter yield, but no ion-enhanced one; the film needs none.
     const std::string contact = etch("fluorocarbon") + "deposit = \"Carbon\"\n";
-    CHECK_THROWS_WITH(with_mask("Mask", contact), Contains("enhanced_yield: has no value for Si, "));
-    CHECK_NOTHROW(with_mask("Mask", contact + "enhanced_yield = { Si = 0.01 }\n"));
+    CHECK_THROWS_WITH(under_mask("Mask", contact), Contains("enhanced_yield: has no value for Si, "));
+    CHECK_NOTHROW(under_mask("Mask", contact + "enhanced_yield = { Si = 0.01 }\n"));
     CHECK_THROWS_WITH(parse_recipe(wafer("Cr") +
                                        "[[material]]\nname = \"Own\"\n[[layer]]\nmaterial = \"Own\"\n"
                                        "thickness = 0.1\n" +
@@ -79,13 +79,13 @@ TEST_CASE("published yields take as much of a material as argon was seen to mill
                                            {"Cr", 0.09667},
                                            {"Cu", 0.18333},
                                            {"Ge", 0.16667}}) {
-        const Recipe recipe = with_mask(material, etch("sf6_o2"));
+        const Recipe recipe = under_mask(material, etch("sf6_o2"));
         const double density =
             recipe.materials[static_cast<std::size_t>(*material_id(recipe.materials, material))].density;
         CHECK(yield(recipe, material) * root / density == Approx(milled * 1.602).epsilon(0.01));
     }
     // Tungsten at 202.3 eV: Eckstein (2007).
-    CHECK(yield(with_mask("W", etch("sf6_o2")), "W") * (std::sqrt(202.3) - std::sqrt(20.0)) ==
+    CHECK(yield(under_mask("W", etch("sf6_o2")), "W") * (std::sqrt(202.3) - std::sqrt(20.0)) ==
           Approx(0.2732).epsilon(0.01));
 }
 
@@ -93,23 +93,23 @@ TEST_CASE("a step is asked for the materials it can meet, and for no others") {
     const std::string nitride = "[[step]]\nmodel = \"conformal\"\nmaterial = \"Si3N4\"\nthickness = 0.1\n",
                       film = etch("isotropic") + "rate = 0.1\ndeposit = \"Resist\"\n",
                       strip = "[[step]]\nmodel = \"strip\"\nmaterial = \"Si3N4\"\n";
-    CHECK_NOTHROW(with_mask("Mask", etch("sf6_o2") + nitride));
-    CHECK_THROWS_WITH(with_mask("Mask", nitride + etch("sf6_o2")), Contains("step[1].sputter_yield"));
-    CHECK_NOTHROW(with_mask("Mask", nitride + strip + etch("sf6_o2")));
-    CHECK_THROWS_WITH(with_mask("Mask", film + etch("sf6_o2")), Contains("Resist"));
+    CHECK_NOTHROW(under_mask("Mask", etch("sf6_o2") + nitride));
+    CHECK_THROWS_WITH(under_mask("Mask", nitride + etch("sf6_o2")), Contains("step[1].sputter_yield"));
+    CHECK_NOTHROW(under_mask("Mask", nitride + strip + etch("sf6_o2")));
+    CHECK_THROWS_WITH(under_mask("Mask", film + etch("sf6_o2")), Contains("Resist"));
     // In a loop the film of a cycle meets the next cycle's etching.
     const auto loop = [&](const std::string& repeat) {
         return "[[step]]\nrepeat = " + repeat +
                "\n[[step.steps]]\nmodel = \"sf6_o2\"\nduration = 1.0\n"
                "[[step.steps]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = 0.1\ndeposit = \"Resist\"\n";
     };
-    CHECK_NOTHROW(with_mask("Mask", loop("1")));
-    CHECK_THROWS_WITH(with_mask("Mask", loop("2")),
+    CHECK_NOTHROW(under_mask("Mask", loop("1")));
+    CHECK_THROWS_WITH(under_mask("Mask", loop("2")),
                       Contains("step[0].steps[0].sputter_yield") && Contains("Resist"));
 }
 
 TEST_CASE("the table of values by material is a comment, and shows what is in force") {
-    const Recipe recipe = with_mask("Si3N4", etch("hbr_o2") + "sputter_yield = { Si3N4 = 0.02 }\n");
+    const Recipe recipe = under_mask("Si3N4", etch("hbr_o2") + "sputter_yield = { Si3N4 = 0.02 }\n");
     const std::string text = effective_recipe(recipe), table = values_by_material(recipe);
     CHECK(parse_recipe(text + table, "mask.toml") == recipe);
     CHECK_THAT(table, Contains("# step[0] hbr_o2\n"));
@@ -117,9 +117,9 @@ TEST_CASE("the table of values by material is a comment, and shows what is in fo
     CHECK_THAT(table, Contains("#  Si        0.1*              1*               0.5            5.02\n"));
     CHECK(table.find("SiO2") == std::string::npos);
     // Of a list of tables, each one's.
-    const std::string several = values_by_material(with_mask(
+    const std::string several = values_by_material(under_mask(
         "Mask",
         etch("multi_particle") + "species = [{ name = \"a\", rate = { Si = -1.0, Mask = -0.1 } }]\n"));
     CHECK_THAT(several, Contains("species[0].rate") && Contains("-0.1"));
-    CHECK(values_by_material(with_mask("Mask", "[[step]]\nmodel = \"planarize\"\nheight = 0.1\n")).empty());
+    CHECK(values_by_material(under_mask("Mask", "[[step]]\nmodel = \"planarize\"\nheight = 0.1\n")).empty());
 }

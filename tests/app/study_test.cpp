@@ -16,13 +16,13 @@ using namespace sidewall::app;
 namespace {
 
 // A plane of n x n squares whose true flux is 1 + x / 2, known from two runs of standard deviation 0.01.
-struct Case {
+struct NoisyFlux {
     TriangleMesh mesh;
     FluxTruth truth;
     std::vector<double> exact;
     std::mt19937 random{7};
 
-    explicit Case(std::uint32_t n) {
+    explicit NoisyFlux(std::uint32_t n) {
         for (std::uint32_t j = 0; j <= n; ++j)
             for (std::uint32_t i = 0; i <= n; ++i) mesh.vertices.push_back(Vec3(i, j, 0.001 * j) / n);
         for (std::uint32_t j = 0; j < n; ++j)
@@ -57,7 +57,7 @@ struct Case {
 }  // namespace
 
 TEST_CASE("a flux error is split into bias and noise without mixing them up") {
-    Case plane(100);
+    NoisyFlux plane(100);
     // One run's standard deviation is 0.2; both together have 0.2 / sqrt(2).
     const Json json = flux_error(plane.noisy(0.05, 0.2), plane.truth, 0.08);
     // 10201 vertices: the product of two errors of 0.2 has a standard error of 0.04 / 101 = 4e-4 beside a
@@ -73,13 +73,13 @@ TEST_CASE("a flux error is split into bias and noise without mixing them up") {
 }
 
 TEST_CASE("a bias beyond the target cannot be traced away") {
-    Case plane(50);
+    NoisyFlux plane(50);
     const Json json = flux_error(plane.noisy(0.2, 0.05), plane.truth, 0.02);
     CHECK(json["rays_to_error"].is_null());
 }
 
 TEST_CASE("smoothing over neighbours takes noise down and keeps a linear flux away from the rim") {
-    Case plane(40);
+    NoisyFlux plane(40);
     FluxPair exact = plane.noisy(0.0, 0.0);
     const FluxPair same = smoothed(exact, plane.mesh, 1);
     const std::size_t middle = 20 * 41 + 20;

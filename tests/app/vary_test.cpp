@@ -14,7 +14,7 @@ using namespace sidewall::app;
 
 namespace {
 
-const std::string kRecipe = R"(
+const std::string kVaried = R"(
 [domain]
 extent = [2.0, 1.0]
 grid_spacing = 0.25
@@ -29,7 +29,7 @@ deposit = "SiO2"
 )";
 
 std::vector<Vary> vary(const std::vector<std::string>& texts) {
-    return parse_vary(texts, parse_recipe(kRecipe, "recipe.toml"));
+    return parse_vary(texts, parse_recipe(kVaried, "recipe.toml"));
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ TEST_CASE("what cannot be varied is refused by name") {
 }
 
 TEST_CASE("a measure is asked for by its word or by the name of its figure") {
-    Recipe recipe = parse_recipe(kRecipe, "recipe.toml");
+    Recipe recipe = parse_recipe(kVaried, "recipe.toml");
     want_measure(recipe, "step_coverage_side", "--measure");
     want_measure(recipe, "cd_at_0.25", "--measure");
     want_measure(recipe, "mean_rate", "--measure");

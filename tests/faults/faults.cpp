@@ -1,7 +1,6 @@
-// Linked with the program's main.cpp, whose main is sidewall_main here: the program on a disk that fills up,
-// or killed, at a chosen operation on a file that it writes. SIDEWALL_FAULT="full N": from the N-th operation
-// on, all but removing fail for want of space; "kill N": the N-th operation does not happen any more.
-// copies.cpp tells of others.
+// The program on a disk that fills up, or killed, at a chosen operation on a file that it writes.
+// SIDEWALL_FAULT="full N": from the N-th operation on, all but removing fail for want of space; "kill N": the
+// N-th operation does not happen any more. copies.cpp tells of others.
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -11,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/commands/commands.hpp"
 #include "surface/output_file.hpp"
 #include "tests/faults/copies.hpp"
 
@@ -45,9 +45,7 @@ int strike(const char* operation, const std::filesystem::path&) {
 
 }  // namespace
 
-int sidewall_main(int argc, char** argv);
-
 int main(int argc, char** argv) {
     sidewall::faults::begin_survey();
-    return sidewall_main(argc, argv);
+    return sidewall::app::run_program(argc, argv);
 }

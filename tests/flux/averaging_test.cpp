@@ -2,7 +2,6 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 #include "surface/error.hpp"
 #include "tests/flux/meshes.hpp"
@@ -13,7 +12,7 @@ using namespace sidewall::flux;
 namespace {
 
 constexpr std::size_t kCells = 40;
-constexpr double kExtent = 2.0, kPi = std::numbers::pi;
+constexpr double kExtent = 2.0;
 
 // A flat square of side kExtent from the origin.
 const TriangleMesh kSheet = height_field(kCells, kCells, kExtent, kExtent, [](auto, auto) { return 0.0; });

@@ -1,6 +1,5 @@
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 #include "flux/cut_corners.hpp"
 #include "flux/yield.hpp"
@@ -14,8 +13,6 @@ using namespace sidewall::flux;
 namespace {
 
 constexpr double kSpacing = 0.1;
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 // Straight down, all but parallel; at 45 degrees it sputters 4 times what it does at 0.
 Species beam() {
     Species ion{"ion", 1e6, {1.0}};

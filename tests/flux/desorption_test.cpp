@@ -21,7 +21,7 @@ Species desorbing(double sticking) {
 }
 
 // A trench of depth 2 cut into strips; its floor is segments 9 to 16 of 25.
-TriangleMesh trench() {
+TriangleMesh desorbing_trench() {
     const std::vector<double> cuts{0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875};
     return extrude(trench_profile(2.0, 0.5, cuts, cuts), 0.5);
 }
@@ -42,7 +42,7 @@ std::vector<double> by_wedge(const TriangleMesh& mesh, const Wedges& wedges,
 
 TEST_CASE("a surface that emits what it would absorb of flux 1 has flux 1 everywhere") {
     // Thermal equilibrium: Kirchhoff's law, whatever the shape and however sticking varies.
-    const TriangleMesh mesh = trench();
+    const TriangleMesh mesh = desorbing_trench();
     const Wedges wedges = make_wedges(mesh);
     const std::vector<double> sticking = by_wedge(
         mesh, wedges, [](std::size_t, const Vec3& p) { return 0.5 + 0.4 * std::sin(3.0 * p.z() + p.x()); });
@@ -64,7 +64,7 @@ TEST_CASE("a surface that emits what it would absorb of flux 1 has flux 1 everyw
 }
 
 TEST_CASE("what a trench's floor emits lands as the exact view factors say, with and without sticking") {
-    const TriangleMesh mesh = trench();
+    const TriangleMesh mesh = desorbing_trench();
     const Wedges wedges = make_wedges(mesh);
     const std::vector<double> emission =
         by_wedge(mesh, wedges, [&](std::size_t t, const Vec3&) { return on_floor(mesh, t) ? 1.0 : 0.0; });
@@ -99,7 +99,7 @@ TEST_CASE("what a trench's floor emits lands as the exact view factors say, with
 }
 
 TEST_CASE("what desorbs is the same for any task size, traced apart from others, and refused if negative") {
-    const TriangleMesh mesh = trench();
+    const TriangleMesh mesh = desorbing_trench();
     const Wedges wedges = make_wedges(mesh);
     std::vector<double> emission(2 * wedges.count(), 0.25);
     const std::vector<Species> species{desorbing(0.5), Species{}};

@@ -38,12 +38,6 @@ Mean middle_of(const TriangleMesh& mesh, const FluxResult& result) {
     return mean_flux(mesh, result, [](std::size_t t) { return t == 4 || t == 5; });
 }
 
-void check_balance(const FluxResult& result) {
-    CHECK(result.ledger.balanced());
-    CHECK(result.leaked == 0);
-    CHECK(result.emitted == result.absorbed + result.escaped);
-}
-
 }  // namespace
 
 TEST_CASE("a collimated beam's uncollided part falls as exp(-depth / mean free path)") {

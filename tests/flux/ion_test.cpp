@@ -1,7 +1,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "flux/reflection.hpp"
 #include "flux/yield.hpp"
@@ -16,9 +15,6 @@ using namespace sidewall::flux;
 using Catch::Matchers::Contains;
 
 namespace {
-
-constexpr double kPi = std::numbers::pi;
-constexpr double kDegree = kPi / 180.0;
 
 // All but parallel: an angular spread of 1e-3.
 Species parallel_beam(double tilt, double azimuth = 0.0) {
@@ -36,13 +32,6 @@ TriangleMesh v_groove(double slope, std::size_t cuts = 1) {
         profile.emplace_back(x, -depth * (1.0 - std::abs(x - 1.0)));
     }
     return extrude(profile, 1.0);
-}
-
-void check_balance(const FluxResult& result) {
-    CHECK(result.leaked == 0);
-    CHECK(result.emitted == result.absorbed + result.escaped);
-    CHECK(result.ledger.balanced());
-    CHECK(result.redeposited.balanced());
 }
 
 Mean all_of(const TriangleMesh& mesh, const FluxResult& result) {

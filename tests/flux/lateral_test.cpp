@@ -13,7 +13,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-constexpr std::array kOpen{Boundary::open, Boundary::open};
+constexpr std::array kOpenSides{Boundary::open, Boundary::open};
 
 TriangleMesh plane() {
     return height_field(4, 4, 2.0, 1.0, [](auto, auto) { return 0.0; });
@@ -54,7 +54,7 @@ TEST_CASE("surfaces that do not end on a rectangle are refused, with the place a
     auto mesh = plane();
     mesh.triangles.erase(mesh.triangles.begin() + 10);
     refused(mesh, kReflective, "has a hole");
-    CHECK_NOTHROW(lateral_box(mesh, kOpen));
+    CHECK_NOTHROW(lateral_box(mesh, kOpenSides));
     mesh = plane();
     std::swap(mesh.triangles[10][1], mesh.triangles[10][2]);
     refused(mesh, kPeriodic, "inconsistently oriented");
@@ -66,17 +66,17 @@ TEST_CASE("surfaces that do not end on a rectangle are refused, with the place a
     mesh.triangles.pop_back();
     refused(mesh, kReflective, "not on a side");
     refused(tetrahedron(), kPeriodic, "closed");
-    CHECK_NOTHROW(lateral_box(tetrahedron(), kOpen));
-    refused(inside_out(tetrahedron()), kOpen, "inside out");
+    CHECK_NOTHROW(lateral_box(tetrahedron(), kOpenSides));
+    refused(inside_out(tetrahedron()), kOpenSides, "inside out");
     refused(inside_out(plane()), kReflective, "inside out");
-    refused(inside_out(plane()), kOpen, "inside out");
-    refused({}, kOpen, "no triangle");
+    refused(inside_out(plane()), kOpenSides, "inside out");
+    refused({}, kOpenSides, "no triangle");
     mesh = plane();
     mesh.vertices[3].z() = std::numeric_limits<double>::quiet_NaN();
-    refused(mesh, kOpen, "vertex 3 is not finite");
+    refused(mesh, kOpenSides, "vertex 3 is not finite");
     mesh = plane();
     mesh.triangles[5][0] = 999;
-    refused(mesh, kOpen, "triangle 5 names vertex 999");
+    refused(mesh, kOpenSides, "triangle 5 names vertex 999");
     mesh = plane();
     for (Vec3& p : mesh.vertices) p.x() += 1e5;
     refused(mesh, kReflective, "move it to the origin");
@@ -85,7 +85,7 @@ TEST_CASE("surfaces that do not end on a rectangle are refused, with the place a
     refused(mesh, kReflective, "choose a unit");
     mesh = plane();
     for (Vec3& p : mesh.vertices) p = Vec3(p.x(), 0.0, p.y());
-    refused(mesh, kOpen, "no extent along y");
+    refused(mesh, kOpenSides, "no extent along y");
     // Two sheets over the same rectangle cover it twice.
     mesh = plane();
     const auto upper = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -98,14 +98,14 @@ TEST_CASE("surfaces that do not end on a rectangle are refused, with the place a
 }
 
 TEST_CASE("a surface has its rim inside the box if its one boundary is not the rectangle's") {
-    CHECK_FALSE(lateral_box(plane(), kOpen).rim_inside);
-    CHECK_FALSE(lateral_box(tetrahedron(), kOpen).rim_inside);
+    CHECK_FALSE(lateral_box(plane(), kOpenSides).rim_inside);
+    CHECK_FALSE(lateral_box(tetrahedron(), kOpenSides).rim_inside);
     auto mesh = plane();
     mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);  // a corner
-    CHECK(lateral_box(mesh, kOpen).rim_inside);
+    CHECK(lateral_box(mesh, kOpenSides).rim_inside);
     mesh = plane();
     mesh.triangles.erase(mesh.triangles.begin() + 10);  // in the middle
-    CHECK_FALSE(lateral_box(mesh, kOpen).rim_inside);
+    CHECK_FALSE(lateral_box(mesh, kOpenSides).rim_inside);
 }
 
 TEST_CASE("coordinates rounded to single precision still end on their rectangle") {

@@ -14,7 +14,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-TriangleMesh trench() {
+TriangleMesh good_trench() {
     return extrude(trench_profile(2.0, 0.5, {0.5}, {0.5}), 1.0, 3);
 }
 
@@ -43,7 +43,7 @@ TriangleMesh octahedron() {
 }  // namespace
 
 TEST_CASE("a sound mesh is left alone") {
-    for (auto mesh : {trench(), octahedron()}) {
+    for (auto mesh : {good_trench(), octahedron()}) {
         const auto before = mesh.triangles;
         const Mending mending = mend(mesh);
         CHECK(mending.welded == 0);
@@ -53,7 +53,7 @@ TEST_CASE("a sound mesh is left alone") {
 }
 
 TEST_CASE("a surface wholly inside out is turned over, as one piece or as loose triangles") {
-    for (const auto& sound : {trench(), octahedron()}) {
+    for (const auto& sound : {good_trench(), octahedron()}) {
         auto mesh = sound;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) turn(mesh, t);
         auto loose = soup(mesh);
@@ -90,7 +90,7 @@ TEST_CASE("a shell that shows front and back is refused") {
 }
 
 TEST_CASE("some triangles turned over are turned back") {
-    for (auto mesh : {trench(), octahedron()}) {
+    for (auto mesh : {good_trench(), octahedron()}) {
         const auto before = mesh.triangles;
         turn(mesh, 1);
         turn(mesh, 5);
@@ -104,7 +104,7 @@ TEST_CASE("some triangles turned over are turned back") {
 
 TEST_CASE("orientations at random become outwards for a closed surface, upwards for an open one") {
     for (std::uint64_t seed = 0; seed < 20; ++seed)
-        for (auto mesh : {trench(), octahedron()}) {
+        for (auto mesh : {good_trench(), octahedron()}) {
             const double volume = enclosed_volume(mesh);
             for (std::size_t t = 0; t < mesh.triangles.size(); t += 2) turn(mesh, t);  // no majority
             for (std::size_t t = 0; t + 1 < mesh.triangles.size(); t += 2)
@@ -120,19 +120,19 @@ TEST_CASE("orientations at random become outwards for a closed surface, upwards 
 }
 
 TEST_CASE("triangles with vertices of their own are welded, and traced as one surface") {
-    auto mesh = soup(trench());
+    auto mesh = soup(good_trench());
     mesh.vertex_attributes.push_back({"height", 1, Scalar::float64, {}});
     for (const Vec3& p : mesh.vertices) mesh.vertex_attributes[0].values.push_back(p.z());
-    const std::size_t loose = mesh.vertices.size(), shared = trench().vertices.size();
+    const std::size_t loose = mesh.vertices.size(), shared = good_trench().vertices.size();
     const Mending mending = mend(mesh);
     CHECK(mending.welded == loose - shared);
-    CHECK(mesh.vertices.size() == trench().vertices.size());
+    CHECK(mesh.vertices.size() == good_trench().vertices.size());
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         CHECK(mesh.vertex_attributes[0].values[v] == mesh.vertices[v].z());
     const auto result =
         trace(mesh, {Boundary::periodic, Boundary::periodic}, {"n", 1.0, {0.5}}, {.rays = 32'000});
     CHECK(result.leaked == 0);
-    auto twisted = soup(trench());
+    auto twisted = soup(good_trench());
     turn(twisted, 7);
     CHECK(mend(twisted).turned == 1);
 }

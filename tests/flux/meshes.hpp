@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 // Surfaces the flux tests build, each ending exactly on its rectangle.
 namespace sidewall::flux {
 
+inline constexpr double kPi = std::numbers::pi, kDegree = kPi / 180.0;
 inline constexpr std::array kReflective{Boundary::reflective, Boundary::reflective};
 inline constexpr std::array kPeriodic{Boundary::periodic, Boundary::periodic};
 

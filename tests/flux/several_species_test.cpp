@@ -58,7 +58,7 @@ void check_ends(const FluxResult& result) {
     CHECK(result.emitted == result.absorbed + result.escaped + result.leaked);
 }
 
-void check_same_bits(const FluxResult& a, const FluxResult& b) {
+void check_same_tallies(const FluxResult& a, const FluxResult& b) {
     for (const auto field : {&TallyFlux::triangle, &TallyFlux::wedge, &TallyFlux::vertex}) {
         CHECK((a.*field).flux == (b.*field).flux);
         CHECK((a.*field).error == (b.*field).error);
@@ -162,12 +162,12 @@ TEST_CASE("of species traced together, each has the exact flux of an infinite tr
 TEST_CASE("paths are those of the species that sticks least, which has the bits of a trace of its own") {
     const Place place = trench();
     const auto shared = place.together(neutrals({1.0, 0.3, 0.02}), {.rays = 50'000});
-    check_same_bits(shared[2], place.alone({"alone", 1.0, {0.02}}, {.rays = 50'000}));
+    check_same_tallies(shared[2], place.alone({"alone", 1.0, {0.02}}, {.rays = 50'000}));
     CHECK(shared[0].arrivals < shared[1].arrivals);
     // Its like has them, too.
     const auto twins = place.together(neutrals({0.3, 0.3}), {.rays = 50'000});
-    check_same_bits(twins[0], twins[1]);
-    check_same_bits(twins[0], place.alone({"alone", 1.0, {0.3}}, {.rays = 50'000}));
+    check_same_tallies(twins[0], twins[1]);
+    check_same_tallies(twins[0], place.alone({"alone", 1.0, {0.3}}, {.rays = 50'000}));
     for (std::uint32_t k = 0; k < 3; ++k) {
         CHECK(shared[k].pass_species == 3);
         CHECK(shared[k].pass_place == k);
@@ -228,7 +228,7 @@ TEST_CASE("fluxes of several species have the same bits for any number of thread
             const auto other = run(threads, task_rays, target);
             for (std::size_t k = 0; k < species.size(); ++k) {
                 CAPTURE(species[k].name, task_rays, threads);
-                check_same_bits(one[k], other[k]);
+                check_same_tallies(one[k], other[k]);
                 CHECK(one[k].segments == other[k].segments);
             }
         }
@@ -342,10 +342,10 @@ TEST_CASE("species that cannot share paths are traced in passes of their own, re
     REQUIRE(results.size() == species.size());
     // Alone in their passes: the bits of their own traces. The first pass is that of its least sticking one.
     for (const std::uint32_t k : {1u, 3u, 6u}) {
-        check_same_bits(results[k], place.alone(species[k], {.rays = 20'000, .species_index = 5 + k}));
+        check_same_tallies(results[k], place.alone(species[k], {.rays = 20'000, .species_index = 5 + k}));
         CHECK(results[k].pass_species == 1);
     }
-    check_same_bits(results[2], place.alone(species[2], {.rays = 20'000, .species_index = 5}));
+    check_same_tallies(results[2], place.alone(species[2], {.rays = 20'000, .species_index = 5}));
     CHECK(results[5].pass_species == 4);
     CHECK(results[5].pass_place == 3);
 }

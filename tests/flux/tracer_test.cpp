@@ -19,7 +19,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-TriangleMesh trench(double depth, std::size_t rows = 2) {
+TriangleMesh deep_trench(double depth, std::size_t rows = 2) {
     return extrude(trench_profile(depth, 0.1, {0.25, 0.5, 0.75}, {0.5}), 0.7, rows);
 }
 
@@ -31,11 +31,6 @@ TriangleMesh rough_surface(std::size_t cells) {
     });
 }
 
-void check_balance(const FluxResult& result) {
-    CHECK(result.emitted == result.absorbed + result.escaped + result.leaked);
-    CHECK(result.leaked == 0);
-}
-
 bool same_bits(const FluxField& a, const FluxField& b) {
     return a.flux == b.flux && a.error == b.error;
 }
@@ -44,7 +39,7 @@ bool same_bits(const FluxField& a, const FluxField& b) {
 
 TEST_CASE("every particle is absorbed or escapes, and none leaks", "[slow]") {
     SECTION("from a deep trench") {
-        const auto mesh = trench(20.0);
+        const auto mesh = deep_trench(20.0);
         for (const auto& boundary : {kReflective, kPeriodic}) {
             const auto result = trace(mesh, boundary, {"test", 1.0, {0.05}}, {.rays = 200'000});
             check_balance(result);
@@ -88,7 +83,7 @@ TEST_CASE("every particle is absorbed or escapes, and none leaks", "[slow]") {
 TEST_CASE("a surface in equilibrium: nothing absorbed means flux 1 everywhere, whatever the shape") {
     // Detailed balance of Lambertian emission in a closed form: the gas outside is an isotropic reservoir.
     const auto boundary = GENERATE(Boundary::reflective, Boundary::periodic);
-    const auto mesh = GENERATE(trench(3.0), rough_surface(6));
+    const auto mesh = GENERATE(deep_trench(3.0), rough_surface(6));
     const auto result = trace(mesh, {boundary, boundary}, {"test", 1.0, {0.0}}, {.rays = 400'000});
     check_balance(result);
     double worst = 0.0;
@@ -102,7 +97,7 @@ TEST_CASE("a surface in equilibrium: nothing absorbed means flux 1 everywhere, w
 }
 
 TEST_CASE("the tallies agree with each other: arrivals by triangle, wedge and vertex") {
-    const auto mesh = trench(3.0);
+    const auto mesh = deep_trench(3.0);
     const auto wedges = make_wedges(mesh);
     const auto result = trace(mesh, kPeriodic, {"test", 1.0, {0.3}}, {.rays = 50'000});
     double triangles = 0.0, by_wedge = 0.0, by_vertex = 0.0;
@@ -156,7 +151,7 @@ void check_same_bits(const FluxResult& a, const FluxResult& b) {
 }  // namespace
 
 TEST_CASE("the flux has the same bits for any number of threads and any task size", "[slow]") {
-    const auto mesh = trench(3.0, 20);
+    const auto mesh = deep_trench(3.0, 20);
     const surface::RayScene scene(mesh);
     const auto box = lateral_box(mesh, kPeriodic);
     const auto wedges = make_wedges(mesh);
@@ -201,7 +196,7 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
 TEST_CASE("standard errors have the size of the scatter between seeds") {
     // Re-emission correlates arrivals, stratification anticorrelates them: batches must see both.
     const double sticking = GENERATE(1.0, 0.1);
-    const auto mesh = trench(2.0, 1);
+    const auto mesh = deep_trench(2.0, 1);
     const auto wedges = make_wedges(mesh);
     const surface::RayScene scene(mesh);
     const auto box = lateral_box(mesh, kPeriodic);
@@ -299,7 +294,7 @@ TEST_CASE("half of a symmetric trench between reflective sides is the whole tren
 }
 
 TEST_CASE("a collimated beam reaches the floor of a deep trench and no wall sees more than its spread") {
-    const auto mesh = trench(10.0);
+    const auto mesh = deep_trench(10.0);
     const auto result = trace(mesh, kReflective, {"ion", 5000.0, {1.0}}, {.rays = 100'000});
     check_balance(result);
     const Mean floor =
@@ -336,14 +331,14 @@ TEST_CASE("a torn surface leaks, and says so") {
 }
 
 TEST_CASE("a particle that bounces beyond the cap is counted as leaked, never lost") {
-    const auto mesh = trench(3.0);
+    const auto mesh = deep_trench(3.0);
     const auto result = trace(mesh, kPeriodic, {"test", 1.0, {0.0}}, {.rays = 10'000, .max_bounces = 2});
     CHECK(result.leaked > 0);
     CHECK(result.emitted == result.escaped + result.leaked);
 }
 
 TEST_CASE("tracing to a target error reaches it, or says how far it came") {
-    const auto mesh = trench(2.0, 8);
+    const auto mesh = deep_trench(2.0, 8);
     const surface::RayScene scene(mesh);
     const auto box = lateral_box(mesh, kPeriodic);
     const auto wedges = make_wedges(mesh);
@@ -358,7 +353,7 @@ TEST_CASE("tracing to a target error reaches it, or says how far it came") {
 }
 
 TEST_CASE("the trace reports its progress and stops when asked") {
-    const auto mesh = trench(2.0);
+    const auto mesh = deep_trench(2.0);
     double last = 0.0;
     TraceOptions options{.rays = 50'000};
     options.progress = [&](double fraction) {
@@ -375,7 +370,7 @@ TEST_CASE("the trace reports its progress and stops when asked") {
 }
 
 TEST_CASE("species and options out of range are refused by name and value") {
-    const auto mesh = trench(1.0);
+    const auto mesh = deep_trench(1.0);
     const double nan = std::nan("");
     const auto refused = [&](const Species& species, const TraceOptions& options, const std::string& text) {
         CAPTURE(text);
@@ -401,6 +396,6 @@ TEST_CASE("species and options out of range are refused by name and value") {
     CHECK_THROWS_AS(trace_flux(mesh, scene, box, two, few, wedges), GeometryError);
     CHECK_THROWS_WITH(trace_flux(mesh, scene, box, two, unknown, wedges), Contains("material 2"));
     CHECK_THROWS_AS(trace_flux(mesh, scene, box, two, negative, wedges), RecipeError);
-    CHECK_THROWS_AS(trace_flux(mesh, scene, box, {}, {}, make_wedges(trench(1.0, 3))), GeometryError);
+    CHECK_THROWS_AS(trace_flux(mesh, scene, box, {}, {}, make_wedges(deep_trench(1.0, 3))), GeometryError);
     CHECK_THROWS_AS(trace_flux(mesh, scene, {}, {}, {}, wedges), GeometryError);
 }

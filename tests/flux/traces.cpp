@@ -1,5 +1,6 @@
 #include "tests/flux/traces.hpp"
 
+#include <catch2/catch.hpp>
 #include <cmath>
 
 #include "flux/wedges.hpp"
@@ -12,6 +13,13 @@ FluxResult trace(const TriangleMesh& mesh, std::array<Boundary, 2> boundary, con
     const surface::RayScene scene(mesh);
     return trace_flux(mesh, scene, lateral_box(mesh, boundary), species, materials,
                       make_wedges(mesh, materials), options);
+}
+
+void check_balance(const FluxResult& result) {
+    CHECK(result.leaked == 0);
+    CHECK(result.emitted == result.absorbed + result.escaped);
+    CHECK(result.ledger.balanced());
+    CHECK(result.redeposited.balanced());
 }
 
 Mean mean_flux(const TriangleMesh& mesh, const FluxResult& result,

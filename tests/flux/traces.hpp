@@ -15,6 +15,9 @@ namespace sidewall::flux {
 FluxResult trace(const TriangleMesh& mesh, std::array<Boundary, 2> boundary, const Species& species,
                  const TraceOptions& options, std::span<const std::int32_t> materials = {});
 
+/// Checks that every particle is absorbed or escapes, none leaks, and the ledgers add up.
+void check_balance(const FluxResult& result);
+
 /// Mean flux over some triangles and its standard error, their counts taken as independent.
 struct Mean {
     double flux = 0.0, error = 0.0;

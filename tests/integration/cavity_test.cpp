@@ -13,22 +13,22 @@ using namespace sidewall;
 namespace {
 
 // configs/quick/ald_cavity.toml: the cavity begins at x = -10 and is 21 long; its lower wall lies at z = -1.
-constexpr double kHeight = 0.5, kLength = 21.0, kMouth = -10.0, kSticking = 0.1, kFilm = 250 * 1.06e-4;
-constexpr double kDose = 115000.0 * 8e-4 / 0.4;  // molecules a site, on an open wafer
-constexpr double kOpening = 2.0;                 // of the wafer's surface, to its mirror image
-constexpr int kParts = 40, kStrips = 168;
-constexpr double kStrip = kLength / kStrips;
+constexpr double kHeight = 0.5, kLength = 21.0, kMouth = -10.0, kSticking = 0.1, kCavityFilm = 250 * 1.06e-4;
+constexpr double kCavityDose = 115000.0 * 8e-4 / 0.4;  // molecules a site, on an open wafer
+constexpr double kOpening = 2.0;                       // of the wafer's surface, to its mirror image
+constexpr int kPulseParts = 40, kStrips = 168;
+constexpr double kStripLength = kLength / kStrips;
 
 // Coverage along the cavity after the pulse; \p arriving gives the flux that a sticking leaves, by strip.
 template <class Arriving>
 Eigen::VectorXd coverage(const Arriving& arriving) {
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(kStrips);
-    for (int part = 0; part < kParts; ++part) {
+    for (int part = 0; part < kPulseParts; ++part) {
         const Eigen::VectorXd sticking = kSticking * (1.0 - theta.array());
         Eigen::VectorXd flux = arriving(sticking);
         // What the walls take is missing in the opening, which the wafer's flux fills.
-        flux *= kOpening / (kOpening + 2.0 * kStrip * sticking.dot(flux));
-        theta = 1.0 - (1.0 - theta.array()) * (-kSticking * kDose / kParts * flux.array()).exp();
+        flux *= kOpening / (kOpening + 2.0 * kStripLength * sticking.dot(flux));
+        theta = 1.0 - (1.0 - theta.array()) * (-kSticking * kCavityDose / kPulseParts * flux.array()).exp();
     }
     return theta;
 }
@@ -40,11 +40,12 @@ Eigen::VectorXd ballistic(const Eigen::VectorXd& sticking) {
     Eigen::MatrixXd system = Eigen::MatrixXd::Identity(kStrips, kStrips);
     Eigen::VectorXd direct(kStrips);
     for (int i = 0; i < kStrips; ++i) {
-        direct[i] = 0.5 * (1.0 - (apart((i + 1) * kStrip) - apart(i * kStrip)) / kStrip);
+        direct[i] = 0.5 * (1.0 - (apart((i + 1) * kStripLength) - apart(i * kStripLength)) / kStripLength);
         for (int j = 0; j < kStrips; ++j) {
-            const double x = (i - j) * kStrip;
-            system(i, j) -= (1.0 - sticking[j]) * (apart(x + kStrip) - 2.0 * apart(x) + apart(x - kStrip)) /
-                            (2.0 * kStrip);
+            const double x = (i - j) * kStripLength;
+            system(i, j) -= (1.0 - sticking[j]) *
+                            (apart(x + kStripLength) - 2.0 * apart(x) + apart(x - kStripLength)) /
+                            (2.0 * kStripLength);
         }
     }
     return system.partialPivLu().solve(direct);
@@ -53,7 +54,7 @@ Eigen::VectorXd ballistic(const Eigen::VectorXd& sticking) {
 // Knudsen diffusion in a slit as wide as two heights (Ylilammi, Ylivaara and Puurunen, J. Appl. Phys. 123,
 // 205301 (2018), without gas): (4/3) H^2 d2 Gamma/dx2 = s Gamma, a flux of 1 at the mouth.
 Eigen::VectorXd diffusive(const Eigen::VectorXd& sticking) {
-    const double exchange = 4.0 / 3.0 * std::pow(kHeight / kStrip, 2.0);
+    const double exchange = 4.0 / 3.0 * std::pow(kHeight / kStripLength, 2.0);
     Eigen::MatrixXd system = sticking.asDiagonal();
     Eigen::VectorXd direct = Eigen::VectorXd::Zero(kStrips);
     for (int i = 0; i < kStrips; ++i) {
@@ -82,7 +83,7 @@ Front front_of(const std::vector<std::pair<double, double>>& film) {
 
 Front front_of(const Eigen::VectorXd& theta) {
     std::vector<std::pair<double, double>> film;
-    for (int i = 0; i < kStrips; ++i) film.emplace_back((i + 0.5) * kStrip, theta[i]);
+    for (int i = 0; i < kStrips; ++i) film.emplace_back((i + 0.5) * kStripLength, theta[i]);
     return front_of(film);
 }
 
@@ -97,8 +98,9 @@ TEST_CASE(
     // The mean of the film's two edges in y.
     std::vector<std::pair<double, double>> film;
     for (const Vec3& p : result.surface.vertices)
-        if (p.x() > kMouth + 0.25 && p.x() < kMouth + kLength - 0.25 && std::abs(p.z() + 1.0) < 1.5 * kFilm)
-            film.emplace_back(p.x() - kMouth, (p.z() + 1.0) / kFilm);
+        if (p.x() > kMouth + 0.25 && p.x() < kMouth + kLength - 0.25 &&
+            std::abs(p.z() + 1.0) < 1.5 * kCavityFilm)
+            film.emplace_back(p.x() - kMouth, (p.z() + 1.0) / kCavityFilm);
     REQUIRE(film.size() > 300);
     std::sort(film.begin(), film.end());
     std::vector<std::pair<double, double>> means;

@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-const std::string kStrip = R"([domain]
+const std::string kEventStrip = R"([domain]
 extent = [2.0, 0.2]
 grid_spacing = 0.05
 boundary = ["reflective", "periodic"]
@@ -26,7 +26,7 @@ material = "Si"
 )";
 
 // Silicon etches under a strip of mask, 0.2 thick and 0.6 wide.
-const std::string kUndercut = kStrip + R"([[layer]]
+const std::string kUndercut = kEventStrip + R"([[layer]]
 material = "Mask"
 shape = "mask"
 thickness = 0.2
@@ -38,7 +38,7 @@ model = "isotropic"
 rate = { Si = -0.5 }
 duration = )";
 
-json run(const std::string& text, const std::vector<std::string>& overrides = {}) {
+json run_events(const std::string& text, const std::vector<std::string>& overrides = {}) {
     const test::Folder folder;
     const app::Recipe recipe = app::parse_recipe(text, "events.toml", overrides);
     return app::run_recipe(recipe, {.output = folder.path, .quiet = true}).summary;
@@ -51,16 +51,10 @@ std::vector<json> events(const json& summary, const std::string& kind) {
     return list;
 }
 
-std::size_t count(const std::string& text, const std::string& what) {
-    std::size_t n = 0;
-    for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++n;
-    return n;
-}
-
 }  // namespace
 
 TEST_CASE("a mask undercut from both sides is told once, when it hangs, and so is the void that closes") {
-    const json summary = run(kUndercut + "1.2\n");
+    const json summary = run_events(kUndercut + "1.2\n");
     const auto hanging = events(summary, "piece-detached");
     REQUIRE(summary["events"].size() == 1);
     REQUIRE(hanging.size() == 1);
@@ -71,14 +65,14 @@ TEST_CASE("a mask undercut from both sides is told once, when it hangs, and so i
     CHECK(hanging[0]["volume"].get<double>() == Approx(0.6 * 0.2 * 0.2).epsilon(0.1));
     CHECK(hanging[0]["step"] == 1);
     // The same against a reflective side, which mirrors the strip.
-    const json half = run(kUndercut + "1.2\n", {"layer[1].position=[1.0,0.0]"});
+    const json half = run_events(kUndercut + "1.2\n", {"layer[1].position=[1.0,0.0]"});
     REQUIRE(events(half, "piece-detached").size() == 1);
     CHECK(events(half, "piece-detached")[0]["volume"].get<double>() ==
           Approx(0.5 * 0.6 * 0.2 * 0.2).epsilon(0.1));
     // It stands as long as something holds it.
-    CHECK(run(kUndercut + "0.5\n")["events"].empty());
+    CHECK(run_events(kUndercut + "0.5\n")["events"].empty());
 
-    const json closed = run(R"([domain]
+    const json closed = run_events(R"([domain]
 extent = [2.0, 0.2]
 grid_spacing = 0.05
 boundary = ["reflective", "periodic"]
@@ -118,7 +112,7 @@ TEST_CASE("who stops a run while its wafer is built waits for no layer, and find
 
 TEST_CASE("a material that vanishes is told with its time and step, whatever corners hold of it") {
     // Rate times time is the thickness after 1.2 s. Oxide below stays.
-    const std::string wafer = kStrip + R"([[layer]]
+    const std::string wafer = kEventStrip + R"([[layer]]
 material = "SiO2"
 thickness = 0.1
 [[layer]]
@@ -127,7 +121,7 @@ shape = "trench"
 width = 0.8
 thickness = 0.18
 )";
-    const json mask = run(wafer + R"([[step]]
+    const json mask = run_events(wafer + R"([[step]]
 name = "etch"
 model = "isotropic"
 duration = 2.0
@@ -141,7 +135,7 @@ rate = { Si3N4 = -0.15 }
     CHECK(events(mask, "material-vanished")[0]["name"] == "1 etch");
 
     // A film comes, goes, and comes again: what it leaves in the corners of the trench is no film.
-    const json film = run(wafer + R"([[step]]
+    const json film = run_events(wafer + R"([[step]]
 repeat = 2
 [[step.steps]]
 name = "coat"
@@ -165,8 +159,9 @@ rate = { Polymer = -0.3 }
         CHECK(time < 0.4 * std::sqrt(2.0) + 2.0 * step);
     }
     // By a step that takes no time.
-    const json strip = run(wafer + "[[step]]\nmodel = \"strip\"\nmaterial = \"Si3N4\"\n" +
-                           "[[step]]\nmodel = \"isotropic\"\nrate = 0.1\ndeposit = \"W\"\nduration = 0.5\n");
+    const json strip =
+        run_events(wafer + "[[step]]\nmodel = \"strip\"\nmaterial = \"Si3N4\"\n" +
+                   "[[step]]\nmodel = \"isotropic\"\nrate = 0.1\ndeposit = \"W\"\nduration = 0.5\n");
     REQUIRE(strip["vanished"].size() == 1);
     CHECK(strip["vanished"][0]["step"] == 1);
     CHECK(strip["vanished"][0]["time"] == 0.0);
@@ -182,12 +177,12 @@ material = "Si"
 )";
     // A recipe describes a wafer up to 20,000 grid spacings from z = 0.
     const json down =
-        run(blanket + "top = -1999.9\n[[step]]\nmodel = \"isotropic\"\nrate = -0.1\nduration = 2.0\n");
+        run_events(blanket + "top = -1999.9\n[[step]]\nmodel = \"isotropic\"\nrate = -0.1\nduration = 2.0\n");
     REQUIRE(down["events"].size() == 1);
     CHECK(down["events"][0]["kind"] == "bottom-reached");
     CHECK(down["events"][0]["time"].get<double>() == Approx(1.0).margin(0.51));
-    const json up = run(blanket + "top = 1999.9\n[[step]]\nmodel = \"isotropic\"\nrate = 0.1\n" +
-                        "deposit = \"SiO2\"\nduration = 2.0\n");
+    const json up = run_events(blanket + "top = 1999.9\n[[step]]\nmodel = \"isotropic\"\nrate = 0.1\n" +
+                               "deposit = \"SiO2\"\nduration = 2.0\n");
     REQUIRE(up["events"].size() == 1);
     CHECK(up["events"][0]["kind"] == "top-reached");
 
@@ -228,7 +223,7 @@ duration = 3.0
 }
 
 TEST_CASE("the summary tells how long every step took, why it ended, and what it moved") {
-    const json summary = run(kStrip + R"([[layer]]
+    const json summary = run_events(kEventStrip + R"([[layer]]
 material = "SiO2"
 thickness = 0.3
 [[step]]
@@ -295,7 +290,7 @@ measures = ["depth", "film"]
 
 TEST_CASE("step coverage is that of a film in a trench that it does not fill") {
     const auto coverage = [](const std::string& duration) {
-        return run(R"([domain]
+        return run_events(R"([domain]
 extent = [2.0, 0.2]
 grid_spacing = 0.05
 boundary = ["reflective", "periodic"]
@@ -308,8 +303,7 @@ depth = 0.6
 model = "isotropic"
 rate = 0.1
 deposit = "SiO2"
-duration = )" + duration +
-                   "\n[metrology]\nmeasures = [\"film\"]\n")["metrology"];
+duration = )" + duration + "\n[metrology]\nmeasures = [\"film\"]\n")["metrology"];
     };
     CHECK(coverage("1.0")["step_coverage_side"].get<double>() == Approx(1.0).epsilon(0.02));
     CHECK(coverage("1.0")["step_coverage_bottom"].get<double>() == Approx(1.0).epsilon(0.02));
@@ -324,16 +318,16 @@ TEST_CASE("a run that no terminal shows tells its tenths and events on standard 
     REQUIRE(told.exit_code == 0);
     INFO(told.output);
     for (int tenth = 1; tenth <= 10; ++tenth)
-        CHECK(count(told.output, "mask: " + std::to_string(10 * tenth) + " %, ") == 1);
-    CHECK(count(told.output, " ETA ") == 10);
-    CHECK(count(told.output, "a piece of Mask") == 1);
-    CHECK(count(told.output, "phase") == 1);  // the report
+        CHECK(test::count(told.output, "mask: " + std::to_string(10 * tenth) + " %, ") == 1);
+    CHECK(test::count(told.output, " ETA ") == 10);
+    CHECK(test::count(told.output, "a piece of Mask") == 1);
+    CHECK(test::count(told.output, "phase") == 1);  // the report
     // Standard output is JSON alone; the comment keeps the other stream out of it.
     const auto piped = test::run_program(folder.path, "run mask.toml -o out --json - 2>log #");
     REQUIRE(piped.exit_code == 0);
     const json summary = json::parse(piped.output);
     CHECK(summary == json::parse(test::read_bytes(folder.path / "out" / "summary.json")));
-    CHECK(count(test::read_bytes(folder.path / "log"), "\n") == 11);
+    CHECK(test::count(test::read_bytes(folder.path / "log"), "\n") == 11);
 
     const auto quiet = test::run_program(folder.path, "run mask.toml -o out --quiet --json copy.json");
     CHECK(quiet.exit_code == 0);
@@ -355,7 +349,7 @@ TEST_CASE("a run stopped after an event and resumed tells the same summary as on
         _exit(127);
     }
     const auto log = [&] { return test::read_bytes(folder.path / "log"); };
-    for (int tick = 0; tick < 6000 && count(log(), "hangs in the gas") == 0; ++tick)
+    for (int tick = 0; tick < 6000 && test::count(log(), "hangs in the gas") == 0; ++tick)
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     kill(child, SIGINT);
     int status = 0;
@@ -366,7 +360,7 @@ TEST_CASE("a run stopped after an event and resumed tells the same summary as on
     const auto resumed = test::run_program(folder.path, "run mask.toml -o parts --resume");
     INFO(resumed.output);
     REQUIRE(resumed.exit_code == 0);
-    CHECK(count(resumed.output, "hangs in the gas") == 0);  // it has been told
+    CHECK(test::count(resumed.output, "hangs in the gas") == 0);  // it has been told
     const auto summary = [&](const char* name) {
         json read = json::parse(test::read_bytes(folder.path / name / "summary.json"));
         read.erase("timing");

@@ -18,9 +18,10 @@ using namespace sidewall::app;
 
 namespace {
 
-const std::string kDomain = "[domain]\nextent = [4.0]\ngrid_spacing = 0.05\n[simplify]\nmethod = \"none\"\n";
+const std::string kProfileDomain =
+    "[domain]\nextent = [4.0]\ngrid_spacing = 0.05\n[simplify]\nmethod = \"none\"\n";
 const std::string kSilicon = "[[layer]]\nmaterial = \"Si\"\n";
-const std::string kStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
+const std::string kIsotropicStep = "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
 
 struct Wafer {
     Recipe recipe;
@@ -36,12 +37,12 @@ struct Wafer {
     }
 };
 
-Json run(const std::string& text) {
+Json run_profile(const std::string& text) {
     const test::Folder folder;
     return run_recipe(parse_recipe(text, "figures.toml"), {.output = folder.path, .quiet = true}).summary;
 }
 
-std::string refusal(const std::string& text) {
+std::string figures_refusal(const std::string& text) {
     try {
         parse_recipe(text, "figures.toml");
     } catch (const RecipeError& error) {
@@ -56,8 +57,9 @@ constexpr double kFace = 1e-3 * 0.05 * 2.0;
 }  // namespace
 
 TEST_CASE("widths, thicknesses and volumes of a line and of a lined trench are those they were made with") {
-    const Wafer line(kDomain + kSilicon +
-                     "[[layer]]\nmaterial = \"SiO2\"\nshape = \"fin\"\nwidth = 0.6\nheight = 0.5\n" + kStep);
+    const Wafer line(kProfileDomain + kSilicon +
+                     "[[layer]]\nmaterial = \"SiO2\"\nshape = \"fin\"\nwidth = 0.6\nheight = 0.5\n" +
+                     kIsotropicStep);
     CHECK(line("cd_SiO2_at_-0.25") == Approx(0.6).margin(kFace));
     CHECK(std::isnan(line("cd_SiO2_at_0.25")));
     CHECK(std::isnan(line("cd_Si_at_0.25")));  // from side to side
@@ -67,10 +69,10 @@ TEST_CASE("widths, thicknesses and volumes of a line and of a lined trench are t
     CHECK(line("cd_at_-0.25") == Approx(4.0 - 0.6).margin(kFace));  // over the mirrored sides
 
     const Wafer lined(
-        kDomain +
+        kProfileDomain +
         "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.2\ndepth = 1.0\n"
         "[[layer]]\nmaterial = \"W\"\nshape = \"trench\"\nthickness = 0.2\nwidth = 0.7\ndepth = 0.9\n" +
-        kStep);
+        kIsotropicStep);
     CHECK(lined("wall_W_at_0.4") == Approx(0.25).margin(kFace));
     CHECK(lined("wall_Si_at_0.4") == Approx(0.0).margin(kFace));
     CHECK(lined("thickness_W_at_0") == Approx(0.3).margin(kFace));
@@ -91,7 +93,7 @@ TEST_CASE("walls and openings that cross a periodic side are measured as any oth
                 "[[layer]]\nmaterial = \"SiO2\"\nshape = \"fin\"\nwidth = 1.0\nheight = 0.8\n"
                 "top = 0.0\nposition = [{0}, 0.0]\n",
                 x) +
-            kStep);
+            kIsotropicStep);
     };
     const double near = 1.01 * kFace;  // faces on nodes are that far off them, but for rounding
     for (const double x : {0.0, 1.9, 2.0}) {
@@ -113,7 +115,7 @@ TEST_CASE("a film in a trench over a side is measured as one in the middle") {
                         "position = [{1}, 0.0]\n[[layer]]\nmaterial = \"W\"\nshape = \"trench\"\n"
                         "thickness = 0.2\nwidth = 0.7\ndepth = 0.9\nposition = [{1}, 0.0]\n",
                         boundary, x) +
-            kStep);
+            kIsotropicStep);
     };
     const double near = 1.01 * kFace;
     for (const auto& [boundary, x] : {std::pair("periodic", 0.0),
@@ -136,8 +138,8 @@ TEST_CASE("a film in a trench over a side is measured as one in the middle") {
 TEST_CASE("a film halfway down at the ceiling of a cavity is no film on a wall") {
     // 0.1 everywhere; below the trench's upper half a cavity as wide as the domain begins.
     const auto film = [](double ceiling) {
-        return run(
-            kDomain + kSilicon +
+        return run_profile(
+            kProfileDomain + kSilicon +
             fmt::format("[[layer]]\nshape = \"trench\"\nsubtract = true\nwidth = 1.2\ndepth = 1.0\n"
                         "[[layer]]\nshape = \"gap\"\nsubtract = true\nz = {}\nheight = {}\nlength = 3.0\n",
                         0.5 * (ceiling - 1.0), ceiling + 1.0) +
@@ -158,7 +160,7 @@ TEST_CASE("an even film is as thick on a floor that is deeper in one of its corn
     std::ofstream(folder.path / "floor.csv")
         << "-2, 0\n-0.6, 0\n-0.6, -1\n0.4, -1\n0.6, -1.0095\n0.6, 0\n2, 0\n";
     std::ofstream(folder.path / "floor.toml")
-        << kDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"profile\"\nfile = \"floor.csv\"\n" +
+        << kProfileDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"profile\"\nfile = \"floor.csv\"\n" +
                "[[step]]\nmodel = \"conformal\"\nmaterial = \"W\"\nthickness = 0.1\n" +
                "[metrology]\nmeasures = [\"film\"]\n";
     const Json found = run_recipe(load_recipe((folder.path / "floor.toml").string()),
@@ -170,21 +172,22 @@ TEST_CASE("an even film is as thick on a floor that is deeper in one of its corn
 
 TEST_CASE("a stop at a figure that cannot be is refused, or told when its step has ended", "[foreign]") {
     const auto with = [](const std::string& stop) {
-        return kDomain + kSilicon + kStep + "stop = \"" + stop + "\"\n";
+        return kProfileDomain + kSilicon + kIsotropicStep + "stop = \"" + stop + "\"\n";
     };
-    CHECK(refusal(with("thickness_SiO2_at_0 < 0.1")).find("step[0].stop") != std::string::npos);
-    CHECK(refusal(with("thickness_SiO2_at_0 < 0.1")).find("there is no SiO2 on the wafer in this step") !=
-          std::string::npos);
-    CHECK(refusal(with("volume_W > 1")).find("name another material") != std::string::npos);
-    CHECK(refusal(with("thickness_Si_at_0 < 1")).find("has no end below") != std::string::npos);
-    CHECK(refusal(with("thickness_Si_at_2.5 < 1")).find("outside the domain") != std::string::npos);
-    CHECK(refusal(with("volume_Si < 1")) == "accepted");
+    CHECK(figures_refusal(with("thickness_SiO2_at_0 < 0.1")).find("step[0].stop") != std::string::npos);
+    CHECK(figures_refusal(with("thickness_SiO2_at_0 < 0.1"))
+              .find("there is no SiO2 on the wafer in this step") != std::string::npos);
+    CHECK(figures_refusal(with("volume_W > 1")).find("name another material") != std::string::npos);
+    CHECK(figures_refusal(with("thickness_Si_at_0 < 1")).find("has no end below") != std::string::npos);
+    CHECK(figures_refusal(with("thickness_Si_at_2.5 < 1")).find("outside the domain") != std::string::npos);
+    CHECK(figures_refusal(with("volume_Si < 1")) == "accepted");
     // What an earlier step deposits is there, and gone after it is stripped.
     const std::string film = "[[step]]\nmodel = \"conformal\"\nmaterial = \"SiO2\"\nthickness = 0.3\n",
                       strip = "[[step]]\nmodel = \"strip\"\nmaterial = \"SiO2\"\n",
-                      stop = kStep + "stop = \"thickness_SiO2_at_0 < 0.1\"\n";
-    CHECK(refusal(kDomain + kSilicon + film + stop) == "accepted");
-    CHECK(refusal(kDomain + kSilicon + film + strip + stop).find("no SiO2") != std::string::npos);
+                      stop = kIsotropicStep + "stop = \"thickness_SiO2_at_0 < 0.1\"\n";
+    CHECK(figures_refusal(kProfileDomain + kSilicon + film + stop) == "accepted");
+    CHECK(figures_refusal(kProfileDomain + kSilicon + film + strip + stop).find("no SiO2") !=
+          std::string::npos);
 
     // A flat wafer has no opening.
     const test::Folder folder;
@@ -201,7 +204,8 @@ TEST_CASE("a folder is measured without the files that its recipe names", "[fore
     const test::Folder folder;
     std::ofstream(folder.path / "bump.csv") << "-0.5, 0\n-0.5, 0.4\n0.5, 0.4\n0.5, 0\n-0.5, 0\n";
     std::ofstream(folder.path / "bump.toml")
-        << kDomain + kSilicon + "[[layer]]\nmaterial = \"W\"\nshape = \"profile\"\nfile = \"bump.csv\"\n" +
+        << kProfileDomain + kSilicon +
+               "[[layer]]\nmaterial = \"W\"\nshape = \"profile\"\nfile = \"bump.csv\"\n" +
                "[[step]]\nmodel = \"planarize\"\nheight = 2.0\n";
     REQUIRE(test::run_program(folder.path, "run bump.toml -o run --quiet").exit_code == 0);
     std::filesystem::remove(folder.path / "bump.csv");
@@ -215,23 +219,23 @@ TEST_CASE("a folder is measured without the files that its recipe names", "[fore
 
 TEST_CASE("a layer's recess is how far it stands back behind its neighbours") {
     const Wafer wafer(
-        kDomain + kSilicon +
+        kProfileDomain + kSilicon +
         "[[layer]]\nshape = \"stack\"\nmaterials = [\"SiGe\", \"Si\"]\nthicknesses = [0.4, 0.4]\n"
         "repeat = 1\n"
         "[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\ntop = 0.8\n"
         "[[layer]]\nsubtract = true\nshape = \"gap\"\nz = 0.2\nheight = 0.4\nlength = 1.5\n" +
-        kStep);
+        kIsotropicStep);
     CHECK(wafer("recess_SiGe") == Approx(0.25).margin(0.1 * 0.05));  // rounded where it ends
     // Within a cell of a corner the boundary of two materials is slanted, and either may be at the wall.
     CHECK(wafer("recess_Si") == Approx(0.0).margin(0.05));
     CHECK(std::isnan(wafer("recess_W")));
 
     // A mask that nothing etches does not stand back, however narrow the pit's floor begins.
-    const Json pit =
-        run(kDomain + "[metrology]\nmeasures = [\"recess_Mask\", \"wall_Mask_at_-0.2\", \"cd_at_-0.2\"]\n" +
-            kSilicon +
-            "[[layer]]\nmaterial = \"Mask\"\nshape = \"trench\"\nthickness = 0.4\nwidth = 1.0\n"
-            "[[step]]\nmodel = \"isotropic\"\nduration = 0.5\nrate = { Si = -1.0 }\n")["metrology"];
+    const Json pit = run_profile(
+        kProfileDomain +
+        "[metrology]\nmeasures = [\"recess_Mask\", \"wall_Mask_at_-0.2\", \"cd_at_-0.2\"]\n" + kSilicon +
+        "[[layer]]\nmaterial = \"Mask\"\nshape = \"trench\"\nthickness = 0.4\nwidth = 1.0\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = 0.5\nrate = { Si = -1.0 }\n")["metrology"];
     CHECK(pit["recess_Mask"].get<double>() == Approx(0.0).margin(0.5 * 0.05));
     // From its opening to the next one, in the mirrored wafer.
     CHECK(pit["cd_at_-0.2"].get<double>() == Approx(1.0).margin(0.1 * 0.05));
@@ -261,7 +265,7 @@ TEST_CASE("roughness is three standard deviations of edges and width") {
         return Wafer(
             "[domain]\nextent = [2.0, 2.0]\ngrid_spacing = 0.05\nboundary = \"periodic\"\n" + kSilicon +
             "[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\nthickness = 0.4\npolygons = [{ points = [" +
-            points + "] }]\n" + kStep);
+            points + "] }]\n" + kIsotropicStep);
     };
     // Over 40 rows of whole waves the sample's variance is a^2/2 * 40/39; edges follow the outline to 2 % of
     // a cell.
@@ -277,38 +281,40 @@ TEST_CASE("roughness is three standard deviations of edges and width") {
         "[domain]\nextent = [4.0, 2.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 0.8\n"
         "depth = 1.0\nposition = [-1.0, 0.0]\n[[layer]]\nsubtract = true\nshape = \"trench\"\nwidth = 0.8\ndepth = 1.0\n"
         "position = [1.0, 0.0]\n" +
-        kStep);
+        kIsotropicStep);
     CHECK(straight("ler_at_0.5") == Approx(0.0).margin(1e-3 * 0.1));
 }
 
 TEST_CASE("a step ends where a figure passes a value, within a twentieth of a cell of the front's way") {
-    const std::string wafer = kDomain + kSilicon + "[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.5\n";
+    const std::string wafer = kProfileDomain + kSilicon + "[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.5\n";
     const std::string etch = "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\n";
-    const Json depth = run(wafer + etch + "stop = \"depth > 0.123\"\n");
+    const Json depth = run_profile(wafer + etch + "stop = \"depth > 0.123\"\n");
     CHECK(depth["metrology"]["depth"].get<double>() == Approx(0.123).margin(0.05 * 0.05));
     CHECK(depth["steps"][0]["stopped_by"] == "stop");
-    const Json same = run(wafer + etch + "stop_depth = 0.123\n");
+    const Json same = run_profile(wafer + etch + "stop_depth = 0.123\n");
     CHECK(depth["time"] == same["time"]);
-    const Json volume = run(wafer + etch + "stop = \"volume_SiO2 <= 0.8\"\n");  // of 2.0, on 4.0
+    const Json volume = run_profile(wafer + etch + "stop = \"volume_SiO2 <= 0.8\"\n");  // of 2.0, on 4.0
     CHECK(volume["time"].get<double>() == Approx(3.0).margin(0.05 * 0.05 / 0.1));
-    const Json film = run(wafer +
-                          "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = 0.1\ndeposit = \"W\"\n"
-                          "stop = \"thickness_W_at_0.5>0.321\"\n");
+    const Json film =
+        run_profile(wafer +
+                    "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = 0.1\ndeposit = \"W\"\n"
+                    "stop = \"thickness_W_at_0.5>0.321\"\n");
     CHECK(film["time"].get<double>() == Approx(3.21).margin(0.05 * 0.05 / 0.1));
-    const Json width =
-        run(kDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\n" + etch +
-            "stop = \"cd_at_0.5 > 1.3\"\n");
+    const Json width = run_profile(
+        kProfileDomain + "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.0\n" +
+        etch + "stop = \"cd_at_0.5 > 1.3\"\n");
     CHECK(width["time"].get<double>() == Approx(1.5).margin(0.05 * 0.05 / 0.1 + 0.02));
     // It does not exist, or does not come: the whole duration.
-    CHECK(run(wafer +
+    CHECK(run_profile(
+              wafer +
               "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop = \"cd_at_0.5 > 9\"\n")
               ["time"] == 1.0);
 }
 
 TEST_CASE("bad figures and conditions are refused with the nearest name", "[foreign]") {
-    const std::string wafer = kDomain + kSilicon;
+    const std::string wafer = kProfileDomain + kSilicon;
     const auto stop = [&](const std::string& text) {
-        return refusal(wafer + kStep + "stop = \"" + text + "\"\n");
+        return figures_refusal(wafer + kIsotropicStep + "stop = \"" + text + "\"\n");
     };
     for (const auto& [text, advice] : std::vector<std::pair<std::string, std::string>>{
              {"dept > 2", "did you mean depth?"},
@@ -329,7 +335,8 @@ TEST_CASE("bad figures and conditions are refused with the nearest name", "[fore
         CHECK(message.find(advice) != std::string::npos);
     }
     const auto measures = [&](const std::string& name) {
-        return refusal(wafer + kStep + "[metrology]\nmeasures = [\"depth\", \"" + name + "\"]\n");
+        return figures_refusal(wafer + kIsotropicStep + "[metrology]\nmeasures = [\"depth\", \"" + name +
+                               "\"]\n");
     };
     CHECK(measures("recess_SiO2") == "accepted");
     CHECK(measures("volume_SiGe") == "accepted");
@@ -340,7 +347,7 @@ TEST_CASE("bad figures and conditions are refused with the nearest name", "[fore
 }
 
 TEST_CASE("sweeps and fits may ask for figures by name") {
-    Recipe recipe = parse_recipe(kDomain + kSilicon + kStep, "figures.toml");
+    Recipe recipe = parse_recipe(kProfileDomain + kSilicon + kIsotropicStep, "figures.toml");
     want_measure(recipe, "wall_SiO2_at_0.5", "--measure");
     want_measure(recipe, "cd_at_-0.5", "--measure");
     CHECK(recipe.metrology.measures == std::vector<std::string>{"depth", "wall_SiO2_at_0.5", "cd"});

@@ -13,7 +13,7 @@ using nlohmann::json;
 namespace {
 
 // A tenth of a second.
-const std::string kRecipe = R"(
+const std::string kFitted = R"(
 [domain]
 extent = [4.0, 1.0]
 grid_spacing = 0.25
@@ -52,8 +52,8 @@ parameters = { k = 0.2 }
 rate = "-0.8*exp(-0.5*((k - 0.25)/0.15)^2) - exp(-0.5*((k - 0.85)/0.07)^2)"
 )toml";
 
-struct Case : Folder {
-    Case() { std::ofstream(path / "recipe.toml", std::ios::binary) << kRecipe; }
+struct FitFolder : Folder {
+    FitFolder() { std::ofstream(path / "recipe.toml", std::ios::binary) << kFitted; }
     Outcome run(const std::string& arguments, int exit_code = 0) const {
         Outcome outcome = run_program(path, arguments, 600);
         INFO(arguments << "\n" << outcome.output);
@@ -70,7 +70,7 @@ double value(const json& fit, const std::string& key) {
 }  // namespace
 
 TEST_CASE("three hidden parameters of a deposition are found within 2 % in at most 40 runs", "[slow]") {
-    const Case c;
+    const FitFolder c;
     // Half the spacing, and all points of the profile: what re-triangulation does to four figures of the
     // coarse recipe, 0.08 %, is 3 % of the exponent.
     const std::string less_noise =
@@ -101,7 +101,7 @@ TEST_CASE("three hidden parameters of a deposition are found within 2 % in at mo
 }
 
 TEST_CASE("three hidden parameters of an etch are found within 2 % from two of its profiles", "[slow]") {
-    const Case c;
+    const FitFolder c;
     fs::copy_file(SIDEWALL_SOURCE_DIR "/tests/assets/fit_etch.toml", c.path / "etch.toml");
     const std::string neutral = "step[0].species[0].rate.Si", ion = "step[0].species[1].rate.Si",
                       exponent = "step[0].species[1].source_exponent";
@@ -123,8 +123,8 @@ TEST_CASE("three hidden parameters of an etch are found within 2 % from two of i
 }
 
 TEST_CASE("two geometries tell together the rate that they share and what each has of its own") {
-    const Case c;
-    std::ofstream(c.path / "wide.toml", std::ios::binary) << kRecipe;
+    const FitFolder c;
+    std::ofstream(c.path / "wide.toml", std::ios::binary) << kFitted;
     const std::string wide = " --set wide:layer[0].width=3.0";
     c.run("run recipe.toml -o a --quiet --set step[0].rate=1.2 --set step[0].sticking=0.2");
     c.run(
@@ -155,7 +155,7 @@ TEST_CASE("two geometries tell together the rate that they share and what each h
 }
 
 TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.17", "[slow]") {
-    const Case c;
+    const FitFolder c;
     c.run(
         "fit " + config("quick/trench_deposition.toml") +
         " -o fit --quiet --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
@@ -167,7 +167,7 @@ TEST_CASE("the quick trench has a step coverage of 0.55 at a sticking of 0.17", 
 }
 
 TEST_CASE("without slopes, by quadratic models, the quick trench has the same sticking", "[slow]") {
-    const Case c;
+    const FitFolder c;
     c.run(
         "fit " + config("quick/trench_deposition.toml") +
         " -o fit --quiet --method bobyqa --set step[0].duration=1 --vary step[0].sticking=0.02:1:log --target step_coverage_bottom=0.55");
@@ -182,7 +182,7 @@ TEST_CASE("without slopes, by quadratic models, the quick trench has the same st
 TEST_CASE(
     "where downhill ends at a depth that is too small, a search finds the one asked for beyond a ridge, and goes on",
     "[slow]") {
-    const Case c;
+    const FitFolder c;
     std::ofstream(c.path / "two.toml", std::ios::binary) << kTwoMaxima;
     const std::string fit = "fit two.toml --quiet --vary step[0].parameters.k=0:1 --target depth=1 ";
     c.run(fit + "-o downhill --method gauss-newton");
@@ -205,7 +205,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a fit whose runs do not suffice says so, and calls nothing free that it has not tried") {
-    const Case c;
+    const FitFolder c;
     const Outcome outcome =
         c.run("fit recipe.toml -o fit --vary step[0].sticking=0.05:0.8 --target film_side=0.3 --max-runs 1");
     CHECK_THAT(outcome.output, Catch::Contains("max-runs after 1 run\n") &&
@@ -221,7 +221,7 @@ TEST_CASE("a fit whose runs do not suffice says so, and calls nothing free that 
 }
 
 TEST_CASE("a fit that was stopped goes on to the same end with the runs that are there") {
-    const Case whole, stopped;
+    const FitFolder whole, stopped;
     const std::string fit =
         "fit recipe.toml -o fit --quiet --vary step[0].sticking=0.05:0.8:log --target film_side=0.33+-0.005 ";
     whole.run(fit);
@@ -253,7 +253,7 @@ TEST_CASE("a fit that was stopped goes on to the same end with the runs that are
 }
 
 TEST_CASE("rate and duration, which act as a product, are named as not identifiable") {
-    const Case c;
+    const FitFolder c;
     const Outcome outcome = c.run(
         "fit recipe.toml -o fit --vary step[0].duration=0.2:1 --vary step[0].rate=0.3:1.5 --target film_top=0.5 "
         "--target film_side=0.3 --target film_bottom=0.33");
@@ -270,7 +270,7 @@ TEST_CASE("rate and duration, which act as a product, are named as not identifia
 }
 
 TEST_CASE("a part of a profile, shuffled, shifted and noisy, gives the rate and its own offset") {
-    const Case c;
+    const FitFolder c;
     c.run("run recipe.toml -o truth --quiet --set step[0].rate=1.2");
     std::istringstream profile(read_bytes(c.path / "truth/profile_0001.csv"));
     std::vector<std::string> rows;
@@ -305,7 +305,7 @@ TEST_CASE("a part of a profile, shuffled, shifted and noisy, gives the rate and 
 }
 
 TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign]") {
-    const Case c;
+    const FitFolder c;
     std::ofstream(c.path / "bad.csv") << "x,z\n0,0\n1,abc\n";
     std::ofstream(c.path / "good.csv") << "0,0\n1,0\n2,0\n";
     std::ofstream(c.path / "large.csv") << "0,0\n1000,0\n2000,-500\n";
@@ -336,7 +336,7 @@ TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign
         CHECK_THAT(outcome.output, Catch::Contains(message));
         CHECK_FALSE(fs::exists(c.path / "out"));
     }
-    std::ofstream(c.path / "wide.toml", std::ios::binary) << kRecipe;
+    std::ofstream(c.path / "wide.toml", std::ios::binary) << kFitted;
     for (
         const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
             {"recipe.toml wide.toml " + vary + "--target depth=2",

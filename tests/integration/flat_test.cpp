@@ -12,7 +12,7 @@ using namespace sidewall::app;
 
 namespace {
 
-const std::string kWafer = R"([domain]
+const std::string kFlatWafer = R"([domain]
 extent = [4.0]
 grid_spacing = 0.25
 [[layer]]
@@ -21,7 +21,7 @@ shape = "trench"
 width = 2.0
 depth = 2.0
 )";
-const std::string kStep =
+const std::string kFlatStep =
     "[[step]]\nmodel = \"single_particle\"\nduration = 0.5\nrate = 1.0\nsticking = 0.2\ndeposit = \"SiO2\"\n";
 const std::string kFew = "[flux]\nrays = 2000\n";
 
@@ -43,7 +43,7 @@ Json summary(const std::string& name, const std::vector<std::string>& overrides)
 }  // namespace
 
 TEST_CASE("an extent of one number is a strip of one cell, periodic along y", "[foreign]") {
-    const Recipe recipe = parse_recipe(kWafer + kStep, "flat.toml");
+    const Recipe recipe = parse_recipe(kFlatWafer + kFlatStep, "flat.toml");
     const levelset::Domain domain = domain_of(recipe);
     CHECK(domain.cells == std::array<int, 2>{16, 1});
     CHECK(domain.side[1] == levelset::Side::periodic);
@@ -60,7 +60,7 @@ TEST_CASE("what ends along y is refused in a profile, and the message names what
     const std::string domain = "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\n";
     const std::string substrate = "[[layer]]\nmaterial = \"Si\"\n";
     const auto check = [&](const std::string& keys, const char* instead) {
-        const std::string message = refusal(domain + substrate + "[[layer]]\n" + keys + kStep);
+        const std::string message = refusal(domain + substrate + "[[layer]]\n" + keys + kFlatStep);
         CAPTURE(keys, message);
         CHECK(message.find("domain.extent") != std::string::npos);
         CHECK(message.find(instead) != std::string::npos);
@@ -77,12 +77,12 @@ TEST_CASE("what ends along y is refused in a profile, and the message names what
     const std::string pattern = refusal(
         domain + substrate + "[[step]]\nmodel = \"cut\"\ndepth = 1.0\nshape = \"hole\"\nradius = 1.0\n");
     CHECK(pattern.find("use a trench") != std::string::npos);
-    const std::string across = refusal(kWafer + kStep + "[output]\nprofiles = [\"x=0\"]\n");
+    const std::string across = refusal(kFlatWafer + kFlatStep + "[output]\nprofiles = [\"x=0\"]\n");
     CHECK(across.find("use \"y=0\"") != std::string::npos);
-    const std::string rough = refusal(kWafer + kStep + "[metrology]\nmeasures = [\"ler_at_0.5\"]\n");
+    const std::string rough = refusal(kFlatWafer + kFlatStep + "[metrology]\nmeasures = [\"ler_at_0.5\"]\n");
     CHECK(rough.find("domain.extent") != std::string::npos);
     CHECK(refusal(domain + substrate + "[[layer]]\nsubtract = true\nshape = \"cylinder\"\nradius = 1.0\n" +
-                  kStep) == "accepted");
+                  kFlatStep) == "accepted");
 }
 
 TEST_CASE("a strip of one cell grows the film of one ten cells wide, within the noise of the fluxes") {
@@ -125,7 +125,7 @@ TEST_CASE("radiosity and tracing agree on a strip") {
 
 TEST_CASE("commands know profiles: areas, a section for a picture, a cut for a file, resuming, sweeping") {
     const test::Folder folder;
-    std::ofstream(folder.path / "flat.toml") << kWafer + kStep + kFew + "[output]\nevery = 0.25\n";
+    std::ofstream(folder.path / "flat.toml") << kFlatWafer + kFlatStep + kFew + "[output]\nevery = 0.25\n";
     REQUIRE(test::run_program(folder.path, "run flat.toml -o run --quiet").exit_code == 0);
     const Json json = Json::parse(test::read_bytes(folder.path / "run/summary.json"));
     CHECK(json["volume_unit"] == "um^2");

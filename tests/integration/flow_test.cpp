@@ -59,12 +59,8 @@ rate = { Si = -0.5 }
 )";
 const std::string kEnd = "[simplify]\nmethod = \"none\"\n[output]\nprofiles = [\"y=0\"]\n";
 
-void write(const fs::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
-
 // Of a run that saved so many surfaces.
-std::map<std::string, std::string> surfaces(const fs::path& folder) {
+std::map<std::string, std::string> surfaces_of_flow(const fs::path& folder) {
     std::map<std::string, std::string> bytes;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string extension = entry.path().extension().string();
@@ -79,15 +75,16 @@ std::map<std::string, std::string> surfaces(const fs::path& folder) {
 
 TEST_CASE("a flow that goes on after its first mask ends in the bits of one that was never stopped") {
     const Folder folder;
-    write(folder.path / "first.toml", kWafer + kFirst + kEnd);
-    write(folder.path / "all.toml", kWafer + kFirst + kRest + kEnd);
+    write_bytes(folder.path / "first.toml", kWafer + kFirst + kEnd);
+    write_bytes(folder.path / "all.toml", kWafer + kFirst + kRest + kEnd);
     for (const char* run :
          {"run first.toml -o parts", "run all.toml -o parts --resume", "run all.toml -o whole"}) {
         const Outcome outcome = run_program(folder.path, run);
         INFO(run << "\n" << outcome.output);
         REQUIRE(outcome.exit_code == 0);
     }
-    const auto parts = surfaces(folder.path / "parts"), whole = surfaces(folder.path / "whole");
+    const auto parts = surfaces_of_flow(folder.path / "parts"),
+               whole = surfaces_of_flow(folder.path / "whole");
     REQUIRE(whole.size() > 4);
     for (const auto& [name, bytes] : whole) {
         INFO(name);
@@ -102,10 +99,10 @@ TEST_CASE("a flow that goes on after its first mask ends in the bits of one that
 
 TEST_CASE("masks and cuts work on the wafer of another run, and check looks at them") {
     const Folder folder;
-    write(folder.path / "first.toml", kWafer + kFirst + kEnd);
-    write(folder.path / "rest.toml",
-          kWafer.substr(0, kWafer.find("[[layer]]")) + "[start]\nfrom = \"a\"\n" + kRest + kEnd);
-    write(
+    write_bytes(folder.path / "first.toml", kWafer + kFirst + kEnd);
+    write_bytes(folder.path / "rest.toml",
+                kWafer.substr(0, kWafer.find("[[layer]]")) + "[start]\nfrom = \"a\"\n" + kRest + kEnd);
+    write_bytes(
         folder.path / "deep.toml",
         kWafer.substr(0, kWafer.find("[[layer]]")) +
             "[start]\nfrom = \"a\"\n[[step]]\nmodel = \"cut\"\nmaterials = [\"Si\"]\nshape = \"hole\"\nradius = 0.5\n");

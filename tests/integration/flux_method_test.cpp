@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // A film in a deep hole; the gas sticks so little that it matters how often it is re-emitted.
-const std::string kRecipe = R"(
+const std::string kTwoMethods = R"(
 [domain]
 extent = [1.0, 1.0]
 grid_spacing = 0.125
@@ -44,16 +44,6 @@ deposit = "SiO2"
 [flux]
 rays = 10000
 )";
-
-void write(const fs::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
-
-std::size_t occurrences(const std::string& text, const std::string& piece) {
-    std::size_t count = 0;
-    for (std::size_t at = text.find(piece); at != std::string::npos; at = text.find(piece, at + 1)) ++count;
-    return count;
-}
 
 nlohmann::json summary(const fs::path& folder) {
     return nlohmann::json::parse(read_bytes(folder / "summary.json"));
@@ -106,17 +96,17 @@ TEST_CASE("a film grown with radiosity is Monte Carlo's within the errors of bot
 
 TEST_CASE("a run with radiosity has the same bits on any number of threads and when it is resumed") {
     const Folder folder;
-    write(folder.path / "recipe", kRecipe);
-    std::string shorter = kRecipe;
+    test::write_bytes(folder.path / "recipe", kTwoMethods);
+    std::string shorter = kTwoMethods;
     shorter.replace(shorter.rfind("duration = 0.1"), 14, "duration = 0.05");  // ends within the last step
     for (const std::string method : {"radiosity", "auto"}) {
         const std::string set = " --quiet --set flux.method=" + method + " -o ";
         REQUIRE(run_program(folder.path, "run recipe --threads 1" + set + "one").exit_code == 0);
         REQUIRE(run_program(folder.path, "run recipe --threads 2" + set + "two").exit_code == 0);
         check_same(folder.path / "one", folder.path / "two");
-        write(folder.path / "recipe", shorter);
+        test::write_bytes(folder.path / "recipe", shorter);
         REQUIRE(run_program(folder.path, "run recipe --threads 2" + set + "part").exit_code == 0);
-        write(folder.path / "recipe", kRecipe);
+        test::write_bytes(folder.path / "recipe", kTwoMethods);
         const auto resumed = run_program(folder.path, "run recipe --resume --threads 2" + set + "part");
         INFO(resumed.output);
         REQUIRE(resumed.exit_code == 0);
@@ -128,18 +118,18 @@ TEST_CASE("a run with radiosity has the same bits on any number of threads and w
 TEST_CASE(
     "auto says once what it took for the steps that are alike, radiosity what it leaves to Monte Carlo") {
     const Folder folder;
-    write(folder.path / "recipe", kRecipe);
+    test::write_bytes(folder.path / "recipe", kTwoMethods);
     const auto told = run_program(folder.path, "run recipe --set flux.method=auto -o out");
     INFO(told.output);
     REQUIRE(told.exit_code == 0);
     // Two kinds of steps have a neutral, at sticking 0.05 and 0.02: one line, or one for each method.
-    const std::size_t traced = occurrences(told.output, "neutral by monte-carlo"),
-                      solved = occurrences(told.output, "neutral by radiosity");
+    const std::size_t traced = test::count(told.output, "neutral by monte-carlo"),
+                      solved = test::count(told.output, "neutral by radiosity");
     CHECK(traced <= 1);
     CHECK(solved <= 1);
     CHECK(traced + solved >= 1);
-    CHECK(occurrences(told.output, "gas by ") == 1);
-    CHECK(occurrences(told.output, "ion by monte-carlo (") == 1);
+    CHECK(test::count(told.output, "gas by ") == 1);
+    CHECK(test::count(told.output, "ion by monte-carlo (") == 1);
     const auto flux = summary(folder.path / "out")["flux"];
     REQUIRE(flux.size() == 1);
     CHECK(flux[0]["species"] == "neutral");
@@ -148,8 +138,8 @@ TEST_CASE(
     const auto asked = run_program(folder.path, "run recipe --quiet --set flux.method=radiosity -o all");
     INFO(asked.output);
     REQUIRE(asked.exit_code == 0);
-    CHECK(occurrences(asked.output, "flux.method = \"radiosity\": monte-carlo traces ion (") == 1);
-    CHECK(occurrences(asked.output, " by ") == 0);
+    CHECK(test::count(asked.output, "flux.method = \"radiosity\": monte-carlo traces ion (") == 1);
+    CHECK(test::count(asked.output, " by ") == 0);
     CHECK(summary(folder.path / "all")["flux"][0]["method"] == "radiosity");
 
     const auto checked = run_program(folder.path, "check recipe --set flux.method=radiosity");
@@ -162,7 +152,7 @@ TEST_CASE(
 
 TEST_CASE("a method there is not and a memory that holds nothing are refused by name") {
     const Folder folder;
-    write(folder.path / "recipe", kRecipe + "method = \"radiositi\"\n");
+    test::write_bytes(folder.path / "recipe", kTwoMethods + "method = \"radiositi\"\n");
     const auto method = run_program(folder.path, "run recipe -o out");
     INFO(method.output);
     CHECK(method.exit_code == 2);
@@ -170,7 +160,7 @@ TEST_CASE("a method there is not and a memory that holds nothing are refused by 
     CHECK(method.output.find("radiosity") != std::string::npos);
     CHECK(method.output.find("monte-carlo") != std::string::npos);
     for (const char* value : {"0", "-1", "nan", "\"much\""}) {
-        write(folder.path / "recipe", kRecipe + "memory = " + value + "\n");
+        test::write_bytes(folder.path / "recipe", kTwoMethods + "memory = " + value + "\n");
         const auto memory = run_program(folder.path, "run recipe -o out");
         INFO(memory.output);
         CHECK(memory.exit_code == 2);

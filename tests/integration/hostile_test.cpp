@@ -19,16 +19,12 @@ using sidewall::test::Outcome;
 using sidewall::test::run_command;
 using sidewall::test::run_program;
 
-const std::string kRecipe =
+const std::string kPlain =
     "[domain]\nextent = [4.0, 4.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[step]]\nmodel = "
     "\"isotropic\"\nduration = 1.0\nrate = -0.1\n";
 
 std::string masked(const std::string& mask) {
-    return kRecipe + "[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 0.3\n" + mask;
-}
-
-void write(const std::filesystem::path& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary) << bytes;
+    return kPlain + "[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 0.3\n" + mask;
 }
 
 void check_refused(const Outcome& outcome, int exit_code, const std::string& message) {
@@ -46,18 +42,18 @@ TEST_CASE("a key of 50,000 parts is refused, wherever it stands", "[foreign]") {
     std::string key = "a";
     for (int k = 1; k < 50'000; ++k) key += ".a";
     for (const std::string& line : {key + " = 1\n", "[" + key + "]\n", "x = {" + key + " = 1}\n"}) {
-        write(folder.path / "deep.toml", kRecipe + line);
+        sidewall::test::write_bytes(folder.path / "deep.toml", kPlain + line);
         check_refused(run_program(folder.path, "check deep.toml"), 2, "deep.toml:10: a key of over 16 parts");
     }
-    write(folder.path / "good.toml", kRecipe);
+    sidewall::test::write_bytes(folder.path / "good.toml", kPlain);
     check_refused(run_program(folder.path, "check good.toml --set " + key + "=1"), 2, "must be key=value");
-    write(folder.path / "text.toml", kRecipe + "name = \"" + key + "\" # " + key + "\n");
+    sidewall::test::write_bytes(folder.path / "text.toml", kPlain + "name = \"" + key + "\" # " + key + "\n");
     CHECK(run_program(folder.path, "check text.toml").exit_code == 0);
 }
 
 TEST_CASE("a suggestion is made only if it is close", "[foreign]") {
     const Folder folder;
-    write(folder.path / "good.toml", kRecipe);
+    sidewall::test::write_bytes(folder.path / "good.toml", kPlain);
     const auto output = [&](const std::string& arguments) {
         return run_program(folder.path, arguments).output;
     };
@@ -72,7 +68,7 @@ TEST_CASE("a suggestion is made only if it is close", "[foreign]") {
         CHECK(text.find("did you mean") == std::string::npos);
     }
     std::string name(1'000'000, 'x');
-    write(folder.path / "long.toml", kRecipe + name + " = 1\n");
+    sidewall::test::write_bytes(folder.path / "long.toml", kPlain + name + " = 1\n");
     check_refused(run_program(folder.path, "check long.toml"), 2, "long.toml:10: ");
 }
 
@@ -88,14 +84,14 @@ TEST_CASE("a pipe is no mesh and no recipe", "[foreign]") {
         REQUIRE(mkfifo((folder.path / name).c_str(), 0600) == 0);
     check_refused(run_program(folder.path, "inspect pipe.vtp"), 3, "pipe.vtp: is a pipe");
     check_refused(run_program(folder.path, "check pipe.toml"), 3, "pipe.toml: not a file");
-    write(folder.path / "mask.toml", masked("file = \"pipe.vtp\"\n"));
+    sidewall::test::write_bytes(folder.path / "mask.toml", masked("file = \"pipe.vtp\"\n"));
     check_refused(run_program(folder.path, "check mask.toml"), 2, "no such file");
 }
 
 TEST_CASE("faults of geometry name the mesh", "[foreign]") {
     const Folder folder;
-    write(folder.path / "odd.obj",
-          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
+    sidewall::test::write_bytes(folder.path / "odd.obj",
+                                "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 1 1 1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
     check_refused(run_program(folder.path, "simplify odd.obj -o out.vtp"), 3,
                   "odd.obj: edge between vertex 0");
     check_refused(run_program(folder.path, "flux odd.obj --boundary reflective"), 3, "odd.obj: ");
@@ -103,7 +99,7 @@ TEST_CASE("faults of geometry name the mesh", "[foreign]") {
 
 TEST_CASE("a standard error that takes no messages does not end the program", "[foreign]") {
     const Folder folder;
-    write(folder.path / "good.toml", kRecipe);
+    sidewall::test::write_bytes(folder.path / "good.toml", kPlain);
     const auto exit_code = [&](const std::string& arguments) {
         const std::string command =
             "cd '" + folder.path.string() + "' && '" SIDEWALL_PROGRAM "' " + arguments;
@@ -138,7 +134,7 @@ int least_megabytes() {
 
 TEST_CASE("under a limit of address space, messages speak of memory", "[foreign]") {
     const Folder folder;
-    write(folder.path / "good.toml", kRecipe);
+    sidewall::test::write_bytes(folder.path / "good.toml", kPlain);
     const int least = least_megabytes();
     REQUIRE(least < 300);
     for (const int more : {0, 10, 30, 90}) {
@@ -167,7 +163,7 @@ TEST_CASE("a mask of 100,000 polygons, each far too fine for the grid, is refuse
                       x, y + s);
         polygons += line;
     }
-    write(folder.path / "mask.toml", masked(polygons + "]\n"));
+    sidewall::test::write_bytes(folder.path / "mask.toml", masked(polygons + "]\n"));
     const Outcome outcome =
         run_program(folder.path, "run mask.toml -o out --set step[0].duration=0.1 --quiet", 200);
     INFO(outcome.output);

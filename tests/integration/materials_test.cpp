@@ -7,15 +7,7 @@
 using namespace sidewall;
 using Catch::Matchers::Contains;
 
-namespace {
-
-std::size_t count(const std::string& text, const std::string& part) {
-    std::size_t n = 0;
-    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
-    return n;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("models material lists every material with colour, density and yields, models names a model once") {
     const test::Folder folder;
@@ -31,10 +23,10 @@ TEST_CASE("models material lists every material with colour, density and yields,
     CHECK_THAT(one.output, Contains("sf6_o2 sputter_yield") && Contains("fluorocarbon enhanced_yield"));
     const test::Outcome all = test::run_program(folder.path, "models");
     REQUIRE(all.exit_code == 0);
-    CHECK(count(all.output, "model = \"isotropic\"") == 1);
-    CHECK(count(all.output, "isotropic |") == 0);
-    CHECK(count(all.output, "plane |") == 0);
-    CHECK(count(test::run_program(folder.path, "models hbr_o2").output, "hbr_o2") == 2);
+    CHECK(test::count(all.output, "model = \"isotropic\"") == 1);
+    CHECK(test::count(all.output, "isotropic |") == 0);
+    CHECK(test::count(all.output, "plane |") == 0);
+    CHECK(test::count(test::run_program(folder.path, "models hbr_o2").output, "hbr_o2") == 2);
 }
 
 TEST_CASE("check prints the values by material, and what it prints is a recipe") {

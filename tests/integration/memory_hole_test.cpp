@@ -12,7 +12,8 @@ using namespace sidewall;
 namespace {
 
 // configs/quick/memory_hole.toml, in nm: ten of its cycles, whose film hardly narrows the hole.
-constexpr double kFilm = 10 * 0.1, kRadius = 50.0 - 0.5 * kFilm, kDepth = 2050.0, kSticking = 0.01;
+constexpr double kHoleFilm = 10 * 0.1, kRadius = 50.0 - 0.5 * kHoleFilm, kDepth = 2050.0,
+                 kHoleSticking = 0.01;
 constexpr double kDose = 400.0 * 0.5 / 0.5;  // molecules a site, on an open wafer
 constexpr int kParts = 40, kRings = 205;
 constexpr double kRing = kDepth / kRings;
@@ -48,11 +49,11 @@ struct Cylinder {
 Eigen::VectorXd coverage(const Cylinder& cylinder) {
     Eigen::VectorXd theta = Eigen::VectorXd::Zero(kRings + 1);
     for (int part = 0; part < kParts; ++part) {
-        const Eigen::VectorXd reemitted = 1.0 - kSticking * (1.0 - theta.array());
+        const Eigen::VectorXd reemitted = 1.0 - kHoleSticking * (1.0 - theta.array());
         const Eigen::MatrixXd balance =
             Eigen::MatrixXd::Identity(kRings + 1, kRings + 1) - cylinder.exchange * reemitted.asDiagonal();
         const Eigen::VectorXd flux = balance.partialPivLu().solve(cylinder.direct);
-        theta = 1.0 - (1.0 - theta.array()) * (-kSticking * kDose / kParts * flux.array()).exp();
+        theta = 1.0 - (1.0 - theta.array()) * (-kHoleSticking * kDose / kParts * flux.array()).exp();
     }
     return theta;
 }
@@ -74,19 +75,19 @@ TEST_CASE(
         app::run_recipe(recipe, {.output = folder.path, .quiet = true}).summary["metrology"];
     // A flat film is known to the 1e-3 of a cell that re-distancing may move a surface by, on both its sides.
     CHECK(metrology["film_top"].get<double>() ==
-          Approx(kFilm * (1.0 - std::exp(-kSticking * kDose))).margin(2e-3 * 12.5));
+          Approx(kHoleFilm * (1.0 - std::exp(-kHoleSticking * kDose))).margin(2e-3 * 12.5));
     // The radius of the coarsened hole is off by at most 0.05 dx in 49.5, 1.3 %, and the front moves as far:
     // half of it where the slope is half the film over the front's depth; rays leave 2 to 3 % of the flux.
     constexpr double kError = 0.04;
-    double before = kFilm;
+    double before = kHoleFilm;
     for (int tenth = 1; tenth <= 9; ++tenth) {
         const double depth = 0.1 * tenth * kDepth;
-        const double expected = kFilm * theta[static_cast<Eigen::Index>(depth / kRing)];
+        const double expected = kHoleFilm * theta[static_cast<Eigen::Index>(depth / kRing)];
         const double found = metrology["wall_HfO2_at_" + std::to_string(205 * tenth)].get<double>();
         CAPTURE(tenth, found, expected);
         // A film below a twentieth of a cell may not show.
-        if (expected > 0.05 * 12.5 || found > 0.0) CHECK(std::abs(found - expected) < kError * kFilm);
-        CHECK(found <= before + 0.01 * kFilm);
+        if (expected > 0.05 * 12.5 || found > 0.0) CHECK(std::abs(found - expected) < kError * kHoleFilm);
+        CHECK(found <= before + 0.01 * kHoleFilm);
         before = found;
     }
     CHECK(theta[kRings / 10] > 0.9);

@@ -10,7 +10,7 @@ using namespace sidewall;
 
 namespace {
 
-struct Outcome {
+struct Finished {
     app::RunResult result;
     double metrology(const std::string& name) const {
         return result.summary["metrology"][name].get<double>();
@@ -18,13 +18,13 @@ struct Outcome {
     double time() const { return result.summary["time"].get<double>(); }
 };
 
-Outcome run(const std::string& text, const std::vector<std::string>& overrides = {}) {
+Finished run_text(const std::string& text, const std::vector<std::string>& overrides = {}) {
     const test::Folder folder;
     const app::Recipe recipe = app::parse_recipe(text, "process.toml", overrides);
     return {app::run_recipe(recipe, {.output = folder.path, .quiet = true})};
 }
 
-Outcome run_quick(const std::string& name, const std::vector<std::string>& overrides = {}) {
+Finished run_quick(const std::string& name, const std::vector<std::string>& overrides = {}) {
     const test::Folder folder;
     const app::Recipe recipe = app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name, overrides);
     return {app::run_recipe(recipe, {.output = folder.path, .quiet = true})};
@@ -43,7 +43,7 @@ profiles = ["y=0"]
 }  // namespace
 
 TEST_CASE("an etch stop thinner than a cell stops the etch and keeps its volume") {
-    const Outcome etch = run(kStrip + R"([[layer]]
+    const Finished etch = run_text(kStrip + R"([[layer]]
 material = "Si"
 [[layer]]
 material = "SiO2"
@@ -65,25 +65,27 @@ directional = { Si = -0.5, PolySi = -0.5 }
 TEST_CASE("steps end at the depth, the material and the thickness they name") {
     const std::string wafer =
         kStrip + "[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.5\n";
-    const Outcome depth =
-        run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_depth = 0.123\n");
+    const Finished depth = run_text(
+        wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_depth = 0.123\n");
     CHECK(depth.metrology("depth") == Approx(0.123).margin(0.05 * 0.05));
     CHECK(depth.time() == Approx(6.23).epsilon(0.01));
-    const Outcome material =
-        run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_material = \"Si\"\n");
+    const Finished material = run_text(
+        wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = -0.1\nstop_material = \"Si\"\n");
     CHECK(material.metrology("depth") == Approx(0.0).margin(0.5 * 0.05));
     CHECK(material.time() == Approx(5.0).epsilon(0.005));
     // Slowly onto what would go fast.
-    CHECK(run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 90.0\nrate = { SiO2 = -0.1, Si = -1.0 }\n"
-                      "stop_material = \"Si\"\n")
+    CHECK(run_text(wafer +
+                   "[[step]]\nmodel = \"isotropic\"\nduration = 90.0\nrate = { SiO2 = -0.1, Si = -1.0 }\n"
+                   "stop_material = \"Si\"\n")
               .metrology("removed_volume_Si") < 1e-3 * 0.5 * 0.4);
-    const Outcome film = run(wafer +
-                             "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = 0.1\ndeposit = \"W\"\n"
-                             "stop_thickness = 0.321\n[metrology]\nmeasures = [\"film\"]\n");
+    const Finished film =
+        run_text(wafer +
+                 "[[step]]\nmodel = \"isotropic\"\nduration = 9.0\nrate = 0.1\ndeposit = \"W\"\n"
+                 "stop_thickness = 0.321\n[metrology]\nmeasures = [\"film\"]\n");
     CHECK(film.metrology("film_top") == Approx(0.321).margin(0.05 * 0.05));
     CHECK(film.metrology("added_volume_W") == Approx(0.321 * 0.4).epsilon(0.01));
     // Not reached: the whole duration.
-    CHECK(run(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop_depth = 5.0\n")
+    CHECK(run_text(wafer + "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop_depth = 5.0\n")
               .time() == 1.0);
 }
 
@@ -104,7 +106,7 @@ top = 0.02
     // Between nodes: on one, marching cubes would put it a thousandth of a cell aside.
     const std::string layer =
         material == "Si" ? "" : "[[layer]]\nmaterial = \"" + material + "\"\nthickness = 0.5\n";
-    return -run(domain + layer + "[[step]]\nduration = 1.0\n" + step).metrology("mean_rate");
+    return -run_text(domain + layer + "[[step]]\nduration = 1.0\n" + step).metrology("mean_rate");
 }
 
 }  // namespace
@@ -197,7 +199,7 @@ TEST_CASE("a blanket wafer moves at every model's formula", "[slow]") {
 }
 
 TEST_CASE("a recipe in metres moves as one in micrometres does") {
-    const Outcome etch = run(R"([domain]
+    const Finished etch = run_text(R"([domain]
 extent = [4e-7, 4e-7]
 grid_spacing = 5e-8
 length_unit = "m"
@@ -235,7 +237,7 @@ TEST_CASE("epitaxy without rates grows one a time on <100>, on the crystal alone
         REQUIRE(line != std::string::npos);
         text.erase(line, text.find('\n', line) + 1 - line);
     }
-    const Outcome grown = run(text);
+    const Finished grown = run_text(text);
     // The fin's top is 10 above the silicon, its sides 7 above the oxide; 1.2 of growth, facets cut the
     // corners.
     CHECK(grown.metrology("added_volume_SiGe") > 8.0);
@@ -255,7 +257,7 @@ TEST_CASE("selectivity is the ratio of blanket rates") {
 TEST_CASE("step coverage grows as sticking falls") {
     double before = 0.0;
     for (const char* sticking : {"1.0", "0.3", "0.1", "0.02"}) {
-        const Outcome film =
+        const Finished film =
             run_quick("teos_trench.toml",
                       {std::string("step[0].precursors=[{ rate = 0.2, sticking = ") + sticking + " }]"});
         const double bottom = film.metrology("step_coverage_bottom");
@@ -268,7 +270,7 @@ TEST_CASE("step coverage grows as sticking falls") {
 
 TEST_CASE(
     "atomic layers coat a blanket wafer at growth a cycle times coverage, a deep hole less at its floor") {
-    const Outcome flat = run(R"([domain]
+    const Finished flat = run_text(R"([domain]
 extent = [40.0, 40.0]
 grid_spacing = 5.0
 length_unit = "nm"
@@ -293,7 +295,7 @@ measures = ["film"]
 )");
     // 50 cycles, each to 1 - exp(-Gamma s t / s_0).
     CHECK(flat.metrology("film_top") == Approx(50 * 0.1 * (1.0 - std::exp(-0.8))).epsilon(0.02));
-    const Outcome hole = run_quick("ald_hole.toml");
+    const Finished hole = run_quick("ald_hole.toml");
     CHECK(hole.metrology("step_coverage_bottom") > 0.2);
     CHECK(hole.metrology("step_coverage_bottom") < 1.02);
 }
@@ -304,7 +306,7 @@ TEST_CASE(
     for (const double thickness : {0.01, 0.02, 0.025})
         for (int k = 0; k < 10; ++k) {
             const std::string width = "width = " + std::to_string(0.8 + 0.01 * k) + "\n";
-            const Outcome etch = run(kStrip + R"([[layer]]
+            const Finished etch = run_text(kStrip + R"([[layer]]
 material = "Si"
 shape = "trench"
 depth = 0.67
@@ -316,7 +318,7 @@ thickness = 0.2
 model = "conformal"
 material = "Polymer"
 thickness = )" + std::to_string(thickness) +
-                                     R"(
+                                           R"(
 [[step]]
 model = "isotropic"
 duration = 1.0
@@ -329,7 +331,7 @@ rate = { Si = -0.3 }
 }
 
 TEST_CASE("a vertical beam whose yield peaks at a slant takes its trench straight down") {
-    const Outcome mill = run_quick(
+    const Finished mill = run_quick(
         "ion_beam_trench.toml",
         {"domain.extent=[1.0]", "step[0].tilt_deg=0", "flux.rays=50000", "step[0].redeposition_sticking=0"});
     // 0.005 um/s for 30 s in an opening of 0.5 um, but for what two corners hide or the mask's edges throw:
@@ -341,11 +343,11 @@ TEST_CASE("a vertical beam whose yield peaks at a slant takes its trench straigh
 
 TEST_CASE("half a trench at a reflective side measures as the whole one") {
     const auto measured = [](const std::string& extent, const std::string& window) {
-        return run(R"([domain]
+        return run_text(R"([domain]
 grid_spacing = 0.05
 boundary = ["reflective", "periodic"]
 extent = )" + extent +
-                   R"(
+                        R"(
 [[layer]]
 material = "Si"
 [[layer]]
@@ -353,8 +355,8 @@ material = "Mask"
 shape = "mask"
 thickness = 0.3
 polygons = [{ points = )" +
-                   window +
-                   R"( }]
+                        window +
+                        R"( }]
 [[step]]
 model = "directional"
 duration = 1.0
@@ -365,11 +367,11 @@ measures = ["cd", "sidewall_angle", "bow", "undercut", "aspect_ratio"]
 cd_depths = [0.3]
 )");
     };
-    const Outcome whole = measured("[2.0, 0.2]", "[-0.4, -1.0, 0.4, -1.0, 0.4, 1.0, -0.4, 1.0]");
+    const Finished whole = measured("[2.0, 0.2]", "[-0.4, -1.0, 0.4, -1.0, 0.4, 1.0, -0.4, 1.0]");
     CHECK(whole.metrology("cd_at_0.3") == Approx(0.94).margin(0.05));
     for (const char* side :
          {"[-0.9, -1.0, -0.1, -1.0, -0.1, 1.0, -0.9, 1.0]", "[0.1, -1.0, 0.9, -1.0, 0.9, 1.0, 0.1, 1.0]"}) {
-        const Outcome half = measured("[1.0, 0.2]", side);
+        const Finished half = measured("[1.0, 0.2]", side);
         for (const std::string name : {"cd_at_0.3", "sidewall_angle", "bow", "undercut", "aspect_ratio"})
             CHECK(half.metrology(name) ==
                   Approx(whole.metrology(name)).margin(name == "sidewall_angle" ? 0.5 : 0.02));
@@ -388,7 +390,7 @@ const double kPyramid = (kTop * kTop + kTop * kBottom + kBottom * kBottom) * kDe
 
 TEST_CASE("wet etching leaves the {111} walls of a groove, which hardly move", "[slow]") {
     for (const double dx : {0.2, 0.1}) {
-        const Outcome strip = run(R"([domain]
+        const Finished strip = run_text(R"([domain]
 extent = [10.0, 0.8]
 boundary = ["reflective", "periodic"]
 time_unit = "min"
@@ -414,7 +416,7 @@ profiles = ["y=0"]
 [metrology]
 measures = ["sidewall_angle"]
 )",
-                                  {"domain.grid_spacing=" + std::to_string(dx)});
+                                        {"domain.grid_spacing=" + std::to_string(dx)});
         const double volume = strip.metrology("removed_volume_Si");
         CAPTURE(dx, volume / 0.8, wet::kGroove);
         CHECK(strip.metrology("sidewall_angle") == Approx(54.74).margin(0.5));
@@ -424,7 +426,7 @@ measures = ["sidewall_angle"]
 }
 
 TEST_CASE("the pit under a square window is an inverted pyramid, and its mask stays what it is", "[slow]") {
-    const Outcome coarse =
+    const Finished coarse =
         run_quick("wet_etch_pit.toml", {"domain.grid_spacing=0.2", "step[0].duration=4.0"});
     CAPTURE(coarse.metrology("removed_volume_Si"), wet::kPyramid);
     CHECK(coarse.metrology("depth") == Approx(wet::kDepth).margin(0.1));
@@ -436,8 +438,8 @@ TEST_CASE("the pit under a square window is an inverted pyramid, and its mask st
     CHECK(coarse.metrology("removed_volume_Mask") < 0.5 * 0.2 * 0.2 * 24.0);
 
     const test::Folder folder;
-    const Outcome pit{app::run_recipe(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/wet_etch_pit.toml"),
-                                      {.output = folder.path, .quiet = true})};
+    const Finished pit{app::run_recipe(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/wet_etch_pit.toml"),
+                                       {.output = folder.path, .quiet = true})};
     const double dx = pit.result.summary["grid_spacing"].get<double>(),
                  mask = 0.6 * (10.0 * 10.0 - 6.0 * 6.0);
     CHECK(pit.metrology("depth") == Approx(wet::kDepth).margin(0.1 * dx));

@@ -42,7 +42,7 @@ struct Run {
     }
 };
 
-Run run(const std::string& name, const std::vector<std::string>& overrides) {
+Run run_config(const std::string& name, const std::vector<std::string>& overrides) {
     const test::Folder folder;
     const app::Recipe recipe = app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/" + name, overrides);
     const app::RunResult result = app::run_recipe(recipe, {.output = folder.path, .quiet = true});
@@ -82,7 +82,7 @@ std::vector<Point> load_profile(const std::string& file) {
 // The hole of that simulator, on the same grid: depth, and radius at depths below the mask.
 void compare_hole(const std::string& method) {
     constexpr double kDepth = 2.448;
-    const Run result = run("sf6o2_hole.toml", {"simplify.method=" + method});
+    const Run result = run_config("sf6o2_hole.toml", {"simplify.method=" + method});
     double lowest = 0.0;
     for (const Point& p : result.points()) lowest = std::min(lowest, p.y());
     CHECK(-lowest == Approx(kDepth).epsilon(0.04));
@@ -107,8 +107,9 @@ TEST_CASE(
     "the trench deposition closes over the void that another simulator finds with either of its tracers",
     "[slow]") {
     for (const std::string method : {"none", "lindstrom-turk", "region-bounded"}) {
-        const Run result = run("trench_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]",
-                                                          "flux.rays=50000", "simplify.method=" + method});
+        const Run result = run_config(
+            "trench_deposition.toml",
+            {"domain.extent=[10.0, 0.476190476190476]", "flux.rays=50000", "simplify.method=" + method});
         for (const std::string tracer : {"triangles", "disks"}) {
             const std::vector<Point> reference = load_profile("trench_deposition_" + tracer + ".csv");
             REQUIRE(reference.size() > 200);
@@ -160,7 +161,7 @@ TEST_CASE("profiles at dx, dx/2 and dx/4 converge at first order", "[slow]") {
             std::vector<std::string> overrides = row.overrides;
             overrides.push_back("domain.grid_spacing=" + spacing);
             overrides.push_back("simplify.method=none");
-            runs.push_back(run(row.name, overrides));
+            runs.push_back(run_config(row.name, overrides));
         }
         const double coarse = mean_distance(runs[0], runs[1]), fine = mean_distance(runs[1], runs[2]);
         CAPTURE(row.name, coarse, fine);
@@ -170,7 +171,7 @@ TEST_CASE("profiles at dx, dx/2 and dx/4 converge at first order", "[slow]") {
 }
 
 TEST_CASE("isotropic deposition is the trench's exact offset") {
-    const Run result = run("isotropic_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]"});
+    const Run result = run_config("isotropic_deposition.toml", {"domain.extent=[10.0, 0.476190476190476]"});
     double flats = 0, arcs = 0, corners = 0;
     for (const Point& p : result.points()) {
         const double x = std::abs(p.x()), z = p.y();
@@ -192,7 +193,7 @@ TEST_CASE("isotropic deposition is the trench's exact offset") {
 
 TEST_CASE("the directional etch of a hole has straight walls, its closed-form floor and an untouched mask",
           "[slow]") {
-    const Run result = run("directional_hole_etch.toml", {});
+    const Run result = run_config("directional_hole_etch.toml", {});
     double wall = 0, floor = 0, mask = 0;
     for (const Vec3& p : result.surface.vertices) {
         const double r = std::hypot(p.x(), p.y()), d = -p.z();

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Two steps that trace, one that does not; surfaces, interfaces, traced meshes and profiles.
-const std::string kDomain = R"(
+const std::string kResumed = R"(
 [domain]
 extent = [2.0, 1.0]
 grid_spacing = 0.25
@@ -32,7 +32,7 @@ rays = 500
 [output]
 profiles = ["y=0"]
 )";
-const std::string kDeposit = R"(
+const std::string kResumedDeposit = R"(
 [[step]]
 model = "single_particle"
 rate = 1.0
@@ -40,16 +40,12 @@ sticking = 0.5
 duration = 0.2
 deposit = "SiO2"
 )";
-const std::string kEtch = R"(
+const std::string kResumedEtch = R"(
 [[step]]
 model = "isotropic"
 rate = -1.0
 duration = 0.2
 )";
-
-void write(const fs::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
 
 // All that a run leaves, less the seconds it took: those of the checkpoint lie among its grids.
 std::map<std::string, std::string> files(const fs::path& folder) {
@@ -163,7 +159,7 @@ void leave_unfinished(const fs::path& folder, const std::string& output) {
 
 TEST_CASE("a run that is killed before any file operation and resumed equals one that was not", "[slow]") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
     const fs::path stopped = folder.path / "stopped";
     std::size_t operation = 0;
@@ -185,19 +181,19 @@ TEST_CASE("a run that is killed before any file operation and resumed equals one
 
 TEST_CASE("a run killed after the save at a step's start saves that surface once when it is resumed") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
     leave_unfinished(folder.path, "stopped");
     // What a killed program leaves of a file that it was writing goes, but nobody else's.
     for (const char* name : {"surface_0000.vtp.17.partial", "surface.pvd.17-3.partial", "mine.17.partial"})
-        write(folder.path / "stopped" / name, "half");
+        write_bytes(folder.path / "stopped" / name, "half");
     REQUIRE(run_program(folder.path, kRun + "stopped --resume").exit_code == 0);
     CHECK(unequal(folder.path / "stopped", folder.path / "whole") == "mine.17.partial ");
 }
 
 TEST_CASE("a second run into a folder is refused, and told which process writes there") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedEtch);
     fs::create_directory(folder.path / "out");
     {
         const sidewall::app::FolderLock lock(folder.path / "out");
@@ -209,7 +205,7 @@ TEST_CASE("a second run into a folder is refused, and told which process writes 
         CHECK_FALSE(fs::exists(folder.path / "out" / "recipe.toml"));
     }
     // The lock of a process that is no more does not count.
-    write(folder.path / "out" / ".sidewall.lock", "process 1 on some host");
+    write_bytes(folder.path / "out" / ".sidewall.lock", "process 1 on some host");
     CHECK(run_program(folder.path, kRun + "out").exit_code == 0);
     CHECK_FALSE(fs::exists(folder.path / "out" / ".sidewall.lock"));
 }
@@ -217,12 +213,12 @@ TEST_CASE("a second run into a folder is refused, and told which process writes 
 TEST_CASE("a run removes what a run wrote, and nothing else") {
     const Folder folder;
     const fs::path out = folder.path / "out";
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     fs::create_directory(out);
-    write(out / "surface_9999.vtp", "mine");
+    write_bytes(out / "surface_9999.vtp", "mine");
     REQUIRE(run_program(folder.path, kRun + "out").exit_code == 0);
     // The same recipe's result is replaced unasked.
-    write(out / "traced_0077.vtp", "mine");
+    write_bytes(out / "traced_0077.vtp", "mine");
     REQUIRE(run_program(folder.path, kRun + "out").exit_code == 0);
     CHECK(read_bytes(out / "surface_9999.vtp") == "mine");
     CHECK(read_bytes(out / "traced_0077.vtp") == "mine");
@@ -230,7 +226,7 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
     for (const char* name : {"surface_0001.vtp", "summary.json", "manifest.txt"}) {
         fs::remove_all(out);
         fs::create_directory(out);
-        write(out / name, "mine");
+        write_bytes(out / name, "mine");
         const auto refused = run_program(folder.path, kRun + "out");
         CHECK(refused.exit_code == 2);
         CHECK(holds(refused, std::string(name) + ": "));
@@ -242,18 +238,18 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
     }
     // Of an earlier version's result, which lists its files in surface.pvd alone, nothing is left in the way.
     fs::remove(out / "manifest.txt");
-    write(out / "surface.pvd", "<DataSet timestep=\"9\" part=\"0\" file=\"surface_0040.vtp\"/>");
+    write_bytes(out / "surface.pvd", "<DataSet timestep=\"9\" part=\"0\" file=\"surface_0040.vtp\"/>");
     for (const char* name :
          {"surface_0040.vtp", "interface_0040_0.vtp", "profile_0040.csv", "surface_0041.vtp"})
-        write(out / name, "old");
+        write_bytes(out / name, "old");
     REQUIRE(run_program(folder.path, kRun + "out --overwrite").exit_code == 0);
     for (const char* name : {"surface_0040.vtp", "interface_0040_0.vtp", "profile_0040.csv"})
         CHECK_FALSE(fs::exists(out / name));
     CHECK(read_bytes(out / "surface_0041.vtp") == "old");
     // A manifest leads nowhere but to the folder's files.
-    write(folder.path / "precious", "mine");
+    write_bytes(folder.path / "precious", "mine");
     std::ofstream(out / "manifest.txt", std::ios::app) << "../precious\n..\n.\n\nsurface_9";
-    write(out / "surface_9", "mine");
+    write_bytes(out / "surface_9", "mine");
     CHECK(run_program(folder.path, kRun + "out").exit_code == 0);
     CHECK(read_bytes(folder.path / "precious") == "mine");
     CHECK(read_bytes(out / "surface_9") == "mine");
@@ -261,7 +257,7 @@ TEST_CASE("a run removes what a run wrote, and nothing else") {
 
 TEST_CASE("an unfinished run and another recipe's result are replaced only when asked for") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     leave_unfinished(folder.path, "out");
     const auto before = files(folder.path / "out");
     const auto unfinished = run_program(folder.path, kRun + "out");
@@ -283,9 +279,9 @@ TEST_CASE("an unfinished run and another recipe's result are replaced only when 
 
 TEST_CASE("a finished run goes on with further steps and more repeats as if they had been there") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit);
     REQUIRE(run_program(folder.path, kRun + "extended").exit_code == 0);
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
     REQUIRE(run_program(folder.path, kRun + "extended --resume").exit_code == 0);
     CHECK(unequal(folder.path / "extended", folder.path / "whole") == "");
@@ -300,7 +296,7 @@ TEST_CASE("a finished run goes on with further steps and more repeats as if they
 
 TEST_CASE("a finished run goes on with a longer last step, and not with a shorter one") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     const std::string every = " --set output.every=0.1", longer = every + " --set step[1].duration=0.4";
     REQUIRE(run_program(folder.path, kRun + "extended" + every).exit_code == 0);
     REQUIRE(run_program(folder.path, kRun + "whole" + longer).exit_code == 0);
@@ -327,21 +323,21 @@ TEST_CASE("a moved project goes on: files that the recipe names are known by wha
     const Folder folder;
     const fs::path home = folder.path / "home";
     fs::create_directory(home);
-    write(home / "ridge.csv", "x,z\n-1,0\n-0.5,0\n-0.5,0.5\n0.5,0.5\n0.5,0\n1,0\n");
-    write(home / "recipe", kDomain +
-                               "[[layer]]\nmaterial = \"SiO2\"\nshape = \"profile\"\nfile = \"ridge.csv\"\n" +
-                               kDeposit + kEtch);
+    write_bytes(home / "ridge.csv", "x,z\n-1,0\n-0.5,0\n-0.5,0.5\n0.5,0.5\n0.5,0\n1,0\n");
+    write_bytes(home / "recipe",
+                kResumed + "[[layer]]\nmaterial = \"SiO2\"\nshape = \"profile\"\nfile = \"ridge.csv\"\n" +
+                    kResumedDeposit + kResumedEtch);
     REQUIRE(run_program(home, kRun + "whole").exit_code == 0);
     leave_unfinished(home, "stopped");
     const fs::path there = folder.path / "there";
     fs::rename(home, there);
-    write(there / "ridge.csv", read_bytes(there / "ridge.csv") + "# another\n");
+    write_bytes(there / "ridge.csv", read_bytes(there / "ridge.csv") + "# another\n");
     const auto changed = run_program(there, kRun + "stopped --resume");
     INFO(changed.output);
     CHECK(changed.exit_code == 3);
     CHECK(holds(changed, "ridge.csv is not what it was"));
     std::string profile = read_bytes(there / "ridge.csv");
-    write(there / "ridge.csv", profile.substr(0, profile.find('#')));
+    write_bytes(there / "ridge.csv", profile.substr(0, profile.find('#')));
     const auto resumed = run_program(there, kRun + "stopped --resume");
     INFO(resumed.output);
     REQUIRE(resumed.exit_code == 0);
@@ -350,7 +346,7 @@ TEST_CASE("a moved project goes on: files that the recipe names are known by wha
 
 TEST_CASE("an extension of a finished run that fails says how to get back") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit + kEtch);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit + kResumedEtch);
     REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
     fs::copy(folder.path / "whole", folder.path / "out");
     const std::string longer = kRun + "out --resume --set step[1].duration=0.4";
@@ -366,7 +362,7 @@ TEST_CASE("an extension of a finished run that fails says how to get back") {
 
 TEST_CASE("a closed terminal ends a run like Ctrl-C: it can be resumed") {
     const Folder folder;
-    write(folder.path / "recipe", kDomain + kDeposit);
+    write_bytes(folder.path / "recipe", kResumed + kResumedDeposit);
     // So many traced cycles that the run can end in no other way: it takes minutes, and moves nothing.
     const std::vector<std::string> settings{"step[0].repeat=100000", "step[0].duration=1e-6"};
     const int terminal = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -30,7 +30,7 @@ std::size_t lines(const fs::path& path) {
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-const std::string kRecipe = config("quick/trench_deposition.toml") + " --set flux.rays=20000";
+const std::string kQuickTrench = config("quick/trench_deposition.toml") + " --set flux.rays=20000";
 
 }  // namespace
 
@@ -39,9 +39,9 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
     const Folder folder;
     // The last carries coverages from step to step, so through the checkpoint, too.
     for (const std::string& recipe :
-         {kRecipe + " --set simplify.method=none", kRecipe + " --set simplify.method=region",
-          kRecipe + " --set flux.reuse=0.1",
-          kRecipe + " --set flux.stages=all --set advection.time_integration=rk3",
+         {kQuickTrench + " --set simplify.method=none", kQuickTrench + " --set simplify.method=region",
+          kQuickTrench + " --set flux.reuse=0.1",
+          kQuickTrench + " --set flux.stages=all --set advection.time_integration=rk3",
           config("quick/sf6o2_hole.toml") + " --set flux.rays=10000"}) {
         for (const std::string run : {"first", "again", "one"}) {
             const auto outcome = run_program(
@@ -91,7 +91,7 @@ TEST_CASE("the same recipe gives the same bytes: again, with 1 and 2 threads, an
 
 TEST_CASE("a checkpoint of another recipe is refused") {
     const Folder folder;
-    const std::string recipe = "run " + kRecipe + " --set step[0].duration=0.1 -o out";
+    const std::string recipe = "run " + kQuickTrench + " --set step[0].duration=0.1 -o out";
     REQUIRE(run_program(folder.path, recipe, 60).exit_code == 0);
     const auto seed = run_program(folder.path, recipe + " --set flux.seed=7 --resume", 60);
     CHECK(seed.exit_code == 3);
@@ -103,7 +103,7 @@ TEST_CASE("a checkpoint of another recipe is refused") {
 
 TEST_CASE("a run leaves everything the format promises") {
     const Folder folder;
-    const auto outcome = run_program(folder.path, "run " + kRecipe + " -o out", 60);
+    const auto outcome = run_program(folder.path, "run " + kQuickTrench + " -o out", 60);
     REQUIRE(outcome.exit_code == 0);
     for (const char* name : {"summary.json", "timeline.csv", "surface.pvd", "surface_0000.vtp",
                              "checkpoint.vdb", "recipe.toml", "profile_0000.csv", "manifest.txt"})
@@ -116,14 +116,15 @@ TEST_CASE("a run leaves everything the format promises") {
         CHECK(summary["timing"][phase].is_number());
     CHECK(summary["mesh"]["simplified"]["vertices"] < summary["mesh"]["raw"]["vertices"]);
     // A second run into the same folder starts afresh: no surface of a longer run stays behind.
-    REQUIRE(run_program(folder.path, "run " + kRecipe + " --set step[0].duration=0.1 -o out --overwrite", 60)
-                .exit_code == 0);
+    REQUIRE(
+        run_program(folder.path, "run " + kQuickTrench + " --set step[0].duration=0.1 -o out --overwrite", 60)
+            .exit_code == 0);
     CHECK_FALSE(fs::exists(folder.path / "out" / "surface_0002.vtp"));
 }
 
 TEST_CASE("a damaged summary of a finished run is refused by name, and written anew once it is removed") {
     const Folder folder;
-    const std::string command = "run " + kRecipe + " --set step[0].duration=0.1 -o out";
+    const std::string command = "run " + kQuickTrench + " --set step[0].duration=0.1 -o out";
     REQUIRE(run_program(folder.path, command, 60).exit_code == 0);
     const fs::path file = folder.path / "out" / "summary.json";
     const auto whole = nlohmann::ordered_json::parse(read_bytes(file));
@@ -162,7 +163,7 @@ TEST_CASE("a damaged summary of a finished run is refused by name, and written a
 
 TEST_CASE("resuming a finished run changes nothing") {
     const Folder folder;
-    const std::string command = "run " + kRecipe + " --set step[0].duration=0.1 -o out";
+    const std::string command = "run " + kQuickTrench + " --set step[0].duration=0.1 -o out";
     REQUIRE(run_program(folder.path, command, 60).exit_code == 0);
     const auto files = [&] {
         std::map<std::string, std::string> bytes;
@@ -195,7 +196,7 @@ TEST_CASE("a run replaces neither its own recipe nor files that no run has writt
 
 TEST_CASE("compare ends with a table of raw, Lindstrom-Turk and region, and the noise floor") {
     const Folder folder;
-    const auto outcome = run_program(folder.path, "compare " + kRecipe + " -o out", 240);
+    const auto outcome = run_program(folder.path, "compare " + kQuickTrench + " -o out", 240);
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
     for (const char* word : {"raw", "lindstrom-turk", "region", "region-bounded", "noise floor", "trace [s]",

@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const std::string kRecipe = "'" SIDEWALL_SOURCE_DIR "/configs/quick/sige_selective_etch.toml'";
+const std::string kSelective = "'" SIDEWALL_SOURCE_DIR "/configs/quick/sige_selective_etch.toml'";
 const std::string kSmall = " --quiet --set flux.rays=2000 --set output.every=1.0 ";
 
 }  // namespace
@@ -17,7 +17,7 @@ const std::string kSmall = " --quiet --set flux.rays=2000 --set output.every=1.0
 TEST_CASE("a selective etch is the same on one thread and two, and when it is resumed in the middle") {
     const Folder folder;
     const auto go = [&](const std::string& arguments) {
-        const Outcome outcome = run_program(folder.path, "run " + kRecipe + kSmall + arguments);
+        const Outcome outcome = run_program(folder.path, "run " + kSelective + kSmall + arguments);
         CAPTURE(outcome.output);
         CHECK(outcome.exit_code == 0);
     };
@@ -28,8 +28,8 @@ TEST_CASE("a selective etch is the same on one thread and two, and when it is re
     CHECK(read_bytes(folder.path / "two" / "surface_0004.vtp") == last);
     // Stopped after the first second of four.
     const Outcome stopped =
-        run_command(folder.path, "SIDEWALL_FAULT='kill 180' timeout 30 '" SIDEWALL_FAULTS "' run " + kRecipe +
-                                     kSmall + "-o three >/dev/null 2>&1 </dev/null");
+        run_command(folder.path, "SIDEWALL_FAULT='kill 180' timeout 30 '" SIDEWALL_FAULTS "' run " +
+                                     kSelective + kSmall + "-o three >/dev/null 2>&1 </dev/null");
     CHECK(stopped.exit_code != 0);
     CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
     CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kSpacing = 0.1;
-const std::string kDomain = R"(
+const std::string kStartDomain = R"(
 [domain]
 extent = [2.0, 1.0]
 grid_spacing = 0.1
@@ -42,7 +42,7 @@ rate = 1.0
 duration = 0.2
 deposit = "SiO2"
 )";
-const std::string kEtch = R"(
+const std::string kStartEtch = R"(
 [[step]]
 model = "isotropic"
 rate = -1.0
@@ -56,16 +56,16 @@ app::RunResult run(const std::string& text, const fs::path& output) {
 }
 
 std::string start(const std::string& keys) {
-    return kDomain + kMaterial + "[start]\n" + keys;
+    return kStartDomain + kMaterial + "[start]\n" + keys;
 }
 
 }  // namespace
 
 TEST_CASE("a recipe goes on from the end of another run as if their steps were one recipe's") {
     const Folder folder;
-    run(kDomain + kTrench + kDeposit, folder.path / "first");
-    const app::RunResult whole = run(kDomain + kTrench + kDeposit + kEtch, folder.path / "whole");
-    const app::RunResult second = run(start("from = \"first\"") + kEtch, folder.path / "second");
+    run(kStartDomain + kTrench + kDeposit, folder.path / "first");
+    const app::RunResult whole = run(kStartDomain + kTrench + kDeposit + kStartEtch, folder.path / "whole");
+    const app::RunResult second = run(start("from = \"first\"") + kStartEtch, folder.path / "second");
     // Process times begin anew and round differently: a float of the grid may differ in its last bit.
     const surface::TwoSidedDistance d = surface::two_sided_distance(second.surface, whole.surface);
     CHECK(d.max < 1e-5 * kSpacing);
@@ -79,11 +79,11 @@ TEST_CASE("a recipe goes on from the end of another run as if their steps were o
 
 TEST_CASE("a recipe starts from any surface that another run saved, by time or by step") {
     const Folder folder;
-    run(kDomain + kTrench + kDeposit + kEtch + kDeposit, folder.path / "first");
+    run(kStartDomain + kTrench + kDeposit + kStartEtch + kDeposit, folder.path / "first");
     const auto shown = [&](const std::string& name) { return surface::read_mesh(folder.path / name); };
     const auto starts_at = [&](const std::string& keys, const std::string& there) {
         INFO(keys);
-        run(start("from = \"first\"\n" + keys) + kEtch, folder.path / "second");
+        run(start("from = \"first\"\n" + keys) + kStartEtch, folder.path / "second");
         // Marching cubes cut off an edge in its cell, by ab / sqrt(a^2 + b^2) of crossings at a, b <= dx. It
         // is cut once more; elsewhere nothing moves. Less than a seventh of the vertices lies at edges.
         const surface::TwoSidedDistance d =
@@ -104,30 +104,31 @@ TEST_CASE("a recipe starts from any surface that another run saved, by time or b
 
 TEST_CASE("what forbids to start from another run is named") {
     const Folder folder;
-    run(kDomain + kTrench + kDeposit + kEtch, folder.path / "first");
+    run(kStartDomain + kTrench + kDeposit + kStartEtch, folder.path / "first");
     const auto refuses = [&](const std::string& text, const std::string& told) {
         CHECK_THROWS_WITH(run(text, folder.path / "second"), Catch::Contains(told));
     };
-    refuses(start("from = \"none\"") + kEtch, "start.from = \"none\": no run to start from");
-    refuses(start("from = \"first\"\ntime = 0.1") + kEtch,
+    refuses(start("from = \"none\"") + kStartEtch, "start.from = \"none\": no run to start from");
+    refuses(start("from = \"first\"\ntime = 0.1") + kStartEtch,
             "no surface at start.time = 0.1; it did at 0, 0.2, 0.5 (s)");
-    refuses(start("from = \"first\"\nstep = 3") + kEtch,
+    refuses(start("from = \"first\"\nstep = 3") + kStartEtch,
             "no surface at the end of start.step = 3; it did of 1, 2");
-    refuses(start("from = \"first\"\nstep = 1\ntime = 0") + kEtch, "give time or step, not both");
-    refuses(kDomain + "[start]\nfrom = \"first\"" + kTrench + kEtch,
+    refuses(start("from = \"first\"\nstep = 1\ntime = 0") + kStartEtch, "give time or step, not both");
+    refuses(kStartDomain + "[start]\nfrom = \"first\"" + kTrench + kStartEtch,
             "a run that starts from another has its layers");
-    refuses(kDomain + "[start]\nfrom = \"first\"" + kEtch, "material Oxynitride: add a [[material]]");
+    refuses(kStartDomain + "[start]\nfrom = \"first\"" + kStartEtch,
+            "material Oxynitride: add a [[material]]");
     const auto changed = [](std::string text, const std::string& from, const std::string& to) {
         return text.replace(text.find(from), from.size(), to);
     };
-    refuses(changed(start("from = \"first\"") + kEtch, "spacing = 0.1", "spacing = 0.2"),
+    refuses(changed(start("from = \"first\"") + kStartEtch, "spacing = 0.1", "spacing = 0.2"),
             "domain.grid_spacing = 0.2 (there 0.1)");
-    refuses(changed(start("from = \"first\"") + kEtch, "[domain]", "[domain]\nlength_unit = \"nm\""),
+    refuses(changed(start("from = \"first\"") + kStartEtch, "[domain]", "[domain]\nlength_unit = \"nm\""),
             "length_unit is um, and this recipe's nm");
-    CHECK_THROWS_WITH(run(start("from = \"first\"") + kEtch, folder.path / "first"),
+    CHECK_THROWS_WITH(run(start("from = \"first\"") + kStartEtch, folder.path / "first"),
                       Catch::Contains("start.from is the folder to write to"));
     REQUIRE(fs::remove(folder.path / "first/interface_0000_0.vtp"));
-    refuses(start("from = \"first\"\ntime = 0") + kEtch, "interface_0000_0.vtp");
+    refuses(start("from = \"first\"\ntime = 0") + kStartEtch, "interface_0000_0.vtp");
     REQUIRE(fs::remove(folder.path / "first/summary.json"));
-    refuses(start("from = \"first\"") + kEtch, "that run has not ended");
+    refuses(start("from = \"first\"") + kStartEtch, "that run has not ended");
 }

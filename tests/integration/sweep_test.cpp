@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // A tenth of a second.
-const std::string kRecipe = R"(
+const std::string kSwept = R"(
 [domain]
 extent = [4.0, 1.0]
 grid_spacing = 0.25
@@ -34,8 +34,8 @@ rays = 2000
 const std::string kSobol =
     "sweep recipe.toml --vary 'step[0].sticking=0.1:1:log' --vary 'step[0].rate=0.5:1' --design sobol --runs 8 ";
 
-struct Case : Folder {
-    explicit Case(const std::string& text = kRecipe) {
+struct SweepFolder : Folder {
+    explicit SweepFolder(const std::string& text = kSwept) {
         std::ofstream(path / "recipe.toml", std::ios::binary) << text;
     }
     Outcome run(const std::string& arguments, int exit_code = 0) const {
@@ -83,7 +83,7 @@ std::string table_text(const fs::path& file) {
 }  // namespace
 
 TEST_CASE("a sweep killed and resumed ends with the table of one that was not", "[slow]") {
-    const Case whole, killed;
+    const SweepFolder whole, killed;
     whole.run(kSobol + "-o out --jobs 2 --quiet");
     std::string resume;
     for (const char* seconds : {"0.15", "0.4", "0.3"}) {
@@ -102,7 +102,7 @@ TEST_CASE("a sweep killed and resumed ends with the table of one that was not", 
 }
 
 TEST_CASE("a sweep that is asked to stop ends with 130, leaves no process behind and says how to go on") {
-    const Case c;
+    const SweepFolder c;
     const Outcome outcome = run_command(
         c.path,
         "true; '" SIDEWALL_PROGRAM "' " + kSobol +  // so that the program itself is in the background
@@ -117,7 +117,7 @@ TEST_CASE("a sweep that is asked to stop ends with 130, leaves no process behind
 }
 
 TEST_CASE("a run that fails is a row with its message, and equal points share a run") {
-    const Case c;
+    const SweepFolder c;
     // The second grid needs hundreds of gigabytes.
     const Outcome outcome = c.run(
         "sweep recipe.toml --set 'domain.extent=[4,4]' --vary domain.grid_spacing=0.5,0.00025,0.5 --measure film -o out");
@@ -132,7 +132,7 @@ TEST_CASE("a run that fails is a row with its message, and equal points share a 
 }
 
 TEST_CASE("the commands of a sweep's plan, run by themselves, make its table") {
-    const Case c;
+    const SweepFolder c;
     const std::string sweep = "sweep recipe.toml --vary 'step[0].sticking=0.2,0.4' ";
     c.run(sweep + "-o direct");
     const Outcome plan = c.run(sweep + "-o 'planned ones' --plan");
@@ -145,7 +145,7 @@ TEST_CASE("the commands of a sweep's plan, run by themselves, make its table") {
 }
 
 TEST_CASE("a sweep that cannot be run is refused before its first run") {
-    const Case c;
+    const SweepFolder c;
     for (const auto& [arguments, message] : std::vector<std::pair<std::string, std::string>>{
              {"", "--vary: missing"},
              {"--vary 'step[0].stiking=0.1,0.2'",
@@ -175,7 +175,7 @@ TEST_CASE("a sweep that cannot be run is refused before its first run") {
 }
 
 TEST_CASE("every figure that a sweep can be asked for is a column of its table") {
-    const Case c;
+    const SweepFolder c;
     c.run(
         "sweep recipe.toml --vary 'step[0].rate=1' --measure film --measure scallops --measure bow --measure undercut "
         "--measure aspect_ratio --measure sidewall_angle --measure cd_at_0.5 --measure cd_at_1 -o out");

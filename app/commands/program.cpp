@@ -1,0 +1,175 @@
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#ifdef __linux__
+#include <malloc.h>
+#endif
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "app/commands/commands.hpp"
+#include "app/common/console.hpp"
+#include "app/common/free_memory.hpp"
+#include "app/common/ranks.hpp"
+#include "app/common/version.hpp"
+#include "app/schema/keys.hpp"
+#include "surface/error.hpp"
+#include "surface/printable.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// What libraries throw when the system refuses them a thread is want of memory in nearly all cases.
+bool for_want_of_memory(const std::exception& error) {
+    const auto* system = dynamic_cast<const std::system_error*>(&error);
+    if (system != nullptr && (system->code() == std::errc::resource_unavailable_try_again ||
+                              system->code() == std::errc::not_enough_memory))
+        return true;
+    const std::string_view text = error.what();
+    return text.find("pthread_create") != text.npos || text.find("allocation failed") != text.npos;
+}
+
+int say_out_of_memory() {
+    tell_failure(
+        "sidewall: out of memory: use a larger grid_spacing, a smaller extent or mesh or fewer --threads, or "
+        "raise the limit (ulimit -v)\n",
+        4);
+    return 4;
+}
+
+// Libraries allocate in functions that may not throw, such as destructors of JSON and steps through a folder;
+// the latter end here without an exception. What is left half written the next run removes.
+[[noreturn]] void end_in_terminate() {
+    try {
+        if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+    } catch (const std::bad_alloc&) {
+    } catch (...) {
+        std::abort();
+    }
+    std::_Exit(say_out_of_memory());
+}
+
+// CLI11's text, as an error of this program.
+std::string usage_error(const CLI::App* command, const CLI::Error& error) {
+    return "sidewall: " + CLI::FailureMessage::simple(command, error);
+}
+
+// What to say of a word that is no subcommand.
+std::optional<std::string> unknown_command(CLI::App& program, const std::string& word) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
+    if (word.starts_with('-') || std::find(names.begin(), names.end(), word) != names.end()) return {};
+    return fmt::format("sidewall: there is no subcommand {}{}\n", surface::printable(word),
+                       did_you_mean("; ", word, names, "; see sidewall --help"));
+}
+
+// Ranks of mpirun that each did all of the work would only be in one another's way.
+void require_shared_command(int argc, char** argv) {
+    const std::string_view name = argc > 1 ? argv[1] : "";
+    if (ranks().count == 1 || name.starts_with('-') || name == "run" || name == "sweep" || name == "fit")
+        return;
+    throw RecipeError(fmt::format(
+        "{}: is work for one process: start it without mpirun, which shares run, sweep and fit; in a script that mpirun "
+        "has started, unset OMPI_COMM_WORLD_SIZE for it",
+        surface::printable(std::string(name))));
+}
+
+// The program's exit code.
+int run(int argc, char** argv) {
+    CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
+    program.name("sidewall");
+    program.set_version_flag("--version", version());
+    program.require_subcommand(1);
+    program.failure_message(usage_error);
+    add_run_command(program);
+    add_check_command(program);
+    add_models_command(program);
+    add_compare_command(program);
+    add_study_command(program);
+    add_validate_command(program);
+    add_sweep_command(program);
+    add_fit_command(program);
+    add_simplify_command(program);
+    add_flux_command(program);
+    add_inspect_command(program);
+    add_render_command(program);
+    add_report_command(program);
+    add_export_command(program);
+    for (CLI::App* command : program.get_subcommands({})) add_threads_option(*command);
+    add_completion_command(program);
+    add_man_command(program);
+
+    try {
+        constexpr double kToBegin = 32e6;  // bytes; with less, some libraries end the program
+        require_address_space(kToBegin);
+        if (const auto text = argc > 1 ? unknown_command(program, argv[1]) : std::nullopt) {
+            std::fputs(text->c_str(), stderr);
+            return 2;
+        }
+        require_shared_command(argc, argv);
+        program.parse(argc, argv);
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw IoError("standard output: cannot write all of it; check space on the device it goes to");
+        return 0;
+    } catch (const CLI::ParseError& error) {
+        // CLI11 throws for --help and --version, too; only those end well.
+        return program.exit(error) == 0 ? 0 : 2;
+    } catch (const Error& error) {
+        // The terminal may have been closed, which is no other error.
+        tell_failure(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(),
+                     error.exit_code());
+        return error.exit_code();
+    } catch (const std::bad_alloc&) {
+        return say_out_of_memory();
+    } catch (const std::system_error& error) {  // of the C library's streams, by fmt
+        if (for_want_of_memory(error)) return say_out_of_memory();
+        tell_failure(
+            fmt::format("sidewall: standard output: cannot write: {}; check space on the device it goes to\n",
+                        error.code().message())
+                .c_str(),
+            5);
+        return 5;
+    } catch (const std::exception& error) {
+        if (for_want_of_memory(error)) return say_out_of_memory();
+        tell_failure(fmt::format("sidewall: internal error: {}\n", error.what()).c_str(), 4);
+        return 4;
+    }
+}
+
+// The next time step asks for the arrays that this one frees. Given back in between, each costs a page fault
+// every 4 kB.
+void keep_freed_memory() {
+#if defined(__linux__) && defined(__GLIBC__)
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv) {
+    keep_freed_memory();
+    std::set_terminate(end_in_terminate);
+    secure_standard_streams();
+    begin_rank();
+    std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
+    try {
+        return end_rank(run(argc, argv));
+    } catch (const std::bad_alloc&) {  // while the commands were put together, or for the message itself
+        return end_rank(say_out_of_memory());
+    } catch (...) {  // not even a message got through
+        return end_rank(4);
+    }
+}
+
+}  // namespace sidewall::app
