@@ -39,7 +39,7 @@ void print_report(const RunResult& result, const RunOptions& options) {
         fmt::print("  {} ranks; {:.2f} s went into sums over them, waiting included\n",
                    s["ranks"]["count"].get<int>(), s["ranks"]["seconds_in_sums"].get<double>());
     fmt::print("results in {} (open surface.pvd in ParaView, or: sidewall render {} -o picture.png)\n",
-               options.output.string(), options.output.string());
+               options.output.string(), shell_word(options.output.string()));
 }
 
 std::string resume_command(const RecipeOptions& recipe, const RunOptions& options,
