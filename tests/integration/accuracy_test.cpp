@@ -82,7 +82,7 @@ TEST_CASE("bars of depth and opening of an etch known exactly hold them, and are
     CHECK(summary["accuracy"]["mean_rate"]["status"] == "known");
 }
 
-TEST_CASE("a run to an accuracy that was killed goes on to the same bars") {
+TEST_CASE("a run to an accuracy that was killed goes on to the same bars", "[slow]") {
     const Case whole(kFilm), killed(kFilm);
     const std::string asked = "--accuracy film_bottom=12% --quiet ";
     whole.run(asked);

@@ -105,7 +105,7 @@ double outside_pairs(const Vec3& p, double thickness, std::size_t odd, double re
 
 }  // namespace
 
-TEST_CASE("no tooth hangs into the recesses of eight pairs of oxide and nitride") {
+TEST_CASE("no tooth hangs into the recesses of eight pairs of oxide and nitride", "[slow]") {
     // Layers that end on grid nodes, and everywhere in a cell.
     const double thickness = GENERATE(0.2, 0.183);
     const std::string etched = GENERATE("Si3N4", "SiO2");

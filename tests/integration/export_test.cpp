@@ -239,7 +239,7 @@ TEST_CASE("surfaces leave as STL, OBJ, PLY and one multi-block file") {
     }
 }
 
-TEST_CASE("what export cannot do is said", "[foreign]") {
+TEST_CASE("what export cannot do is said", "[foreign][slow]") {
     const test::Folder folder;
     test::write_result_folder(folder.path / "run");
     const auto says = [&](const std::string& arguments, int code, const std::string& text) {

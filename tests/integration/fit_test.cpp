@@ -122,7 +122,7 @@ TEST_CASE("three hidden parameters of an etch are found within 2 % from two of i
     CHECK(value(fit, exponent) == Approx(60.0).epsilon(0.02));
 }
 
-TEST_CASE("two geometries tell together the rate that they share and what each has of its own") {
+TEST_CASE("two geometries tell together the rate that they share and what each has of its own", "[slow]") {
     const FitFolder c;
     std::ofstream(c.path / "wide.toml", std::ios::binary) << kFitted;
     const std::string wide = " --set wide:layer[0].width=3.0";
@@ -220,7 +220,7 @@ TEST_CASE("a fit whose runs do not suffice says so, and calls nothing free that 
     CHECK(c.read("fit/fit.json")["status"] == "converged");
 }
 
-TEST_CASE("a fit that was stopped goes on to the same end with the runs that are there") {
+TEST_CASE("a fit that was stopped goes on to the same end with the runs that are there", "[slow]") {
     const FitFolder whole, stopped;
     const std::string fit =
         "fit recipe.toml -o fit --quiet --vary step[0].sticking=0.05:0.8:log --target film_side=0.33+-0.005 ";
@@ -252,7 +252,7 @@ TEST_CASE("a fit that was stopped goes on to the same end with the runs that are
         Catch::Contains("holds another fit, which differs in vary, target"));
 }
 
-TEST_CASE("rate and duration, which act as a product, are named as not identifiable") {
+TEST_CASE("rate and duration, which act as a product, are named as not identifiable", "[slow]") {
     const FitFolder c;
     const Outcome outcome = c.run(
         "fit recipe.toml -o fit --vary step[0].duration=0.2:1 --vary step[0].rate=0.3:1.5 --target film_top=0.5 "
@@ -304,7 +304,7 @@ TEST_CASE("a part of a profile, shuffled, shifted and noisy, gives the rate and 
                Catch::Contains("measured") && Catch::Contains("<polyline"));
 }
 
-TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign]") {
+TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign][slow]") {
     const FitFolder c;
     std::ofstream(c.path / "bad.csv") << "x,z\n0,0\n1,abc\n";
     std::ofstream(c.path / "good.csv") << "0,0\n1,0\n2,0\n";

@@ -49,8 +49,8 @@ rays = 500
 
 }  // namespace
 
-TEST_CASE(
-    "sf6_o2 and teos written as formulas make the built-in models' profiles to a thousandth of a cell") {
+TEST_CASE("sf6_o2 and teos written as formulas make the built-in models' profiles to a thousandth of a cell",
+          "[slow]") {
     const Folder folder;
     const std::string own =
         read_bytes(fs::path(SIDEWALL_SOURCE_DIR) / "configs" / "quick" / "teos_trench.toml");

@@ -122,7 +122,8 @@ TEST_CASE("a run leaves everything the format promises") {
     CHECK_FALSE(fs::exists(folder.path / "out" / "surface_0002.vtp"));
 }
 
-TEST_CASE("a damaged summary of a finished run is refused by name, and written anew once it is removed") {
+TEST_CASE("a damaged summary of a finished run is refused by name, and written anew once it is removed",
+          "[slow]") {
     const Folder folder;
     const std::string command = "run " + kQuickTrench + " --set step[0].duration=0.1 -o out";
     REQUIRE(run_program(folder.path, command, 60).exit_code == 0);

@@ -113,7 +113,8 @@ TEST_CASE("every nitride that is recessed between oxides ends at their faces") {
 }
 
 TEST_CASE(
-    "no tooth of the upper material hangs on a flush wall, wherever wall and interface lie between nodes") {
+    "no tooth of the upper material hangs on a flush wall, wherever wall and interface lie between nodes",
+    "[slow]") {
     // A recess through oxide and nitride into silicon, cut out or etched down by a few cells: its wall is
     // flush.
     for (const ShapeKind kind : {ShapeKind::trench, ShapeKind::hole, ShapeKind::mask})
