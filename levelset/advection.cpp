@@ -13,6 +13,7 @@
 
 #include "levelset/band.hpp"
 #include "levelset/hamiltonian.hpp"
+#include "levelset/levels.hpp"
 #include "levelset/limits.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
@@ -116,8 +117,8 @@ std::shared_ptr<IndexTree> on_voxels_of(const Grid& grid, const IndexTree& sampl
 }
 
 template <int R>
-Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_t count, double duration,
-                 const AdvectionOptions& options) {
+Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t count,
+                 double duration, const AdvectionOptions& options) {
     Grid& grid = stack.top();
     Stages stages;
     grid.tree().getNodes(stages.leaves);
@@ -136,8 +137,8 @@ Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::siz
     std::vector<const IndexTree::LeafNodeType*> samples;
     for (std::size_t k = 0; k < count; ++k) {
         if (k < motions.size()) {
-            speeds.emplace(sample_speeds(stack, motions[k], options.scheme, duration));
-            sample_of = motions[k].extension.sample_of;
+            speeds.emplace(sample_speeds(stack, *motions[k], options.scheme, duration));
+            sample_of = motions[k]->extension.sample_of;
             if (k > 0) sample_of = on_voxels_of(grid, *sample_of);
             samples.clear();
             sample_of->getNodes(samples);
@@ -147,13 +148,13 @@ Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::siz
     return stages;
 }
 
-Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::size_t stages, double duration,
-                 const AdvectionOptions& options) {
+Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t stages,
+                 double duration, const AdvectionOptions& options) {
     switch (options.scheme) {
         case Scheme::weno5:
             return integrate<3>(stack, motions, stages, duration, options);
         case Scheme::lax_friedrichs:
-            if (motions.front().dissipation.empty()) break;
+            if (motions.front()->dissipation.empty()) break;
             [[fallthrough]];
         case Scheme::engquist_osher:
             return integrate<1>(stack, motions, stages, duration, options);
@@ -163,14 +164,14 @@ Stages integrate(MaterialStack& stack, std::span<const Motion> motions, std::siz
     return integrate<2>(stack, motions, stages, duration, options);
 }
 
-AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motions, std::size_t count,
+AdvectionSeconds move_level(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t count,
                             double duration, const AdvectionOptions& options) {
     const tbb::tick_count start = tbb::tick_count::now();
     const Stages stages = integrate(stack, motions, count, duration, options);
     Band band(stack.top(), stack.domain);
     std::optional<Limits> limits;
     if (stack.layers.size() > 1) {
-        limits.emplace(stack, band, stages.moved, stages.before.get(), motions.front(), duration);
+        limits.emplace(stack, band, stages.moved, stages.before.get(), *motions.front(), duration);
         limits->keep(stack.top());
         release_exposed(stack, stages.leaves, stages.before.get());
     }
@@ -180,6 +181,25 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
     if (limits) limits->keep(stack.top());
     cut_layers(stack);
     return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
+}
+
+AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motions, std::size_t count,
+                            double duration, const AdvectionOptions& options) {
+    std::vector<const Motion*> of_level;
+    for (const Motion& motion : motions) of_level.push_back(&motion);
+    AdvectionSeconds sum;
+    for (MaterialStack* level = &stack; level != nullptr; level = level->coarser.get()) {
+        const bool empty = level->coarser && level->top().empty();  // it counts nowhere
+        const AdvectionSeconds more =
+            empty ? AdvectionSeconds{} : move_level(*level, of_level, count, duration, options);
+        sum.advect += more.advect;
+        sum.redistance += more.redistance;
+        for (const Motion*& motion : of_level) motion = motion->coarser.get();
+    }
+    const tbb::tick_count moved = tbb::tick_count::now();
+    if (stack.coarser) exchange_levels(stack);
+    sum.redistance += (tbb::tick_count::now() - moved).seconds();
+    return sum;
 }
 
 }  // namespace

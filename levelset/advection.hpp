@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,8 @@ struct Motion {
     /// Where V has the form of a BeamSpeed, what saves asking for it at every node; else empty.
     BeamSpeedFunction beam_speed;
     Vec3 beam = Vec3::UnitZ();  ///< d of beam_speed
+    /// The same on stack.coarser, with samples of its own; null if there is none.
+    std::shared_ptr<const Motion> coarser = nullptr;
 };
 
 /// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
@@ -56,7 +59,8 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
                    bool depends_on_normal, std::vector<std::uint8_t> kind = {});
 
-/// The largest |V| on the surface, of exposed materials and of those less than a cell below.
+/// The largest |V| on the surface, of exposed materials and of those less than a cell below, on all levels where they
+/// count.
 /// \throws NumericsError if a speed is not finite (the message tells where).
 double max_speed(const MaterialStack& stack, const Motion& motion);
 
@@ -68,7 +72,7 @@ struct AdvectionSeconds {
 
 /// Moves the surface for \p duration: d(phi)/dt + V |grad phi| = 0; then re-distances it and cuts the other
 /// layers. Where V etches into another material within the time step, the rest of the time counts with that
-/// material's speed. Parallel, deterministic.
+/// material's speed. All levels move, and give each other their values (exchange_levels). Parallel, deterministic.
 ///
 /// engquist_osher is first order; weno3 and weno5 use Godunov's Hamiltonian; lax_friedrichs takes V(n) at the
 /// mean of the one-sided gradients and adds dissipation: local, on WENO3 differences, or by the motion's bounds

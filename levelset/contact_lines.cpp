@@ -11,6 +11,7 @@
 #include "levelset/continued.hpp"
 #include "levelset/divide.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/levels.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/marching_cubes.hpp"
 
@@ -371,6 +372,10 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
 }  // namespace
 
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
+    if (stack.coarser) {
+        const MaterialStack finest = on_one_level(stack);
+        return extract_materials(finest, extract_surface(finest));
+    }
     const std::size_t top = stack.layers.size() - 1;
     const std::vector<GridPtr> continued = continued_fronts(stack);
     const Fronts fronts(stack, continued);

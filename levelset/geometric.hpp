@@ -3,7 +3,8 @@
 
 #include "levelset/stack.hpp"
 
-// Process steps that are pure geometry: what a model process would leave, without one.
+// Process steps that are pure geometry: what a model process would leave, without one. Stacks have one level
+// (levelset/levels.hpp).
 namespace sidewall::levelset {
 
 /// Takes away everything above z = \p height, as an ideal polish does.

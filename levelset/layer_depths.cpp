@@ -6,6 +6,7 @@
 #include <cstring>
 #include <vector>
 
+#include "levelset/levels.hpp"
 #include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
@@ -383,7 +384,8 @@ void LayerDepths::at(const Vec3& point, const Eigen::Vector3i& node, std::span<f
     reader_->at(point, openvdb::Coord(node.x(), node.y(), node.z()), depth);
 }
 
-std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point) {
+std::size_t exposed_layer(const MaterialStack& levels, const Vec3& point) {
+    const MaterialStack& stack = level_at(levels, point);
     std::vector<float> depth(stack.layers.size() - 1);
     LayerDepths(stack).at(stack.domain.to_index(point), depth);
     for (std::size_t k = 0; k < depth.size(); ++k)

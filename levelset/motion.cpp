@@ -115,7 +115,14 @@ void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_
 
 }  // namespace
 
-double max_speed(const MaterialStack& stack, const Motion& motion) {
+namespace {
+
+// \p finer  the columns where a finer level counts; null: nowhere.
+double max_speed_of_level(const MaterialStack& stack, const Motion& motion, const LevelColumns* finer) {
+    const auto counts = [&](std::size_t sample) {
+        const auto& c = motion.extension.samples[sample].node;
+        return finer == nullptr || !finer->at(c.x() >> 3, c.y() >> 3);
+    };
     const std::vector<Vec3> normals = bounding_normals(motion);
     const std::size_t count = motion.extension.samples.size(), layers = stack.layers.size();
     if (!motion.kind.empty()) {
@@ -123,23 +130,35 @@ double max_speed(const MaterialStack& stack, const Motion& motion) {
         std::vector<std::uint8_t> asked(kKinds * layers, 0);
         double most = 0.0;
         for (std::size_t n = 0; n < count; ++n)
-            each_reachable(stack, motion, n, [&](std::size_t k) {
-                std::uint8_t& done = asked[motion.kind[n] * layers + k];
-                if (!done) most = std::max(most, fastest(stack, motion, normals, n, k));
-                done = 1;
-            });
+            if (counts(n))
+                each_reachable(stack, motion, n, [&](std::size_t k) {
+                    std::uint8_t& done = asked[motion.kind[n] * layers + k];
+                    if (!done) most = std::max(most, fastest(stack, motion, normals, n, k));
+                    done = 1;
+                });
         return most;
     }
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, count, 1024), 0.0,
         [&](const auto& range, double most) {
             for (std::size_t n = range.begin(); n != range.end(); ++n)
-                each_reachable(stack, motion, n, [&](std::size_t k) {
-                    most = std::max(most, fastest(stack, motion, normals, n, k));
-                });
+                if (counts(n))
+                    each_reachable(stack, motion, n, [&](std::size_t k) {
+                        most = std::max(most, fastest(stack, motion, normals, n, k));
+                    });
             return most;
         },
         [](double a, double b) { return std::max(a, b); });
+}
+
+}  // namespace
+
+double max_speed(const MaterialStack& stack, const Motion& motion) {
+    double most = max_speed_of_level(stack, motion, nullptr);
+    const MaterialStack* level = &stack;
+    for (const Motion* of = &motion; level->coarser; level = level->coarser.get(), of = of->coarser.get())
+        most = std::max(most, max_speed_of_level(*level->coarser, *of->coarser, &level->columns));
+    return most;
 }
 
 }  // namespace sidewall::levelset

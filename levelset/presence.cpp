@@ -52,9 +52,10 @@ double volume_left(const MaterialStack& stack, std::size_t layer, double enough,
         }
         if (volume == 0.0 && here > 0.0) start = index;
         volume += cell * here;
-        if (volume >= enough && volume > 0.0) break;
+        if (volume >= enough && volume > 0.0) return volume;
     }
-    return volume;
+    // The rest may lie where a coarser level counts, which holds what this one does, too.
+    return stack.coarser ? std::max(volume, volume_left(*stack.coarser, layer, enough, start)) : volume;
 }
 
 }  // namespace sidewall::levelset

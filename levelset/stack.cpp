@@ -171,12 +171,14 @@ MaterialStack make_stack(const Domain& domain, const Bodies& bodies) {
 MaterialStack copy(const MaterialStack& stack) {
     MaterialStack result = stack;
     for (Layer& layer : result.layers) layer.phi = layer.phi->deepCopy();
+    if (stack.coarser) result.coarser = std::make_shared<MaterialStack>(copy(*stack.coarser));
     return result;
 }
 
 void begin_film(MaterialStack& stack, int material) {
     if (stack.layers.back().material == material) return;
     stack.layers.push_back({material, stack.top().deepCopy()});
+    if (stack.coarser) begin_film(*stack.coarser, material);
 }
 
 void cut_layers(MaterialStack& stack) {

@@ -1,4 +1,7 @@
 #pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -13,12 +16,31 @@ struct Layer {
     GridPtr phi;
 };
 
+/// The columns of nodes, from the wafer's bottom to its top, that a level is responsible for (levelset/levels.hpp).
+struct LevelColumns {
+    /// Nodes along a column's sides: a leaf of the next coarser level.
+    static constexpr int kNodes = 16, kShift = 4;
+
+    std::array<int, 2> count{};     ///< along x and y
+    std::vector<std::uint8_t> own;  ///< by column, y fastest: this level counts there, else a coarser one
+
+    std::uint8_t& at(int x, int y) { return own[static_cast<std::size_t>(x * count[1] + y)]; }
+    bool at(int x, int y) const { return own[static_cast<std::size_t>(x * count[1] + y)] != 0; }
+    /// Of an own node of the level's domain, by its indices.
+    bool of_node(int i, int j) const { return at(i >> kShift, j >> kShift); }
+};
+
 /// Materials bottom up. Each level set wraps those below it, so that phi of a layer is nowhere above the phi
 /// of the one below, and where a lower layer is exposed both hold the same values. The last layer's front is
 /// the wafer's surface.
 struct MaterialStack {
     Domain domain;
     std::vector<Layer> layers;
+    /// The same materials at twice the spacing; null if there is one level alone, as there is unless
+    /// levelset/levels.hpp has made more.
+    std::shared_ptr<MaterialStack> coarser = nullptr;
+    LevelColumns columns = {};  ///< where this level counts, if there is a coarser one
+    int margin = 0;             ///< leaves around its columns, whose values come from the coarser level
 
     Grid& top() { return *layers.back().phi; }
     const Grid& top() const { return *layers.back().phi; }

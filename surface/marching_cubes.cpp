@@ -126,8 +126,10 @@ struct Signs {
     static std::size_t at(int x, int y) { return static_cast<std::size_t>(x * kSide + y); }
 };
 
-bool in_box(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
-    return origin.x() + x < box.cells[0] && origin.y() + y < box.cells[1];
+bool is_meshed(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
+    const int i = origin.x() + x, j = origin.y() + y;
+    return i >= 0 && j >= 0 && i < box.cells[0] && j < box.cells[1] &&
+           (box.meshed.empty() || box.meshed[static_cast<std::size_t>(i * box.cells[1] + j)] != 0);
 }
 
 // Marks the edges that the surface crosses and counts the triangles of the leaf's own cells.
@@ -144,7 +146,7 @@ bool mark_crossings(const Signs& signs, const openvdb::Coord& origin, const Late
             mark(0, signs.crossed(x, y, x + 1, y));
             mark(1, signs.crossed(x, y, x, y + 1));
             mark(2, signs.crossed(x, y));
-            if (!in_box(origin, x, y, box)) continue;
+            if (!is_meshed(origin, x, y, box)) continue;
             unsigned whole = 0;
             unsigned cut = signs.cut_cells(x, y, whole);
             complete = complete && (cut & ~whole) == 0;
@@ -193,7 +195,7 @@ void connect_vertices(const Parts<LeafEdges>& part, const Signs& signs, const op
     std::uint32_t triangle = part[0]->first_triangle;
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
-            if (!in_box(origin, x, y, box)) continue;
+            if (!is_meshed(origin, x, y, box)) continue;
             unsigned whole = 0;
             for (unsigned cut = signs.cut_cells(x, y, whole); cut != 0; cut &= cut - 1) {
                 const int z = std::countr_zero(cut);

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "surface/float_grid.hpp"
@@ -18,6 +19,9 @@ struct LateralGrid {
     std::array<double, 2> max{};  ///< world x, y of node cells: boundary vertices get these very numbers
     std::array<int, 2> cells{};
     double spacing = 0.0;  ///< dx; node k along z lies at k dx
+    /// By column of cells, y fastest: whether its cells are meshed. Empty: all are. The vertices on the edges of those
+    /// that are not stay, whether a triangle has them or not.
+    std::span<const std::uint8_t> meshed = {};
 };
 
 /// Edge intersections keep this fraction of a cell away from nodes, so that no triangle has zero area.

@@ -184,7 +184,7 @@ Json measured(const Result& result, const std::string& input, const std::vector<
         want_measure(recipe, name, "--measure");
     }
     Json json = Json::object();
-    const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
+    const TriangleMesh surface = levelset::extract_surface(state.stack);
     for (const Measure& measure : measure(recipe, state.stack, surface))
         json[measure.name] = {{"value", number_or_null(measure.value, 6)}, {"unit", measure.unit}};
     return json;

@@ -76,7 +76,10 @@ TriangleMesh coarsen(const Recipe& recipe, const levelset::MaterialStack& stack,
     std::vector<std::uint8_t> features;
     if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
         const PhaseClock clock(timing.features);
-        const surface::Curvature curvature = levelset::curvature(stack.top(), stack.domain, raw);
+        // Vertices where levels meet lie on no edge of a grid.
+        const surface::Curvature curvature = stack.coarser
+                                                 ? surface::mesh_curvature(raw)
+                                                 : levelset::curvature(stack.top(), stack.domain, raw);
         const double parameter = recipe.simplify.feature_parameter.value_or(
             surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
         features = surface::feature_flags(curvature, spacing, parameter);

@@ -157,7 +157,7 @@ std::size_t note_events(const Recipe& recipe, const TriangleMesh& surface,
 }
 
 void begin_events(const Recipe& recipe, RunState& state) {
-    const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
+    const TriangleMesh surface = levelset::extract_surface(state.stack);
     note_events(recipe, surface, levelset::surface_pieces(surface, state.stack.domain), 0, state);
     state.history.events.clear();
 }

@@ -17,6 +17,7 @@ double fastest_speed(const Model& model, const levelset::MaterialStack& stack, c
             if (std::isfinite(v) && (v > 0.0 || !own_film)) fastest = std::max(fastest, std::abs(v));
         }
     }
+    if (stack.coarser) fastest = fastest_speed(model, *stack.coarser, *motion.coarser, fastest);
     if (model.depends_on_normal && fastest > 0.0) fastest = std::max(fastest, model.max_speed.value_or(0.0));
     return std::max(fastest, at_first);
 }
@@ -24,6 +25,8 @@ double fastest_speed(const Model& model, const levelset::MaterialStack& stack, c
 double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, const levelset::Motion& motion,
                      double fastest) {
     if (!step.stop_depth) return fastest;
+    if (stack.coarser)
+        return speed_to_stop(step, *stack.coarser, *motion.coarser, fastest);  // which is everywhere
     const auto height = [](const levelset::SurfaceSample& s) {
         return s.node.z() + static_cast<double>(s.foot.z());
     };

@@ -145,10 +145,8 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
     return model.speeds(points);
 }
 
-}  // namespace
-
-levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
-                                const TracedSurface& surface, Timing& timing) {
+levelset::Motion motion_of_level(const Model& model, const levelset::MaterialStack& stack,
+                                 const TracedSurface& surface, Timing& timing) {
     levelset::Extension extension;
     {
         const PhaseClock clock(timing.extend);
@@ -190,6 +188,17 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
                                              : speed_of(points->at(sample, layer, Vec3::UnitZ()));
         };
     }
+    return motion;
+}
+
+}  // namespace
+
+levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
+                                const TracedSurface& surface, Timing& timing) {
+    levelset::Motion motion = motion_of_level(model, stack, surface, timing);
+    if (stack.coarser)
+        motion.coarser =
+            std::make_shared<const levelset::Motion>(surface_motion(model, *stack.coarser, surface, timing));
     return motion;
 }
 

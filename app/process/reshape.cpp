@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "app/models/model.hpp"
+#include "app/process/levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/levels.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -27,8 +29,7 @@ void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::
 
 double lowest_point(const levelset::MaterialStack& stack) {
     double lowest = std::numeric_limits<double>::infinity();
-    for (const Vec3& p : levelset::extract_surface(*stack.layers.front().phi, stack.domain).vertices)
-        lowest = std::min(lowest, p.z());
+    for (const Vec3& p : levelset::extract_surface(stack, 0).vertices) lowest = std::min(lowest, p.z());
     return lowest;
 }
 
@@ -36,8 +37,11 @@ bool reshape(const Recipe& recipe, const Step& step, levelset::MaterialStack& st
     const ModelEntry* entry = find_model(step.model);
     if (entry->apply == nullptr) return false;
     if (step.model == "planarize") refuse_to_lose_all(recipe, step, stack);
+    // Sharp edges are made where the grid is fine, which then is coarsened where they are not.
+    if (stack.coarser) stack = levelset::on_one_level(stack);
     entry->apply(step.values, recipe.materials,
                  entry->patterned ? pattern_of(step, recipe) : levelset::Shape{}, stack);
+    give_levels(recipe, stack);
     return true;
 }
 

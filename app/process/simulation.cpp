@@ -28,6 +28,7 @@
 #include "app/results/metrology.hpp"
 #include "app/results/whole_summary.hpp"
 #include "levelset/extract.hpp"
+#include "levelset/levels.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -85,7 +86,7 @@ void end_step(const char* stopped_by, RunState& state) {
 // False if the step is not a geometric one.
 bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (!reshape(run.recipe, step, state.stack)) return false;
-    const TriangleMesh surface = levelset::extract_surface(state.stack.top(), state.stack.domain);
+    const TriangleMesh surface = levelset::extract_surface(state.stack);
     tell_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
     end_step(kDuration, state);
     return true;
@@ -200,9 +201,16 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
                            return levelset::max_speed(state.stack, motion) > 0.0;
                        });
     if (!moves) return state.advance(next.dt, next.until);
+    const bool anew = state.stack.coarser && state.time_step % levelset::kTimeStepsBetweenChoices == 0;
+    std::vector<levelset::LevelColumns> wanted;
+    if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
     const auto seconds = levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
     state.timing.advect += seconds.advect;
     state.timing.redistance += seconds.redistance;
+    if (anew) {
+        const PhaseClock clock(state.timing.redistance);
+        levelset::choose_columns(state.stack, wanted);
+    }
     state.advance(next.dt, next.until);
 }
 
@@ -348,8 +356,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
     flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
     if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
         const Json summary = read_whole_summary(options.output);
-        return {levelset::extract_surface(state.stack.top(), state.stack.domain),
-                timing_from_json(summary.at("timing")), summary};
+        return {levelset::extract_surface(state.stack), timing_from_json(summary.at("timing")), summary};
     }
     // When the checkpoint was written, of a finished run that is extended.
     std::optional<std::filesystem::file_time_type> extended;

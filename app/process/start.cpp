@@ -9,6 +9,7 @@
 #include "app/process/state.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
+#include "levelset/levels.hpp"
 #include "levelset/sample.hpp"
 #include "surface/error.hpp"
 
@@ -94,7 +95,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
                                          *start.time, choices(start, run, all), recipe.domain.time_unit)
                            : fmt::format("it saved no surface at the end of start.step = {}; it did of {}",
                                          start.step, choices(start, run, all)));
-    levelset::MaterialStack stack = chosen + 1 == all.size() ? std::move(run.stack)
+    levelset::MaterialStack stack = chosen + 1 == all.size() ? levelset::on_one_level(run.stack)
                                                              : rebuilt(start.from, chosen, all[chosen],
                                                                        run.files, domain_of(recipe), stop);
     for (levelset::Layer& layer : stack.layers) {

@@ -1,4 +1,5 @@
 #include "app/process/state.hpp"
+#include "app/process/levels.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -105,6 +106,7 @@ RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) 
     RunState state;
     state.inputs = inputs_of(recipe);
     state.stack = recipe.start.from.empty() ? stack_of_layers(recipe, stop) : stack_of_run(recipe, stop);
+    give_levels(recipe, state.stack);
     state.enter(0);
     state.history = begin_history(state.stack, recipe.materials.size());
     begin_events(recipe, state);

@@ -11,6 +11,7 @@
 #include "app/results/figures.hpp"
 #include "levelset/extract.hpp"
 #include "levelset/layer_depths.hpp"
+#include "levelset/levels.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::app {
@@ -28,12 +29,18 @@ double lowest(const TriangleMesh& surface) {
 
 // How much at least lies on a material; 0 where it is bare.
 double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
-    const double touching = levelset::kExposed * stack.domain.spacing;
-    const levelset::LayerDepths depths(stack);
+    std::vector<levelset::LayerDepths> depths;  // by level
+    for (const levelset::MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
+        depths.emplace_back(*level);
     std::vector<float> depth(stack.layers.size() - 1);
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-        depths.at(stack.domain.to_index(triangle_centroid(surface, t)), depth);
+        const Vec3 centroid = triangle_centroid(surface, t);
+        const levelset::MaterialStack& here_counts = levelset::level_at(stack, centroid);
+        const auto coarser =
+            static_cast<std::size_t>(levelset::level_count(stack) - levelset::level_count(here_counts));
+        const double touching = levelset::kExposed * here_counts.domain.spacing;
+        depths[coarser].at(here_counts.domain.to_index(centroid), depth);
         for (std::size_t k = 0; k < stack.layers.size(); ++k) {
             const double here = k < depth.size() ? static_cast<double>(depth[k]) : 0.0;
             if (stack.layers[k].material == material)
@@ -46,8 +53,7 @@ double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, 
 
 double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
     if (stack.layers.size() < 2) return 0.0;
-    const TriangleMesh below =
-        levelset::extract_surface(*stack.layers[stack.layers.size() - 2].phi, stack.domain);
+    const TriangleMesh below = levelset::extract_surface(stack, stack.layers.size() - 2);
     if (below.triangles.empty()) return 0.0;
     const surface::RayScene scene(below);
     double most = 0.0;
@@ -101,9 +107,7 @@ void note_missing_figure(const Recipe& recipe, const Step& step, std::size_t num
     const std::string stop = stop_text(step);
     if (stop.empty()) return;
     const std::string figure = stop_rule(recipe, stop).figure;
-    if (std::isfinite(
-            measure_named(recipe, figure, stack, levelset::extract_surface(stack.top(), stack.domain)).value))
-        return;
+    if (std::isfinite(measure_named(recipe, figure, stack, levelset::extract_surface(stack)).value)) return;
     fmt::print(stderr,
                "step {} ({}): ended by its duration: it was to stop at {}, which the wafer does not have\n",
                number, step.name.empty() ? step.model : step.name, figure);

@@ -9,6 +9,7 @@
 #include "app/process/flux_methods.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/results/metrology.hpp"
+#include "levelset/levels.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -121,6 +122,16 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
                             length + "/" + time});
 }
 
+// The grid's levels as they were last, the finest first.
+Json grid_json(const levelset::MaterialStack& stack) {
+    Json levels = Json::array();
+    const std::vector<std::size_t> voxels = levelset::voxels_by_level(stack);
+    double spacing = stack.domain.spacing;
+    for (std::size_t n = 0; n < voxels.size(); ++n, spacing *= 2.0)
+        levels.push_back({{"spacing", number_or_null(spacing, kTimeDigits)}, {"voxels", voxels[n]}});
+    return {{"levels", std::move(levels)}};
+}
+
 }  // namespace
 
 Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<Step>& steps,
@@ -132,6 +143,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"length_unit", recipe.domain.length_unit},
                  {"time_unit", recipe.domain.time_unit},
                  {"grid_spacing", number_or_null(state.stack.domain.spacing, kTimeDigits)},
+                 {"grid", grid_json(state.stack)},
                  {"time", number_or_null(state.time, kTimeDigits)},
                  {"time_steps", state.time_step},
                  {"steps", steps_json(steps, state)},

@@ -30,7 +30,7 @@ TracedSurface extracted(const levelset::MaterialStack& stack, Timing& timing) {
     const PhaseClock clock(timing.extract);
     TracedSurface surface;
     surface.box = lateral_box(stack.domain);
-    surface.raw = levelset::extract_surface(stack.top(), stack.domain);
+    surface.raw = levelset::extract_surface(stack);
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");

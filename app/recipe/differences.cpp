@@ -33,6 +33,7 @@ void compare(const std::string& path, Section now, Section there, std::vector<st
 std::vector<std::string> differences(const Recipe& now, const Recipe& there) {
     std::vector<std::string> list;
     compare("domain.", now.domain, there.domain, list);
+    compare("grid.", now.grid, there.grid, list);
     compare("start.", now.start, there.start, list);
     for (std::size_t id = 0; id < there.materials.size(); ++id)
         if (id >= now.materials.size())

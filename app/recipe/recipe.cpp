@@ -1,4 +1,5 @@
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/grid_levels.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -24,8 +25,9 @@ constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostRecipeBytes = 1 << 24;
 
 void refuse_unknown_sections(const toml::table& root) {
-    static const std::vector<std::string> known = {"domain", "start",    "material",  "layer",  "step",
-                                                   "flux",   "simplify", "advection", "output", "metrology"};
+    static const std::vector<std::string> known = {"domain",    "grid",   "start",    "material",
+                                                   "layer",     "step",   "flux",     "simplify",
+                                                   "advection", "output", "metrology"};
     for (const auto& [key, node] : root)
         if (std::find(known.begin(), known.end(), key.str()) == known.end())
             fail(node, key.str(),
@@ -242,6 +244,8 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_materials(root, recipe);
     take_extent_from_layout(root, recipe);
     read_domain(root, recipe);
+    read_section(root, "grid", recipe.grid, reading_for(recipe),
+                 [&] { check_grid(recipe.grid, recipe.domain); });
     read_start(root, recipe);
     read_layers(root, recipe);
     read_steps(root, recipe);

@@ -24,6 +24,11 @@ struct DomainSection {
     bool operator==(const DomainSection&) const = default;
 };
 
+struct GridSection {
+    std::optional<double> levels = 1.0;  ///< 1 to 3; absent: as many as pay (recipe/grid_levels.hpp)
+    bool operator==(const GridSection&) const = default;
+};
+
 /// An earlier run whose wafer takes the place of layers; the new run's process time begins at 0.
 struct StartSection {
     std::string from;            ///< its folder, absolute in a parsed recipe; empty: none
@@ -127,6 +132,7 @@ struct MetrologySection {
 struct Recipe {
     std::string file;
     DomainSection domain;
+    GridSection grid;
     StartSection start;
     Materials materials = default_materials();
     std::vector<Layer> layers;  ///< none of a run that starts from another

@@ -49,6 +49,18 @@ std::vector<Field> fields(DomainSection& domain) {
     };
 }
 
+std::vector<Field> fields(GridSection& grid) {
+    return {
+        {"levels",
+         &grid.levels,
+         "",
+         "of the grid, each with twice the spacing of the one before: the finest counts in columns of the wafer that "
+         "have what a coarser one cannot hold, such as edges, gaps or speeds that change along the surface; auto: up to "
+         "3, as many as the domain's cells allow",
+         {.min = 1.0, .max = 3.0, .word = "auto"}},
+    };
+}
+
 std::vector<Field> fields(StartSection& start) {
     return {
         {"from", &start.from, "",
@@ -246,6 +258,7 @@ std::vector<Field> fields(MetrologySection& metrology) {
 std::vector<SectionDoc> recipe_documentation() {
     std::vector<SectionDoc> docs;
     docs.push_back(section<DomainSection>("domain", "[domain]", "the simulated box and the units"));
+    docs.push_back(section<GridSection>("grid", "[grid]", "where the grid is fine"));
     docs.push_back(section<StartSection>(
         "start", "[start]", "begins with the wafer of an earlier run; takes the place of layers"));
     docs.push_back(section<Material>("material", "[[material]]",

@@ -5,6 +5,7 @@
 namespace sidewall::app {
 
 std::vector<Field> fields(DomainSection& domain);
+std::vector<Field> fields(GridSection& grid);
 std::vector<Field> fields(StartSection& start);
 std::vector<Field> fields(Material& material);
 std::vector<Field> fields(Layer& layer);  ///< those of its shape

@@ -87,6 +87,7 @@ std::string effective_recipe(const Recipe& recipe) {
                                    recipe.domain.length_unit, recipe.domain.time_unit);
     const DomainSection& units = recipe.domain;
     text += section_text("[domain]", recipe.domain, units);
+    text += section_text("[grid]", recipe.grid, units);
     if (!recipe.start.from.empty()) text += section_text("[start]", recipe.start, units);
     text += materials_text(recipe);
     for (const Layer& layer : recipe.layers) text += section_text("[[layer]]", layer, units);

@@ -142,10 +142,9 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
         } else if (what == "film") {
             Film t;
             if (stack.layers.size() > 1)
-                t = film_between(
-                    profile, profile_of(levelset::extract_surface(*stack.layers[stack.layers.size() - 2].phi,
-                                                                  stack.domain),
-                                        plane, stack.domain));
+                t = film_between(profile,
+                                 profile_of(levelset::extract_surface(stack, stack.layers.size() - 2), plane,
+                                            stack.domain));
             measures.push_back({"film_top", t.top, length});
             measures.push_back({"film_side", t.side, length});
             measures.push_back({"film_bottom", t.bottom, length});
@@ -167,8 +166,8 @@ std::vector<int> layer_materials(const levelset::MaterialStack& stack) {
 std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
     std::vector<double> volumes;
     double below = 0.0;
-    for (const levelset::Layer& layer : stack.layers) {
-        const TriangleMesh mesh = levelset::extract_surface(*layer.phi, stack.domain);
+    for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+        const TriangleMesh mesh = levelset::extract_surface(stack, k);
         double volume = 0.0;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
             volume += 0.5 * area_vector(mesh, t).z() * triangle_centroid(mesh, t).z();

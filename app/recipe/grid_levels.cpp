@@ -1,0 +1,65 @@
+#include "app/recipe/grid_levels.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "app/recipe/flat.hpp"
+#include "app/recipe/layers.hpp"
+#include "levelset/levels.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// The spacing nearest to the wanted one that leaves whole cells of the coarsest level along both sides, and
+// enough.
+std::optional<double> spacing_for(int levels, const DomainSection& domain) {
+    constexpr int kLeastCells = 4;
+    const int factor = 1 << (levels - 1);
+    const double shorter = std::min(domain.extent[0], domain.extent[1]),
+                 longer = std::max(domain.extent[0], domain.extent[1]);
+    std::optional<double> best;
+    const int most = static_cast<int>(2.0 * shorter / domain.grid_spacing / factor) + kLeastCells;
+    for (int n = kLeastCells; n <= most; ++n) {
+        const double dx = shorter / (n * factor), along = longer / (dx * factor);
+        if (std::abs(along - std::round(along)) > 1e-6 * along) continue;
+        if (!best || std::abs(dx - domain.grid_spacing) < std::abs(*best - domain.grid_spacing)) best = dx;
+    }
+    return best;
+}
+
+}  // namespace
+
+int grid_levels(const Recipe& recipe, const levelset::Domain& domain) {
+    if (is_flat(recipe.domain)) return 1;
+    if (recipe.grid.levels) return static_cast<int>(*recipe.grid.levels);
+    int levels = levelset::most_levels(domain);
+    while (levels > 1 && std::min(domain.cells[0], domain.cells[1]) >> (levels - 1) < kFewestCoarse) --levels;
+    return levels;
+}
+
+void check_grid(const GridSection& grid, const DomainSection& domain) {
+    if (!grid.levels) return;
+    if (*grid.levels != std::floor(*grid.levels)) throw KeyError("levels", "must be 1, 2, 3 or \"auto\"");
+    const int levels = static_cast<int>(*grid.levels);
+    if (levels == 1) return;
+    if (is_flat(domain))
+        throw KeyError("levels", "must be 1 for a profile in x and z, which is one cell wide and as cheap");
+    const levelset::Domain cells = levelset::make_domain(domain.extent, domain.grid_spacing, domain.boundary);
+    const int most = levelset::most_levels(cells);
+    if (levels <= most) return;
+    const std::optional<double> spacing = spacing_for(levels, domain);
+    throw KeyError(
+        "levels",
+        fmt::format(
+            "makes coarsest cells of {} finest ones, of which {} x {} cells do not hold a whole number, "
+            "or less than 4, along both sides: {}use at most {} {}",
+            1 << (levels - 1), cells.cells[0], cells.cells[1],
+            spacing ? fmt::format("a domain.grid_spacing of {:.6g} would do; else ", *spacing)
+                    : std::string(),
+            most, most == 1 ? "level" : "levels"));
+}
+
+}  // namespace sidewall::app

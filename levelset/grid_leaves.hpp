@@ -1,0 +1,32 @@
+#pragma once
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "levelset/domain.hpp"
+#include "levelset/openvdb_grid.hpp"
+
+namespace sidewall::levelset {
+
+/// Values of nodes.
+using NodeValues = std::vector<std::pair<openvdb::Coord, float>>;
+
+/// A grid's leaves as marching cubes reads them, in a tree's order. A periodic axis stores nodes 0..cells-1; cells on the
+/// high side also need node cells, the image of node 0. Leaves that hold such images are copies.
+class GridLeaves {
+  public:
+    /// \param other  nodes that are to have other values than in the grid.
+    GridLeaves(const Grid& grid, const Domain& domain, const NodeValues& other = {});
+
+    const std::vector<const Leaf*>& list() const { return list_; }
+
+  private:
+    void set(const NodeValues& values);
+    NodeValues images(int axis, int cells) const;
+
+    std::vector<const Leaf*> list_;
+    std::vector<std::unique_ptr<Leaf>> own_;  // the copies
+    float background_;
+};
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,22 @@
+#pragma once
+#include "levelset/stack.hpp"
+
+// Where a coarser level does not do.
+namespace sidewall::levelset {
+
+/// Radii of curvature, in cells of the coarser level, below which it does not do and above which it does again.
+inline constexpr double kCoarseCells = 5.0, kGivenUp = 8.0;
+
+/// Cells of the coarser level from a feature to where it counts: the way the front may go until the columns are chosen
+/// anew, and what an interpolation reads.
+inline constexpr int kReach = 4;
+
+/// Share of the largest speed by which that of two points a coarser cell apart may differ.
+inline constexpr double kSpeedChange = 0.03;
+
+/// The columns of \p stack, which has a coarser level, that it is to count in for the shapes of all layers' fronts: see
+/// choose_columns in levelset/levels.hpp.
+/// \note Parallel; O(n) in the coarser level's voxels.
+LevelColumns columns_of_features(const MaterialStack& stack);
+
+}  // namespace sidewall::levelset

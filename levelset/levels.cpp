@@ -1,0 +1,231 @@
+#include "levelset/levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "levelset/extract.hpp"
+#include "levelset/level_features.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "levelset/prolongation.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+constexpr int kNodes = LevelColumns::kNodes, kShift = LevelColumns::kShift;
+
+// Along an axis: a last column without cells goes with the one before it, and at a periodic side, where both
+// ends of the surface must be one line, the first and the last column go together.
+void close_ends(const Domain& domain, LevelColumns& columns) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const int last = columns.count[axis] - 1, across = columns.count[1 - axis];
+        const auto column = [&](int k, int n) -> std::uint8_t& {
+            return axis == 0 ? columns.at(k, n) : columns.at(n, k);
+        };
+        for (int n = 0; n < across && last > 0; ++n) {
+            if (domain.side[axis] == Side::periodic) {
+                const std::uint8_t any = column(0, n) | column(last, n);
+                column(0, n) = any, column(last, n) = any;
+            } else if (domain.cells[axis] % kNodes == 0) {
+                column(last, n) = column(last - 1, n);
+            }
+        }
+    }
+}
+
+// A level's columns in units of those of the coarser level, with a leaf of that one more on every side for each of the
+// margin.
+LevelColumns in_coarser(const MaterialStack& stack, const LevelColumns& columns) {
+    const Domain& coarse = stack.coarser->domain;
+    LevelColumns result = all_columns(coarse);
+    std::fill(result.own.begin(), result.own.end(), 0);
+    // The column is a leaf of the coarser level: nodes 8 x to 8 x + 7 of it.
+    const auto each_node = [&](int x, auto&& use) {
+        for (int leaf = x - stack.margin; leaf <= x + stack.margin; ++leaf)
+            for (const int node : {8 * leaf, 8 * leaf + 7}) use(node);
+    };
+    for (int x = 0; x < columns.count[0]; ++x)
+        for (int y = 0; y < columns.count[1]; ++y) {
+            if (!columns.at(x, y)) continue;
+            each_node(x, [&](int i) {
+                each_node(y, [&](int j) {
+                    result.at(coarse.source_node(0, i) >> kShift, coarse.source_node(1, j) >> kShift) = 1;
+                });
+            });
+        }
+    return result;
+}
+
+void unite(LevelColumns& columns, const LevelColumns& more) {
+    for (std::size_t n = 0; n < columns.own.size(); ++n) columns.own[n] |= more.own[n];
+}
+
+// What becomes of a level's leaves when \p columns become its own; those that were before keep their values.
+LeafColumns leaf_columns(const MaterialStack& stack, const LevelColumns& columns) {
+    const Domain& domain = stack.domain;
+    LeafColumns result{{(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1}, {}};
+    for (int x = 0; x < result.count[0]; ++x)
+        for (int y = 0; y < result.count[1]; ++y) {
+            LeafColumn kind = LeafColumn::none;
+            if (columns.of_node(8 * x, 8 * y)) {
+                kind = stack.columns.of_node(8 * x, 8 * y) ? LeafColumn::kept : LeafColumn::interpolated;
+            } else {
+                for (int i = -stack.margin; i <= stack.margin; ++i)
+                    for (int j = -stack.margin; j <= stack.margin; ++j)
+                        for (const int side : {0, 7})
+                            for (const int other : {0, 7})
+                                if (columns.of_node(domain.source_node(0, 8 * (x + i) + side),
+                                                    domain.source_node(1, 8 * (y + j) + other)))
+                                    kind = LeafColumn::interpolated;
+            }
+            result.kind.push_back(kind);
+        }
+    return result;
+}
+
+void set_columns(MaterialStack& stack, LevelColumns columns) {
+    const LeafColumns leaves = leaf_columns(stack, columns);
+    stack.columns = std::move(columns);
+    prolongate(stack, leaves);
+}
+
+// The level set of twice the spacing with the same front. Its narrow band is twice as wide: what lies beyond
+// the finer one's is the distance to the front as a mesh.
+GridPtr coarser_grid(const Grid& grid, const Domain& domain) {
+    const TriangleMesh front = extract_surface(grid, domain);
+    if (front.triangles.empty()) return make_grid(coarser_domain(domain));
+    const surface::RayScene scene(front);
+    const auto distance = [&](const Vec3& p) {
+        const Vec3 index = domain.to_index(p);
+        const auto own = [&](int axis) {
+            return std::clamp(static_cast<int>(std::lround(index[axis])), 0, domain.last_node(axis));
+        };
+        const double d = scene.closest_point(p, std::numeric_limits<double>::max()).distance;
+        return inside(grid, openvdb::Coord(own(0), own(1), static_cast<int>(std::lround(index.z())))) ? -d
+                                                                                                      : d;
+    };
+    const double margin = 2.0 * (kHalfWidth + 1.0) * domain.spacing;
+    const auto [low, high] = band_z_range(grid, domain);
+    return sample_grid(coarser_domain(domain), distance, low - margin, high + margin);
+}
+
+// The next coarser level of a stack that holds all of the domain.
+std::shared_ptr<MaterialStack> made_coarser(const MaterialStack& stack) {
+    auto coarser = std::make_shared<MaterialStack>();
+    coarser->domain = coarser_domain(stack.domain);
+    for (const Layer& layer : stack.layers)
+        coarser->layers.push_back({layer.material, coarser_grid(*layer.phi, stack.domain)});
+    return coarser;
+}
+
+void inject_all(MaterialStack& stack) {
+    for (MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) inject(*level);
+}
+
+void prolongate_margins(MaterialStack& stack) {
+    if (!stack.coarser) return;
+    prolongate_margins(*stack.coarser);
+    prolongate(stack, leaf_columns(stack, stack.columns));
+}
+
+}  // namespace
+
+LevelColumns all_columns(const Domain& domain) {
+    LevelColumns columns{{(domain.last_node(0) >> kShift) + 1, (domain.last_node(1) >> kShift) + 1}, {}};
+    columns.own.assign(static_cast<std::size_t>(columns.count[0] * columns.count[1]), 1);
+    return columns;
+}
+
+Domain coarser_domain(const Domain& domain) {
+    Domain coarser = domain;
+    coarser.spacing = 2.0 * domain.spacing;
+    for (int& cells : coarser.cells) cells /= 2;
+    return coarser;
+}
+
+int level_count(const MaterialStack& stack) {
+    return stack.coarser ? 1 + level_count(*stack.coarser) : 1;
+}
+
+int most_levels(const Domain& domain) {
+    constexpr int kMost = 3, kLeastCells = 4;
+    int levels = 1;
+    for (int factor = 2; levels < kMost; factor *= 2, ++levels)
+        for (const int cells : domain.cells)
+            if (cells % factor != 0 || cells / factor < kLeastCells) return levels;
+    return levels;
+}
+
+int margin_for(const AdvectionOptions& options) {
+    const int reach = options.scheme == Scheme::weno5 ? 3 : options.scheme == Scheme::engquist_osher ? 1 : 2;
+    // A stage reads `reach` nodes, re-distancing four, and a leaf is eight wide; one is left for what is read
+    // of layers beside a node.
+    return static_cast<int>(stage_count(options.time_integration)) * reach + 4 < 8 ? 1 : 2;
+}
+
+void make_levels(MaterialStack& stack, int levels, int margin) {
+    MaterialStack* level = &stack;
+    for (int n = 1; n < levels; ++n, level = level->coarser.get()) {
+        level->margin = margin;
+        level->columns = all_columns(level->domain);
+        level->coarser = made_coarser(*level);
+        inject(*level);
+    }
+    choose_columns(stack, {});
+}
+
+MaterialStack on_one_level(const MaterialStack& stack) {
+    MaterialStack all = copy(stack);
+    if (!all.coarser) return all;
+    *all.coarser = on_one_level(*all.coarser);
+    set_columns(all, all_columns(all.domain));
+    all.coarser = nullptr;
+    all.columns = {};
+    all.margin = 0;
+    return all;
+}
+
+void exchange_levels(MaterialStack& stack) {
+    inject_all(stack);
+    prolongate_margins(stack);
+}
+
+void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wanted) {
+    std::vector<MaterialStack*> levels;
+    for (MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) levels.push_back(level);
+    std::vector<LevelColumns> chosen;
+    for (std::size_t n = 0; n < levels.size(); ++n) {
+        LevelColumns columns = columns_of_features(*levels[n]);
+        if (!wanted.empty()) unite(columns, wanted[n]);
+        // A finer level's columns and what they read lie within this one's.
+        if (n > 0) unite(columns, in_coarser(*levels[n - 1], chosen.back()));
+        close_ends(levels[n]->domain, columns);
+        chosen.push_back(std::move(columns));
+    }
+    for (std::size_t n = levels.size(); n-- > 0;) set_columns(*levels[n], chosen[n]);
+}
+
+const MaterialStack& level_at(const MaterialStack& stack, const Vec3& point) {
+    if (!stack.coarser) return stack;
+    const Vec3 index = stack.domain.to_index(point);
+    const auto node = [&](int axis) {
+        const int n = static_cast<int>(std::floor(index[axis]));
+        return std::clamp(n, 0, stack.domain.last_node(axis));
+    };
+    return stack.columns.of_node(node(0), node(1)) ? stack : level_at(*stack.coarser, point);
+}
+
+std::vector<std::size_t> voxels_by_level(const MaterialStack& stack) {
+    std::vector<std::size_t> voxels;
+    for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get()) {
+        std::size_t sum = 0;
+        for (const Layer& layer : level->layers) sum += layer.phi->activeVoxelCount();
+        voxels.push_back(sum);
+    }
+    return voxels;
+}
+
+}  // namespace sidewall::levelset
