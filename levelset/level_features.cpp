@@ -130,35 +130,51 @@ void mark_features(const MaterialStack& stack, const Grid& grid, LevelColumns& c
     });
 }
 
+// Speeds at a leaf's samples, and a straight line through them along each axis.
+struct SpeedsOfLeaf {
+    double count = 0.0, sum = 0.0;
+    std::array<double, 3> place{}, squares{}, moment{};  // sums of x, x^2 and x v by axis
+    NodeBox box;
+
+    void add(const Eigen::Vector3i& node, double v) {
+        ++count;
+        sum += v;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double x = node[static_cast<int>(a)] & 7;
+            place[a] += x, squares[a] += x * x, moment[a] += x * v;
+        }
+        box.add(openvdb::Coord(node.x(), node.y(), node.z()));
+    }
+    // The largest change a cell. That of single samples would be their noise.
+    double steepest() const {
+        double most = 0.0;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double spread = squares[a] - place[a] * place[a] / count;
+            constexpr double kLeastSpread =
+                0.5;  // of a sample; a front across the axis has nodes within a cell of it
+            if (spread > kLeastSpread * count)
+                most = std::max(most, std::abs(moment[a] - place[a] * sum / count) / spread);
+        }
+        return most;
+    }
+};
+
 // Marks the coarser level's leaves in which the speed is not the same all over.
 void mark_speeds(const MaterialStack& coarse, const Motion& motion, double most, LevelColumns& columns) {
     const auto& samples = motion.extension.samples;
-    struct Range {
-        double low = std::numeric_limits<double>::infinity(), high = -low;
-        NodeBox box;
-    };
-    const surface::LeafTable table = [&] {
-        std::vector<const Leaf*> leaves;
-        coarse.top().tree().getNodes(leaves);
-        return surface::LeafTable(leaves);
-    }();
-    std::vector<Range> ranges(coarse.top().tree().leafCount());
+    std::vector<const Leaf*> leaves;
+    coarse.top().tree().getNodes(leaves);
+    const surface::LeafTable table(leaves);
+    std::vector<SpeedsOfLeaf> speeds(leaves.size());
     for (std::size_t n = 0; n < samples.size(); ++n) {  // in the order of leaves
-        const auto& c = samples[n].node;
+        const Eigen::Vector3i& c = samples[n].node;
         const std::int32_t leaf = table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3);
         if (leaf < 0 || !is_whole(coarse, c.x(), c.y())) continue;
-        Range& range = ranges[static_cast<std::size_t>(leaf)];
-        const double v = motion.speed(n, exposed(coarse, motion, n), Vec3::UnitZ());
-        range.low = std::min(range.low, v);
-        range.high = std::max(range.high, v);
-        range.box.add(openvdb::Coord(c.x(), c.y(), c.z()));
+        speeds[static_cast<std::size_t>(leaf)].add(
+            c, motion.speed(n, exposed(coarse, motion, n), Vec3::UnitZ()));
     }
-    for (const Range& range : ranges) {
-        if (range.box.empty()) continue;
-        const int cells =
-            std::max({1, range.box.high[0] - range.box.low[0], range.box.high[1] - range.box.low[1]});
-        if (range.high - range.low > kSpeedChange * cells * most) mark(coarse.domain, range.box, columns);
-    }
+    for (const SpeedsOfLeaf& leaf : speeds)
+        if (leaf.count > 0.0 && leaf.steepest() > kSpeedChange * most) mark(coarse.domain, leaf.box, columns);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ inline constexpr double kCoarseCells = 5.0, kGivenUp = 8.0;
 /// anew, and what an interpolation reads.
 inline constexpr int kReach = 4;
 
-/// Share of the largest speed by which that of two points a coarser cell apart may differ.
+/// Share of the largest speed by which a straight line through the speeds of a leaf may rise a coarser cell.
 inline constexpr double kSpeedChange = 0.03;
 
 /// The columns of \p stack, which has a coarser level, that it is to count in for the shapes of all layers' fronts: see

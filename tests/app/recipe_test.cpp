@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/sections.hpp"
 
@@ -49,6 +50,8 @@ grid_spacing = 0.1
 boundary = ["periodic", "reflective"]
 length_unit = "nm"
 time_unit = "min"
+[grid]
+levels = 2
 [[material]]
 name = "Low-k"
 colour = "#010203"
@@ -346,6 +349,30 @@ TEST_CASE("an error names file, line, key, value and rule", "[foreign]") {
     CHECK(of("duration", "duratoin").starts_with("bad.toml:11: step[0].duratoin = 5.0: unknown key"));
     CHECK(of("depth = 8.0\n", "") ==
           "bad.toml:4: layer[0].depth: missing: a trench or hole in the first layer must end somewhere");
+}
+
+TEST_CASE("a grid of several levels has whole cells on each, or is refused with a spacing that has",
+          "[foreign]") {
+    CHECK_FALSE(with({}).grid.levels != 1.0);
+    CHECK(with({"grid.levels=2"}).grid.levels == 2.0);  // 42 x 42 cells
+    CHECK_FALSE(with({"grid.levels=auto"}).grid.levels.has_value());
+    CHECK(grid_levels(with({"grid.levels=auto"}), domain_of(with({}))) == 1);
+    const std::vector<std::string> fine = {"grid.levels=auto", "domain.grid_spacing=0.05"};
+    CHECK(grid_levels(with(fine), domain_of(with(fine))) == 3);
+
+    const std::string refused = message(kBase, {"grid.levels=3"});
+    CHECK_THAT(refused, Catch::Contains("grid.levels") && Catch::Contains("42 x 42 cells") &&
+                            Catch::Contains("use at most 2 levels"));
+    const std::size_t at = refused.find("grid_spacing of ");
+    REQUIRE(at != std::string::npos);
+    const std::string advised = refused.substr(at + 16, refused.find(' ', at + 16) - at - 16);
+    CHECK(with({"grid.levels=3", "domain.grid_spacing=" + advised}).grid.levels == 3.0);
+
+    CHECK_THAT(message(kBase, {"grid.levels=2.5"}), Catch::Contains("must be 1, 2, 3 or \"auto\""));
+    CHECK_THAT(message(kBase, {"grid.levels=4"}), Catch::Contains("grid.levels"));
+    CHECK_THAT(message(kBase, {"grid.levels=3", "domain.grid_spacing=1.0"}), Catch::Contains("grid.levels"));
+    CHECK_THAT(message(kBase, {"domain.extent=[10.0]", "grid.levels=2"}), Catch::Contains("profile"));
+    CHECK(with({"domain.extent=[10.0]", "grid.levels=1"}).grid.levels == 1.0);
 }
 
 TEST_CASE("layers stand on each other and stacks expand bottom up", "[foreign]") {

@@ -58,6 +58,8 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
     // 3 s at 1 um/s on the open floor, a little more where walls reflect ions.
     {"faraday_cage",
      {{"depth", 3.0 - 0.1, 3.0 + 0.3}, {"removed_volume_Si", 10.0 * 0.5 * 1.5, 10.0 * 0.5 * 3.0}}},
+    // A liner of 15, then etched off what faces up.
+    {"fin_on_wide_wafer", {{"film_side", 14.5, 15.2}, {"film_top", -0.1, 0.1}}},
     {"fin_deposition", {{"added_volume_Si3N4", 6.0, 8.1}, {"depth", -0.3, -0.2}}},
     // 7 of top at 1.6 and twice 7 of wall at 1.12, 1.2 wide: less what the facets cut.
     {"fin_epitaxy",
