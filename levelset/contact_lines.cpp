@@ -8,11 +8,9 @@
 #include <optional>
 #include <unordered_map>
 
-#include "levelset/continued.hpp"
 #include "levelset/divide.hpp"
 #include "levelset/extract.hpp"
-#include "levelset/levels.hpp"
-#include "levelset/openvdb_grid.hpp"
+#include "levelset/fronts.hpp"
 #include "surface/marching_cubes.hpp"
 
 namespace sidewall::levelset {
@@ -43,67 +41,12 @@ constexpr double kFolded = -0.8;
 // In cells. Marching cubes makes shorter edges beside nodes; divided they would be parts of no area.
 constexpr double kShortEdge = 0.05;
 
-// The edge of the grid that a vertex of marching cubes lies on.
-struct GridEdge {
-    std::array<openvdb::Coord, 2> node;  // own nodes, low end first
-    int axis = 0;
-    double t = 0.0;  // of the vertex, from the low end
-};
-
-// Values of all layers and of their continued fronts. One a thread.
-class Fronts {
-  public:
-    Fronts(const MaterialStack& stack, const std::vector<GridPtr>& continued) : domain_(stack.domain) {
-        for (const Layer& layer : stack.layers) own_.push_back(layer.phi->getConstUnsafeAccessor());
-        for (const GridPtr& front : continued) continued_.push_back(front->getConstUnsafeAccessor());
-        continued_.push_back(stack.top().getConstUnsafeAccessor());
-    }
-
-    GridEdge edge_of(const Vec3& point) const {
-        const Vec3 index = domain_.to_index(point);
-        GridEdge edge;
-        std::array<int, 3> low{};
-        double most = -1.0;
-        for (int a = 0; a < 3; ++a) {
-            const double off = std::abs(index[a] - std::round(index[a]));
-            if (off > most) {
-                most = off;
-                edge.axis = a;
-            }
-            low[static_cast<std::size_t>(a)] = static_cast<int>(std::round(index[a]));
-        }
-        const auto a = static_cast<std::size_t>(edge.axis);
-        low[a] = static_cast<int>(std::floor(index[edge.axis]));
-        edge.t = index[edge.axis] - low[a];
-        for (int end = 0; end < 2; ++end) {
-            std::array<int, 3> node = low;
-            node[a] += end;
-            edge.node[static_cast<std::size_t>(end)] = own_node({node[0], node[1], node[2]});
-        }
-        return edge;
-    }
-
-    openvdb::Coord own_node(const openvdb::Coord& node) const {
-        return {domain_.source_node(0, node.x()), domain_.source_node(1, node.y()), node.z()};
-    }
-    double value(std::size_t layer, const openvdb::Coord& own) const {
-        return static_cast<double>(own_[layer].getValue(own));
-    }
-    // Outside all bands that share the surface's voxels the layer lies deeper: far below the node.
-    double continued(std::size_t layer, const openvdb::Coord& own) const {
-        return static_cast<double>(continued_[layer].getValue(own));
-    }
-
-  private:
-    const Domain& domain_;
-    std::vector<Grid::ConstUnsafeAccessor> own_, continued_;
-};
-
 // The height of a mesh's vertex above a lower layer's continued front, in cells: positive where what lies
 // between the two is exposed. \p of is the mesh's layer.
-double cover(const Fronts& fronts, const GridEdge& edge, std::size_t of, std::size_t layer, double dx) {
-    const double g[] = {fronts.value(of, edge.node[0]), fronts.value(of, edge.node[1])};
-    const double f[] = {fronts.continued(layer, edge.node[0]), fronts.continued(layer, edge.node[1])};
+double cover(const Fronts& fronts, const GridEdge& edge, std::size_t of, std::size_t layer) {
+    const double dx = fronts.spacing(edge);
+    const double g[] = {fronts.value(of, edge, 0), fronts.value(of, edge, 1)};
+    const double f[] = {fronts.continued(layer, edge, 0), fronts.continued(layer, edge, 1)};
     const double height = (f[0] + edge.t * (f[1] - f[0])) / dx, fall = g[0] - g[1];
     // How fast the layer's front comes nearer on the way into the mesh's: -1 where both run alike (less than
     // kExposed between them is nothing), 1 where the mesh is the underside of what lies on the layer. An edge
@@ -177,9 +120,9 @@ bool is_short(const Domain& domain, const Vec3& a, const Vec3& b) {
 // Divides a mesh where the layers below it come out: one a mesh.
 class Cutter {
   public:
-    Cutter(const MaterialStack& stack, const Fronts& fronts, std::size_t of, CutMesh& result,
+    Cutter(const MaterialStack& stack, std::size_t of, CutMesh& result,
            std::vector<std::vector<double>> covers)
-        : domain_(stack.domain), fronts_(fronts), of_(of), result_(result), covers_(std::move(covers)) {}
+        : domain_(stack.domain), of_(of), result_(result), covers_(std::move(covers)) {}
 
     // \returns where the layer right below comes out.
     Segments run() {
@@ -206,7 +149,6 @@ class Cutter {
     }
 
     const Domain& domain_;
-    const Fronts& fronts_;
     std::size_t of_;
     CutMesh& result_;
     std::vector<std::vector<double>> covers_;  // by layer and vertex
@@ -278,33 +220,50 @@ void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segme
     for (std::size_t v = 0; v < open_.size(); ++v) open_[v] = open_[v] && cover[v] <= 0.0;
 }
 
+// Calls use(vertex, other) for every vertex that is marked and each that follows it around a triangle.
+template <class Use>
+void each_around(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Use&& use) {
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (marked[t[k]] && !marked[t[(k + 1) % 3]]) use(t[k], t[(k + 1) % 3]);
+}
+
 // By layer below \p of and vertex of its mesh.
-std::vector<std::vector<double>> covers_of(const Fronts& shared, const MaterialStack& stack, std::size_t of,
-                                           const TriangleMesh& mesh) {
+std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of, const TriangleMesh& mesh) {
     std::vector<std::vector<double>> covers(of, std::vector<double>(mesh.vertices.size()));
     if (of == 0) return covers;
+    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 1024), [&](const auto& range) {
         const Fronts fronts = shared;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
             const GridEdge edge = fronts.edge_of(mesh.vertices[v]);
-            for (std::size_t k = 0; k < of; ++k)
-                covers[k][v] = cover(fronts, edge, of, k, stack.domain.spacing);
+            within[v] = !edge.is_one;
+            for (std::size_t k = 0; k < of && edge.is_one; ++k) covers[k][v] = cover(fronts, edge, of, k);
         }
     });
+    // The centre of others, so their mean.
+    std::vector<double> around(mesh.vertices.size(), 0.0);
+    each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
+        ++around[centre];
+        for (std::vector<double>& c : covers) c[centre] += c[v];
+    });
+    for (std::size_t v = 0; v < around.size(); ++v)
+        for (std::vector<double>& c : covers)
+            if (around[v] > 0.0) c[v] /= around[v];
     return covers;
 }
 
 // Puts a vertex of a lower layer's mesh where the first of the continued fronts from the layer up is met on
 // its edge of the grid.
 // \returns that front's layer.
-std::size_t place(const Fronts& fronts, const MaterialStack& stack, std::size_t layer, Vec3& vertex) {
-    const GridEdge edge = fronts.edge_of(vertex);
-    const std::size_t in = fronts.value(layer, edge.node[0]) <= 0.0 ? 0 : 1, out = 1 - in;
+std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer, std::size_t layers,
+                  Vec3& vertex) {
+    const std::size_t in = fronts.value(layer, edge, 0) <= 0.0 ? 0 : 1, out = 1 - in;
     double least = 2.0;  // of the edge, from its inner end
     std::size_t met = layer;
     double t = edge.t;
-    for (std::size_t k = layer; k < stack.layers.size(); ++k) {
-        const double f[] = {fronts.continued(k, edge.node[0]), fronts.continued(k, edge.node[1])};
+    for (std::size_t k = layer; k < layers; ++k) {
+        const double f[] = {fronts.continued(k, edge, 0), fronts.continued(k, edge, 1)};
         if (f[out] <= 0.0 || f[in] > 0.0) continue;
         const double here = f[in] / (f[in] - f[out]);
         // Fronts that lie on each other count as the upper one.
@@ -315,7 +274,7 @@ std::size_t place(const Fronts& fronts, const MaterialStack& stack, std::size_t 
     }
     t = std::clamp(t, surface::kNodeClearance, 1.0 - surface::kNodeClearance);
     constexpr double kRounding = 1e-6;
-    if (std::abs(t - edge.t) > kRounding) vertex[edge.axis] += (t - edge.t) * stack.domain.spacing;
+    if (std::abs(t - edge.t) > kRounding) vertex[edge.axis] += (t - edge.t) * fronts.spacing(edge);
     return met;
 }
 
@@ -336,12 +295,19 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
                             const std::vector<NearestOnSegments>& rims) {
     const Domain& domain = stack.domain;
-    TriangleMesh mesh = extract_surface(*stack.layers[layer].phi, domain);
-    std::vector<std::size_t> front(mesh.vertices.size());
+    TriangleMesh mesh = extract_surface(stack, layer);
+    std::vector<std::size_t> front(mesh.vertices.size(), layer);
+    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, front.size(), 1024), [&](const auto& range) {
         const Fronts mine = fronts;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
-        for (std::size_t v = range.begin(); v != range.end(); ++v)
-            front[v] = place(mine, stack, layer, mesh.vertices[v]);
+        for (std::size_t v = range.begin(); v != range.end(); ++v) {
+            const GridEdge edge = mine.edge_of(mesh.vertices[v]);
+            within[v] = !edge.is_one;
+            if (edge.is_one) front[v] = place(mine, edge, layer, stack.layers.size(), mesh.vertices[v]);
+        }
+    });
+    each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
+        front[centre] = std::max(front[centre], front[v]);
     });
     const std::vector<Vec3> normals = front_normals(mesh, front);
     EdgePoints points;
@@ -372,13 +338,8 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
 }  // namespace
 
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
-    if (stack.coarser) {
-        const MaterialStack finest = on_one_level(stack);
-        return extract_materials(finest, extract_surface(finest));
-    }
     const std::size_t top = stack.layers.size() - 1;
-    const std::vector<GridPtr> continued = continued_fronts(stack);
-    const Fronts fronts(stack, continued);
+    const Fronts fronts(stack);
     StackMeshes meshes;
     meshes.interfaces.resize(top);
     std::vector<NearestOnSegments> rims(top);
@@ -387,7 +348,7 @@ StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& su
         cut.mesh.vertices = surface.vertices;
         cut.mesh.triangles = surface.triangles;
         if (layer < top) cut.mesh = meshes.interfaces[layer] = interface_mesh(fronts, stack, layer, rims);
-        Segments rim = Cutter(stack, fronts, layer, cut, covers_of(fronts, stack, layer, cut.mesh)).run();
+        Segments rim = Cutter(stack, layer, cut, covers_of(fronts, layer, cut.mesh)).run();
         if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
         if (layer == top) meshes.surface = std::move(cut);
     }

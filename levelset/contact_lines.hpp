@@ -30,8 +30,6 @@ struct StackMeshes {
 /// cell long. Here the surface's triangles are divided where the layer's own front, continued (continued_fronts), meets
 /// them, and each interface ends on that line.
 ///
-/// Of a stack with several levels all meshes are those of the finest one everywhere.
-///
 /// \param surface  extract_surface of the stack's top.
 /// \note O(n) for each pair of layers. The same bits on any number of threads.
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface);

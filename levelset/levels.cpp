@@ -36,8 +36,8 @@ void close_ends(const Domain& domain, LevelColumns& columns) {
     }
 }
 
-// A level's columns in units of those of the coarser level, with a leaf of that one more on every side for each of the
-// margin.
+// A level's columns in units of those of the coarser level, with a leaf of that one more on every side for
+// each of the margin.
 LevelColumns in_coarser(const MaterialStack& stack, const LevelColumns& columns) {
     const Domain& coarse = stack.coarser->domain;
     LevelColumns result = all_columns(coarse);
@@ -166,12 +166,13 @@ int margin_for(const AdvectionOptions& options) {
     return static_cast<int>(stage_count(options.time_integration)) * reach + 4 < 8 ? 1 : 2;
 }
 
-void make_levels(MaterialStack& stack, int levels, int margin) {
+void make_levels(MaterialStack& stack, int levels, int margin, const StackMaker& make) {
     MaterialStack* level = &stack;
     for (int n = 1; n < levels; ++n, level = level->coarser.get()) {
         level->margin = margin;
         level->columns = all_columns(level->domain);
-        level->coarser = made_coarser(*level);
+        level->coarser = make ? std::make_shared<MaterialStack>(make(coarser_domain(level->domain)))
+                              : made_coarser(*level);
         inject(*level);
     }
     choose_columns(stack, {});
@@ -216,6 +217,13 @@ const MaterialStack& level_at(const MaterialStack& stack, const Vec3& point) {
         return std::clamp(n, 0, stack.domain.last_node(axis));
     };
     return stack.columns.of_node(node(0), node(1)) ? stack : level_at(*stack.coarser, point);
+}
+
+MaterialStack upper_layers(const MaterialStack& stack, std::ptrdiff_t count) {
+    MaterialStack upper = stack;
+    upper.layers.assign(stack.layers.end() - count, stack.layers.end());
+    if (stack.coarser) upper.coarser = std::make_shared<MaterialStack>(upper_layers(*stack.coarser, count));
+    return upper;
 }
 
 std::vector<std::size_t> voxels_by_level(const MaterialStack& stack) {

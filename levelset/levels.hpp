@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <vector>
 
 #include "levelset/advection.hpp"
@@ -32,9 +33,14 @@ int most_levels(const Domain& domain);
 /// Leaves that a margin has to be wide for a scheme and the re-distancing after it.
 int margin_for(const AdvectionOptions& options);
 
+/// A stack of the same materials on a coarser domain.
+using StackMaker = std::function<MaterialStack(const Domain& coarser)>;
+
 /// Gives a stack of one level \p levels of them, the finest as it is where there are features.
+/// \param make  what the coarser ones are at first, if that is to be had for less than by distances to the fronts; their
+///              layers must be those of the stack.
 /// \pre levels <= most_levels
-void make_levels(MaterialStack& stack, int levels, int margin);
+void make_levels(MaterialStack& stack, int levels, int margin, const StackMaker& make = {});
 
 /// The stack with its finest level everywhere and no other: what lies in the coarser ones' columns is interpolated.
 MaterialStack on_one_level(const MaterialStack& stack);
@@ -59,7 +65,10 @@ inline constexpr int kTimeStepsBetweenChoices = 8;
 /// The level that counts at a world point.
 const MaterialStack& level_at(const MaterialStack& stack, const Vec3& point);
 
-/// Share of all active voxels that each level holds, the finest first, for a message.
+/// The last \p count layers of a stack, on all its levels; they share their grids with it.
+MaterialStack upper_layers(const MaterialStack& stack, std::ptrdiff_t count);
+
+/// Active voxels of all layers that each level holds, the finest first.
 std::vector<std::size_t> voxels_by_level(const MaterialStack& stack);
 
 }  // namespace sidewall::levelset

@@ -26,7 +26,6 @@
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
 #include "flux/radiosity.hpp"
-#include "levelset/extract.hpp"
 #include "levelset/levels.hpp"
 
 namespace sidewall::app {
@@ -262,11 +261,9 @@ double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
                        const TracedSurface& surface) {
     constexpr std::ptrdiff_t kEnough = 8;  // layers tell what one takes
     const auto layers = std::min(std::ssize(stack.layers), kEnough);
-    const levelset::MaterialStack finest = levelset::on_one_level(stack);
-    const levelset::MaterialStack upper{finest.domain, {finest.layers.end() - layers, finest.layers.end()}};
+    const levelset::MaterialStack upper = levelset::upper_layers(stack, layers);
     const double start = now();
-    const levelset::StackMeshes meshes =
-        levelset::extract_materials(upper, stack.coarser ? levelset::extract_surface(finest) : surface.raw);
+    const levelset::StackMeshes meshes = levelset::extract_materials(upper, surface.raw);
     const double extracted = now();
     surface::encode_vtp(result_mesh(model, upper, surface, meshes.surface));
     const double files = static_cast<double>(stack.layers.size() + (surface.simplified ? 1 : 0));

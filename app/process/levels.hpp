@@ -1,10 +1,11 @@
 #pragma once
 #include "app/recipe/recipe.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/levels.hpp"
 
 namespace sidewall::app {
 
 /// Gives a stack of one level those that the recipe asks for.
-void give_levels(const Recipe& recipe, levelset::MaterialStack& stack);
+/// \param make  as in levelset::make_levels.
+void give_levels(const Recipe& recipe, levelset::MaterialStack& stack, const levelset::StackMaker& make = {});
 
 }  // namespace sidewall::app

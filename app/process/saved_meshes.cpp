@@ -99,7 +99,7 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     }
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
     // The traced mesh has its errors; here they stand if it is this one.
-    for (std::size_t k = 0; k < model.species.size() && !surface.simplified && !stack.coarser; ++k)
+    for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
         for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
             std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;
             for (const auto& [from, to, share] : cut.added)

@@ -1,4 +1,5 @@
 #include "app/process/start.hpp"
+#include "app/process/levels.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -112,6 +113,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
             throw RecipeError(fmt::format("{}: {}.{}", recipe.file, here.path, error.what()));
         }
     }
+    give_levels(recipe, stack);
     return stack;
 }
 

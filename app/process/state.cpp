@@ -67,7 +67,10 @@ levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::functio
     std::vector<std::pair<int, levelset::Shape>> bodies;
     for (const MaterialLayer& layer : expanded_layers(recipe))
         bodies.emplace_back(layer.material, layer.shape);
-    return levelset::make_stack(domain_of(recipe), bodies, stop);
+    levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), bodies, stop);
+    give_levels(recipe, stack,
+                [&](const levelset::Domain& coarser) { return levelset::make_stack(coarser, bodies, stop); });
+    return stack;
 }
 
 std::vector<InputFile> inputs_of(const Recipe& recipe) {
@@ -106,7 +109,6 @@ RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) 
     RunState state;
     state.inputs = inputs_of(recipe);
     state.stack = recipe.start.from.empty() ? stack_of_layers(recipe, stop) : stack_of_run(recipe, stop);
-    give_levels(recipe, state.stack);
     state.enter(0);
     state.history = begin_history(state.stack, recipe.materials.size());
     begin_events(recipe, state);
