@@ -16,7 +16,9 @@ struct GridEdge {
     int axis = 0;
     double t = 0.0;         ///< of the vertex, from the low end
     std::size_t level = 0;  ///< whose edge it is, the finest being 0
-    bool is_one = true;     ///< false of vertices within a cell, as where levels meet
+    /// False of vertices within a cell, as where levels meet. With one level these, which divide a mesh on the way, count
+    /// as on the nearest edge.
+    bool is_one = true;
 };
 
 /// Values of all layers and of their continued fronts (levelset/continued.hpp). Copies share the grids and keep look-up

@@ -9,6 +9,7 @@
 #include "app/common/threads.hpp"
 #include "app/process/estimate.hpp"
 #include "app/process/memory.hpp"
+#include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -34,6 +35,15 @@ std::string count_text(double count) {
 
 std::string memory_text(double bytes) {
     return bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6) : fmt::format("{:.2g} GB", bytes / 1e9);
+}
+
+std::string coarser_text(const Recipe& recipe, const levelset::Domain& domain) {
+    std::string text;
+    const int levels = grid_levels(recipe, domain);
+    for (int n = 1; n < levels; ++n)
+        text += fmt::format("{}{:.6g}", n == 1 ? ", where these need not be " : " or ",
+                            domain.spacing * (1 << n));
+    return text;
 }
 
 void print_estimate(const Recipe& recipe) {
@@ -76,8 +86,9 @@ void add_check_command(CLI::App& program) {
     run_by(command, [options, quick] {
         const Recipe recipe = load(*options);
         const levelset::Domain domain = domain_of(recipe);
-        fmt::print("{}# The grid: {} x {} cells of {} {}.\n{}", effective_recipe(recipe), domain.cells[0],
-                   domain.cells[1], domain.spacing, recipe.domain.length_unit, values_by_material(recipe));
+        fmt::print("{}# The grid: {} x {} cells of {} {}{}.\n{}", effective_recipe(recipe), domain.cells[0],
+                   domain.cells[1], domain.spacing, recipe.domain.length_unit, coarser_text(recipe, domain),
+                   values_by_material(recipe));
         if (*quick) return;
         std::fflush(stdout);
         require_memory(recipe, domain);

@@ -22,6 +22,12 @@ void print_report(const RunResult& result, const RunOptions& options) {
     fmt::print("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
                s["time"].get<double>(), time, s["time_steps"].get<int>(),
                s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
+    if (const Json& levels = s["grid"]["levels"]; levels.size() > 1)
+        for (const Json& level : levels)
+            fmt::print("  {:<20} {:.3g} voxels\n",
+                       fmt::format("grid of {:.4g} {}", level["spacing"].get<double>(),
+                                   s["length_unit"].get<std::string>()),
+                       level["voxels"].get<double>());
     if (s.contains("accuracy"))
         fmt::print("{}", accuracy_table(s));
     else

@@ -9,6 +9,7 @@
 
 #include "app/common/free_memory.hpp"
 #include "app/process/radiosity.hpp"
+#include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "surface/error.hpp"
 
@@ -55,11 +56,19 @@ double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
 
 double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
     const double flat = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
-    double area = flat, layers = 1.0;
+    double walls = 0.0, layers = 1.0;
+    bool known = true;  // where walls are
     for (const MaterialLayer& layer : expanded_layers(recipe)) {
-        area += wall_area(layer.shape, domain);
+        walls += wall_area(layer.shape, domain);
         layers += 1.0;
+        known = known && layer.shape.kind != levelset::ShapeKind::mask &&
+                layer.shape.kind != levelset::ShapeKind::mesh;
     }
+    const double area = flat + walls;
+    // With several levels, fine are the walls and as much again on either side of them, as a rule.
+    const int levels = grid_levels(recipe, domain);
+    const double counted =
+        known && levels > 1 ? std::min(area, 3.0 * walls + std::ldexp(flat, 2 - 2 * levels)) : area;
     // A cell of surface: about 14 voxels in leaves (4 bytes a layer, and as much twice over for buffers and
     // samples), two triangles with their hierarchy, attributes and tallies.
     constexpr double kPerLayer = 60.0, kPerCell = 1200.0;
@@ -70,7 +79,8 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
         const double parts = std::ceil(2.0 * std::numbers::sqrt2 * domain.spacing / recipe.flux.averaging);
         cell += 2.0 * parts * parts * kPerSample;  // of two triangles
     }
-    return area / (domain.spacing * domain.spacing) * cell;
+    // The finest level is everywhere before columns are chosen.
+    return (counted * cell + (area - counted) * kPerLayer * layers) / (domain.spacing * domain.spacing);
 }
 
 void require_memory(const Recipe& recipe, const levelset::Domain& domain, std::uint32_t processes) {
