@@ -49,6 +49,7 @@ Etching|sputter_facet|--view 15,25
 Etching|wet_etch_pit|--cut y=0 --view 25,35
 Etching|cantilever|--view 30,45
 Etching|gds_masked_etch|--view 30,40
+Sequences|fin_on_wide_wafer|--view 25,25|quick
 Sequences|fin_sequence|--view 25,25
 Sequences|finfet|--cut y=0 --view 25,30
 Sequences|nanowires|--cut y=0 --view 25,25

@@ -12,8 +12,8 @@ namespace sidewall::app {
 namespace {
 
 struct StudyArguments {
-    std::string output = "results/study", recipes = "configs/study", surface = "all", method = "monte-carlo",
-                json;
+    std::string output = "results/study", recipes = "configs/study", surface = "all", grid_levels,
+                method = "monte-carlo", json;
     double rays = 1e7, sticking = 0.1;
     bool quick = false, overwrite = false;
 };
@@ -23,6 +23,7 @@ void run(const StudyArguments& arguments) {
     options.output = arguments.output;
     options.recipes = arguments.recipes;
     if (arguments.surface != "all") options.surfaces = {arguments.surface == "1" ? 1 : 2};
+    if (!arguments.grid_levels.empty()) options.grid_levels = arguments.grid_levels[0] - '0';
     options.rays = arguments.rays;
     options.sticking = arguments.sticking;
     options.radiosity = arguments.method == "radiosity";
@@ -48,6 +49,9 @@ void add_study_command(CLI::App& program) {
                {.one_of = {"1", "2", "all"}});
     add_option(command, "--recipes", a->recipes, "DIR",
                "Folder with surface1.toml and surface2.toml (default: configs/study)");
+    add_option(command, "--grid-levels", a->grid_levels, "N",
+               "Levels of the grid that the surfaces are grown on, 1 to 3 (default: as the recipes say)",
+               {.one_of = {"1", "2", "3"}});
     add_option(command, "--rays", a->rays, "N",
                "Source rays of every timed trace, or rays gathered (default: 1e7)", {.range = {{1e3, 1e10}}});
     add_option(command, "--sticking", a->sticking, "S",

@@ -250,7 +250,9 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
             fmt::format("{}: no such recipe; run from the repository's root or name the folder with "
                         "--recipes",
                         path.string()));
-    const Recipe recipe = load_recipe(path);
+    std::vector<std::string> settings;
+    if (options.grid_levels > 0) settings.push_back(fmt::format("grid.levels={}", options.grid_levels));
+    const Recipe recipe = load_recipe(path, settings);
     const RunResult run = run_recipe(recipe, {.output = options.output / fmt::format("surface{}", number),
                                               .overwrite = options.overwrite,
                                               .quiet = options.quiet,
@@ -264,6 +266,7 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
                 {"vertices", surface.mesh.vertices.size()},
                 {"triangles", surface.mesh.triangles.size()},
                 {"grid_spacing", surface.spacing},
+                {"grid", run.summary["grid"]},
                 {"length_unit", run.summary["length_unit"]},
                 {"features", std::count(features.flags.begin(), features.flags.end(), 1)},
                 {"features_auto",

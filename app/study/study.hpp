@@ -11,6 +11,7 @@ struct StudyOptions {
     std::filesystem::path output;
     std::filesystem::path recipes;  ///< folder with surface1.toml and surface2.toml
     std::vector<int> surfaces{1, 2};
+    int grid_levels = 0;       ///< of the grids that they are grown on; 0: as the recipes say
     double rays = 1e7;         ///< source rays of every timed trace
     double sticking = 0.1;     ///< of the traced neutral
     bool radiosity = false;    ///< finds the timed fluxes; the true ones are traced

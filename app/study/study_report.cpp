@@ -205,14 +205,18 @@ std::string surface_report(const Json& surface, double target) {
 }  // namespace
 
 std::string study_report(const Json& study) {
+    const bool hierarchical = std::ranges::any_of(
+        study["surfaces"], [](const Json& surface) { return surface["grid"]["levels"].size() > 1; });
     const double target = study["flux_error_target"].get<double>();
     std::string text = fmt::format(
         "# Region simplification on process surfaces\n\nThe evaluation of Lenz (2023), section 8.3, "
-        "repeated on surfaces that Sidewall grew. They come from a uniform grid where the chapter's come "
-        "from a hierarchical one, and they carry the roughness of their own Monte Carlo fluxes. sidewall "
+        "repeated on surfaces that Sidewall grew. They come from {}, and they carry the roughness of their own "
+        "Monte Carlo fluxes. sidewall "
         "{}, {} threads, {:.3g} rays a trace, sticking {:.3g}; distances in grid spacings; methods at equal "
         "numbers of vertices; times are CPU seconds of all threads, methods in turns, simplification a median "
         "of {}.\n\n## Verdicts\n\n",
+        hierarchical ? "a grid of several levels, as the chapter's do"
+                     : "a uniform grid where the chapter's come from a hierarchical one",
         study["version"].get<std::string>(), study["threads"].get<int>(), study["rays"].get<double>(),
         study["sticking"].get<double>(), study["repeats"].get<int>());
     text += verdicts(study);

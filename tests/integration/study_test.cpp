@@ -50,6 +50,20 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
     }
 }
 
+TEST_CASE("study grows its surfaces on a grid of as many levels as it is told to, and says so") {
+    const Folder folder;
+    write_recipe(folder.path / "surface1.toml", "shape = \"fin\"\nwidth = 2.0\nheight = 1.0\n");
+    const auto outcome = run_program(
+        folder.path, "study --quick --surface 1 --grid-levels 2 --rays 2000 --recipes . -o out", 240);
+    INFO(outcome.output);
+    REQUIRE(outcome.exit_code == 0);
+    CHECK(outcome.output.find("They come from a grid of several levels") != std::string::npos);
+    const auto study = nlohmann::json::parse(std::ifstream(folder.path / "out" / "study.json"));
+    const auto& levels = study["surfaces"][0]["grid"]["levels"];
+    REQUIRE(levels.size() == 2);
+    CHECK(levels[1]["spacing"].get<double>() == Approx(2.0 * levels[0]["spacing"].get<double>()));
+}
+
 TEST_CASE("study says where it looked for its recipes") {
     const Folder folder;
     const auto outcome = run_program(folder.path, "study --recipes nowhere -o out", 60);
