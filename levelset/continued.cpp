@@ -58,20 +58,26 @@ class KnownValues {
         std::size_t n = 0;
         for (int x = -kBuriedAround; x < 8 + kBuriedAround; ++x)
             for (int y = -kBuriedAround; y < 8 + kBuriedAround; ++y)
-                for (int z = -kBuriedAround; z < 8 + kBuriedAround; ++z, ++n) {
-                    value_[n] = std::numeric_limits<float>::quiet_NaN();
-                    const openvdb::Coord node(domain.source_node(0, origin.x() + x),
-                                              domain.source_node(1, origin.y() + y), origin.z() + z);
-                    next_[n] = above.getValue(node);
-                    float here = 0.0f;
-                    if (!own.probeValue(node, here)) continue;
-                    // A node of the layer's band that is not in the next one's lies inside it.
-                    if (!above.isValueOn(node))
-                        next_[n] = -next.background();
-                    else if (here - next_[n] <= touching)
-                        continue;
-                    value_[n] = here;
-                    any = true;
+                for (int z = -kBuriedAround; z < 8 + kBuriedAround;) {  // by leaves
+                    openvdb::Coord node(domain.source_node(0, origin.x() + x),
+                                        domain.source_node(1, origin.y() + y), origin.z() + z);
+                    const Leaf *mine = own.probeConstLeaf(node), *other = above.probeConstLeaf(node);
+                    const float tile = other == nullptr ? above.getValue(node) : 0.0f;
+                    for (const int end = z < 0 ? 0 : z < 8 ? 8 : 8 + kBuriedAround; z < end; ++z, ++n) {
+                        node.z() = origin.z() + z;
+                        const openvdb::Index offset = Leaf::coordToOffset(node);
+                        value_[n] = std::numeric_limits<float>::quiet_NaN();
+                        next_[n] = other == nullptr ? tile : other->getValue(offset);
+                        if (mine == nullptr || !mine->isValueOn(offset)) continue;
+                        const float here = mine->getValue(offset);
+                        // A node of the layer's band that is not in the next one's lies inside it.
+                        if (other == nullptr || !other->isValueOn(offset))
+                            next_[n] = -next.background();
+                        else if (here - next_[n] <= touching)
+                            continue;
+                        value_[n] = here;
+                        any = true;
+                    }
                 }
         return any;
     }
