@@ -193,6 +193,13 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
     return motions;
 }
 
+// What a trace leaves for the next time step; nothing of fluxes that were carried over.
+std::optional<SurfaceField> traced_field(const Recipe& recipe, const Model& model,
+                                         const TracedSurface& surface, double dt) {
+    if (surface.arriving && !surface.arriving->trace) return std::nullopt;
+    return field_to_carry(recipe, model, surface, dt);
+}
+
 // Moves the surface.
 void advance(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
              const TimeStep& next, RunState& state) {
@@ -247,13 +254,10 @@ void make_steps(const Run& run, RunState& state) {
                 run.folder.save(state, model, surface);
                 run.folder.checkpoint(state);
             }
-
             const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
             const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
                                                state.begins_step() ? nullptr : &state.carried, surface);
-            std::optional<SurfaceField> fresh;  // what a trace leaves for the next time step
-            if (!surface.arriving || surface.arriving->trace)
-                fresh = field_to_carry(recipe, model, surface, next.dt);
+            std::optional<SurfaceField> fresh = traced_field(recipe, model, surface, next.dt);
             const std::vector<levelset::Motion> motions = stage_motions(
                 run, model, std::move(motion), surface, fresh ? *fresh : state.carried, next.dt, state);
 
