@@ -170,16 +170,17 @@ AdvectionSeconds move_level(MaterialStack& stack, std::span<const Motion* const>
     const Stages stages = integrate(stack, motions, count, duration, options);
     Band band(stack.top(), stack.domain);
     std::optional<Limits> limits;
+    std::optional<Grown> grown;
     if (stack.layers.size() > 1) {
         limits.emplace(stack, band, stages.moved, stages.before.get(), *motions.front(), duration);
         limits->keep(stack.top());
-        release_exposed(stack, stages.leaves, stages.before.get());
+        grown = release_exposed(stack, stages.leaves, stages.before.get());
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep);
     // Distances to a front that turns sharply are off by a part of a cell.
     if (limits) limits->keep(stack.top());
-    cut_layers(stack);
+    cut_layers(stack, grown ? &*grown : nullptr);
     return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
 }
 

@@ -110,9 +110,14 @@ class Keeper {
 
 }  // namespace
 
-void release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const float* before) {
+Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const float* before) {
     const float mark = -2.0f * stack.top().background();
-    const surface::LeafTable table(std::vector<Leaf*>(leaves.begin(), leaves.end()));
+    Grown grown{surface::LeafTable(std::vector<Leaf*>(leaves.begin(), leaves.end())),
+                std::vector<Grown::Nodes>(leaves.size())};
+    each(leaves.size(), [&](std::size_t n) {
+        const float *moved = leaves[n]->buffer().data(), *old = before + n * Leaf::SIZE;
+        for (std::size_t i = 0; i < Leaf::SIZE; ++i) grown.nodes[n][i] = moved[i] < old[i];
+    });
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
         auto& tree = stack.layers[k].phi->tree();
         std::vector<LeafNodes> nodes(leaves.size());
@@ -120,12 +125,13 @@ void release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const 
             nodes[n] =
                 release(tree.probeLeaf(leaves[n]->origin()), *leaves[n], before + n * Leaf::SIZE, mark);
         });
-        const Keeper keeper(stack.domain, leaves, before, nodes, table, mark);
+        const Keeper keeper(stack.domain, leaves, before, nodes, grown.table, mark);
         std::vector<std::vector<Keeper::Place>> kept(nodes.size());
         each(nodes.size(), [&](std::size_t n) { kept[n] = keeper.beside(n); });
         for (const auto& places : kept)
             for (const Keeper::Place& place : places) keeper.keep(place);
     }
+    return grown;
 }
 
 }  // namespace sidewall::levelset

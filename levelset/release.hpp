@@ -1,10 +1,26 @@
 #pragma once
+#include <bitset>
 #include <span>
+#include <vector>
 
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/stack.hpp"
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
+
+/// Nodes of a surface that moved outwards in a time step.
+struct Grown {
+    using Nodes = std::bitset<Leaf::SIZE>;
+    surface::LeafTable table;  ///< of the surface's leaves
+    std::vector<Nodes> nodes;  ///< by leaf
+
+    /// Of the leaf at an origin, null if it was none of the surface's.
+    const Nodes* in(const openvdb::Coord& origin) const {
+        const std::int32_t leaf = table.find(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
+        return leaf < 0 ? nullptr : &nodes[static_cast<std::size_t>(leaf)];
+    }
+};
 
 /// Releases the nodes of lower layers that were bare before a time step and did not grow, for cut_layers to set: they
 /// follow the surface, and nothing that re-distancing changes there can come to lie on them. Not so beside a piece of
@@ -12,7 +28,8 @@ namespace sidewall::levelset {
 ///
 /// \param leaves  of the surface, which has moved and is not re-distanced yet.
 /// \param before  their values at the time step's start, Leaf::SIZE a leaf.
+/// \returns the nodes that grew.
 /// \note Parallel; O(n) in voxels.
-void release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const float* before);
+Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const float* before);
 
 }  // namespace sidewall::levelset

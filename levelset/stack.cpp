@@ -11,6 +11,7 @@
 #include "levelset/body.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
+#include "levelset/release.hpp"
 #include "levelset/sample.hpp"
 #include "surface/error.hpp"
 
@@ -26,7 +27,7 @@ constexpr double kMargin = 2.0 * kHalfWidth;
 constexpr double kTouching = 1e-3;
 
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
-void cut(Grid& phi, const Grid& surface, const Domain& domain) {
+void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grown) {
     const auto snap = static_cast<float>(kExposed * domain.spacing);
     const float background = phi.background();
     std::vector<const Leaf*> above;
@@ -67,11 +68,12 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain) {
         const auto first = leaf.cbeginValueOn();
         if (!first) return;
         const float far = !above && inside(surface, first.getCoord()) ? -background : background;
+        const Grown::Nodes* grew = grown ? grown->in(leaf.origin()) : nullptr;
         float* value = leaf.buffer().data();
         for (auto it = leaf.beginValueOn(); it; ++it) {
             const openvdb::Index n = it.pos();
             const float s = above ? above->getValue(n) : far;
-            if (value[n] < s + snap) value[n] = s;
+            if (value[n] < (grew && grew->test(n) ? s : s + snap)) value[n] = s;
         }
     });
 }
@@ -181,10 +183,10 @@ void begin_film(MaterialStack& stack, int material) {
     if (stack.coarser) begin_film(*stack.coarser, material);
 }
 
-void cut_layers(MaterialStack& stack) {
+void cut_layers(MaterialStack& stack, const Grown* grown) {
     const Grid& surface = stack.top();
     for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
-        cut(*stack.layers[k].phi, surface, stack.domain);
+        cut(*stack.layers[k].phi, surface, stack.domain, grown);
         trim_band(*stack.layers[k].phi, stack.domain);
     }
 }

@@ -62,8 +62,10 @@ MaterialStack copy(const MaterialStack& stack);
 /// already.
 void begin_film(MaterialStack& stack, int material);
 
+struct Grown;  // levelset/release.hpp
+
 /// Cuts every layer by the surface after it moved. Layers nearer to it than kExposed coincide with it from
-/// then on.
-void cut_layers(MaterialStack& stack);
+/// then on, but for \p grown nodes: a film may grow by less than that in a time step.
+void cut_layers(MaterialStack& stack, const Grown* grown = nullptr);
 
 }  // namespace sidewall::levelset

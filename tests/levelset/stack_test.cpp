@@ -382,3 +382,16 @@ TEST_CASE("a checkpoint restores every layer bit for bit") {
     std::filesystem::remove(path);
     CHECK_THROWS_AS(load_checkpoint(path, domain), FileError);
 }
+
+TEST_CASE("a film grows by any small part of a cell a time step, and what it grows on does not") {
+    const Domain domain = test::unit_domain(40);
+    MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, mask_hole(10, 6)}});
+    const TriangleMesh interface_before = extract_surface(*stack.layers[1].phi, domain);
+    begin_film(stack, 2);
+    constexpr double kStep = 0.25 * kExposed;
+    for (int n = 0; n < 200; ++n) test::move(stack, kStep, {}, [](std::size_t, const Vec3&) { return 1.0; });
+    const TriangleMesh interface_after = extract_surface(*stack.layers[1].phi, domain);
+    CHECK(surface::two_sided_distance(interface_after, interface_before).max < kExposed);
+    for (const Vec3& p : extract_surface(stack.top(), domain).vertices)
+        if (std::hypot(p.x(), p.y()) > 14) REQUIRE(p.z() == Approx(6.0 + 200 * kStep).margin(0.05));
+}
