@@ -95,10 +95,14 @@ double discretisation_error(const Exchange::State& s, const DiffuseSpecies& spec
     const double factor = bend_factor(s.geometry, s.strip, s.residual, bends, emitted(one), emitted(other),
                                       species.source, species.source_exponent);
     const Values expected = errors_of(bends);
-    double error = 0.0, sum = 0.0;
-    for (std::size_t t = 0; t < expected.size(); ++t) error += triangle_area(mesh, t) * expected[t];
-    for (std::size_t w = 0; w < flux.size(); ++w) sum += s.wedges.area[w] * flux[w];
-    return sum > 0.0 ? factor * error / sum : 0.0;
+    const Values absorption = solver.absorption_error(by_unknown(s, flux));
+    double bent = 0.0, absorbed = 0.0, sum = 0.0;
+    for (std::size_t t = 0; t < expected.size(); ++t) bent += triangle_area(mesh, t) * expected[t];
+    for (std::size_t w = 0; w < flux.size(); ++w) {
+        absorbed += s.wedges.area[w] * std::abs(absorption[s.strip.unknown[w]]);
+        sum += s.wedges.area[w] * flux[w];
+    }
+    return sum > 0.0 ? std::hypot(factor * bent, absorbed) / sum : 0.0;
 }
 
 }  // namespace

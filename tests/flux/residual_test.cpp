@@ -128,3 +128,29 @@ TEST_CASE("a relative error asked for is met against the exact flux, elements in
     CHECK(close.relative_error > 0.015);
     CHECK(solved(0.035, 1, true).statistical_error <= 0.035);
 }
+
+TEST_CASE("what elements are off by where sticking varies over them is told as it is") {
+    // An open plane, whose flux is 1 whatever sticks.
+    const Cavity cavity(height_field(12, 12, 3.0, 3.0, [](auto, auto) { return 0.0; }), kReflective);
+    const Exchange exchange = cavity.gathered(4096);
+    const auto told_and_true = [&](double least, double most) {
+        std::vector<double> sticking(cavity.wedges.count());
+        for (std::size_t v = 0; v < cavity.mesh.vertices.size(); ++v)
+            sticking[cavity.wedges.first[v]] = least + (most - least) * cavity.mesh.vertices[v].x() / 3.0;
+        const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking});
+        double off = 0.0, area = 0.0;
+        for (std::size_t w = 0; w < sticking.size(); ++w) {
+            off += cavity.wedges.area[w] * std::abs(flux.wedge.flux[w] - 1.0);
+            area += cavity.wedges.area[w];
+        }
+        return std::pair(flux.discretisation_error, off / area);
+    };
+    for (const double most : {0.5, 0.8, 0.95}) {
+        const auto [told, truth] = told_and_true(0.1, most);
+        const auto [even, noise] = told_and_true(0.5 * (0.1 + most), 0.5 * (0.1 + most));
+        CAPTURE(most, told, truth, even, noise);
+        // Noise adds to the truth, and is what an even sticking shows.
+        CHECK(std::abs(told - truth) < noise + 0.1 * truth);
+        CHECK(even < 0.1 * told);
+    }
+}
