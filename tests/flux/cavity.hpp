@@ -9,6 +9,9 @@
 
 namespace sidewall::flux {
 
+/// Sides of a profile: in a mesh of one row its rays fly in the plane of x and z.
+inline constexpr std::array kProfile{Boundary::reflective, Boundary::periodic};
+
 /// A surface and its exchange.
 struct Cavity {
     TriangleMesh mesh;

@@ -31,8 +31,6 @@ std::vector<double> even(std::size_t parts) {
     return cuts;
 }
 
-// Sides of a profile: in a mesh of one row its rays fly in the plane of x and z.
-constexpr std::array kProfile{Boundary::reflective, Boundary::periodic};
 constexpr std::array kOpen{Boundary::open, Boundary::open};
 
 // A trench of width 1 along y.
@@ -397,6 +395,8 @@ TEST_CASE("radiosity has the same bits on any number of threads, and gathers tha
     const auto [four, same] = solved(4);
     CHECK(one.wedge.flux == four.wedge.flux);
     CHECK(one.wedge.error == four.wedge.error);
+    CHECK(one.discretisation_error > 0.0);
+    CHECK(one.relative_error == four.relative_error);
     CHECK(rays == same);
     CHECK(rays == Approx(48.0 * static_cast<double>(cavity.wedges.count())).epsilon(0.01));
 }
