@@ -1,6 +1,7 @@
 #include "flux/averaging.hpp"
 
 #include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -130,6 +131,43 @@ Places places_of(const TriangleMesh& mesh, const Wedges& wedges, std::span<const
     return places;
 }
 
+// What samples say of every triangle around a wedge: weights, and their moments over its corners, so that a
+// flux is read once a triangle and not once a sample.
+class TriangleShares {
+  public:
+    struct Share {
+        std::uint32_t triangle;
+        double weight = 0.0, u = 0.0, v = 0.0;
+    };
+    explicit TriangleShares(std::size_t triangles) : place_(triangles, kNone) {}
+    void clear() {
+        for (const Share& share : shares_) place_[share.triangle] = kNone;
+        shares_.clear();
+    }
+    void add(const Sample& sample, double weight) {
+        std::uint32_t& place = place_[sample.triangle];
+        if (place == kNone) {
+            place = static_cast<std::uint32_t>(shares_.size());
+            shares_.push_back({sample.triangle});
+        }
+        Share& share = shares_[place];
+        share.weight += weight;
+        share.u += weight * static_cast<double>(sample.u);
+        share.v += weight * static_cast<double>(sample.v);
+    }
+    const std::vector<Share>& all() const { return shares_; }
+    double total() const {
+        double sum = 0.0;
+        for (const Share& share : shares_) sum += share.weight;
+        return sum;
+    }
+
+  private:
+    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    std::vector<std::uint32_t> place_;  // by triangle
+    std::vector<Share> shares_;         // in the order of the samples
+};
+
 }  // namespace
 
 std::vector<FluxField> averaged(const TriangleMesh& mesh, const LateralBox& box, const Wedges& wedges,
@@ -145,38 +183,33 @@ std::vector<FluxField> averaged(const TriangleMesh& mesh, const LateralBox& box,
     std::vector<FluxField> result;
     for (const Unaveraged& flux : fluxes)
         result.push_back({flux.flux.get(), std::vector<double>(wedges.count(), 0.0)});
+    tbb::enumerable_thread_specific<TriangleShares> buffers(
+        [&] { return TriangleShares(mesh.triangles.size()); });
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
-        std::vector<double> sums(fluxes.size());
-        std::vector<std::pair<std::uint32_t, double>> shares;  // triangles and their weights
+        TriangleShares& shares = buffers.local();
         for (std::size_t w = range.begin(); w != range.end(); ++w) {
-            std::fill(sums.begin(), sums.end(), 0.0);
             shares.clear();
-            double total = 0.0;
-            cubes.each_near(places.point[w], [&](const Sample& sample) {
-                const double weight = sample.area * places.normal[w].dot(sample.normal);
-                if (weight <= 0.0 || (sample.point - places.point[w]).squaredNorm() > radius * radius ||
-                    (!materials.empty() && materials[sample.triangle] != places.material[w]))
+            const Vec3 point = places.point[w], normal = places.normal[w];
+            cubes.each_near(point, [&](const Sample& sample) {
+                if ((sample.point - point).squaredNorm() > radius * radius) return;
+                const double weight = sample.area * normal.dot(sample.normal);
+                if (weight <= 0.0 || (!materials.empty() && materials[sample.triangle] != places.material[w]))
                     return;
-                for (std::size_t k = 0; k < fluxes.size(); ++k)
-                    sums[k] +=
-                        weight * interpolate(wedges, fluxes[k].flux.get(), sample.triangle,
-                                             static_cast<double>(sample.u), static_cast<double>(sample.v));
-                shares.emplace_back(sample.triangle, weight);
-                total += weight;
+                shares.add(sample, weight);
             });
+            const double total = shares.total();
             if (!(total > 0.0)) continue;  // all its triangles are without area
-            std::sort(shares.begin(), shares.end());
-            std::vector<double> variance(fluxes.size(), 0.0);
-            for (std::size_t s = 0; s < shares.size();) {
-                const std::uint32_t triangle = shares[s].first;
-                double share = 0.0;
-                for (; s < shares.size() && shares[s].first == triangle; ++s) share += shares[s].second;
-                for (std::size_t k = 0; k < fluxes.size(); ++k)
-                    variance[k] += std::pow(share / total * fluxes[k].error.get()[triangle], 2);
-            }
             for (std::size_t k = 0; k < fluxes.size(); ++k) {
-                result[k].flux[w] = sums[k] / total;
-                result[k].error[w] = std::sqrt(variance[k]);
+                const std::vector<double>&flux = fluxes[k].flux.get(), &error = fluxes[k].error.get();
+                double sum = 0.0, variance = 0.0;
+                for (const TriangleShares::Share& share : shares.all()) {
+                    const std::uint32_t* corner = &wedges.corner[3 * std::size_t{share.triangle}];
+                    sum += (share.weight - share.u - share.v) * flux[corner[0]] + share.u * flux[corner[1]] +
+                           share.v * flux[corner[2]];
+                    variance += std::pow(share.weight / total * error[share.triangle], 2);
+                }
+                result[k].flux[w] = sum / total;
+                result[k].error[w] = std::sqrt(variance);
             }
         }
     });

@@ -27,15 +27,15 @@ constexpr double kReach = 5.0, kRadius = 5.0;
 // it.
 constexpr double kDepth = 2.0;
 
-// A face beside a facet: its unit normal, what of that lies in the facet's plane, and the corner where it was
-// met.
+// A face beside a facet, and the vertex where it was met.
 struct Face {
-    Vec3 normal, tilt, met;
+    std::uint32_t triangle, met;
 };
 
 // A thread's own.
 struct Buffers {
-    std::vector<std::uint32_t> met_by;  // by triangle: the last that met it
+    std::vector<std::uint32_t> met_by;      // by triangle: the last that met it
+    std::vector<std::uint32_t> reached_by;  // by vertex
     std::vector<std::uint32_t> next;
     std::vector<Face> faces;
 };
@@ -71,13 +71,16 @@ class Bend {
     /// Calls use(other, v) once for every triangle met, at vertex v.
     template <class Use>
     void each(std::uint32_t t, Buffers& buffers, const Use& use) const {
-        auto& [met_by, next, faces] = buffers;
+        auto& [met_by, reached_by, next, faces] = buffers;
         met_by.resize(mesh_.triangles.size(), kNone);
+        reached_by.resize(mesh_.vertices.size(), kNone);
         met_by[t] = t;
         next.assign(1, t);
         for (std::size_t k = 0; k < next.size(); ++k)
             for (const std::uint32_t v : mesh_.triangles[next[k]]) {
+                if (reached_by[v] == t) continue;  // all around it are met
                 if (k > 0 && (mesh_.vertices[v] - centroids_[t]).squaredNorm() > reach_ * reach_) continue;
+                reached_by[v] = t;
                 for (const std::uint32_t corner : corners_[v]) {
                     const std::uint32_t other = corner / 3;
                     if (met_by[other] == t) continue;
@@ -94,8 +97,10 @@ class Bend {
     // For the small angles that matter the chord of the normals is the turn.
     bool bends(std::uint32_t from, std::uint32_t to) const {
         constexpr double kMargin = 0.7;  // facets are no even steps along the bend
-        const double turn = (normals_[from] - normals_[to]).norm();
-        return turn > kLeastTilt && turn * radius_ > kMargin * (centroids_[from] - centroids_[to]).norm();
+        const double turn2 = (normals_[from] - normals_[to]).squaredNorm();
+        return turn2 > kLeastTilt * kLeastTilt &&
+               turn2 * radius_ * radius_ >
+                   kMargin * kMargin * (centroids_[from] - centroids_[to]).squaredNorm();
     }
 
     const TriangleMesh& mesh_;
@@ -114,35 +119,51 @@ double extent(const TriangleMesh& mesh, const Triangle& triangle, const Vec3& di
     return to - from;
 }
 
+// Whether a triangle is wider than a cut corner may be whatever way the corner's edge runs.
+bool too_wide(const TriangleMesh& mesh, const Triangle& triangle, double most) {
+    const Vec3 &a = mesh.vertices[triangle[0]], &b = mesh.vertices[triangle[1]],
+               &c = mesh.vertices[triangle[2]];
+    const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    return (b - a).cross(c - a).squaredNorm() > most * most * longest;  // its least height
+}
+
 // The faces that rise above the plane of triangle t: the steepest, and the one that leans most towards it.
 std::optional<CutCorner> corner_of(const TriangleMesh& mesh, std::span<const Vec3> normals, std::uint32_t t,
                                    double spacing, const Bend& bend, Buffers& buffers) {
     std::vector<Face>& faces = buffers.faces;
     faces.clear();
-    const Vec3& n = normals[t];
+    const Vec3 &n = normals[t], &centre = bend.centroid(t);
+    double steepest = 1.0 - kLeastTilt * kLeastTilt;  // squared cosine to the facet
+    Face first{};
     bend.each(t, buffers, [&](std::uint32_t other, std::uint32_t v) {
-        const Vec3 tilt = normals[other] - n.dot(normals[other]) * n;
-        if (tilt.squaredNorm() > kLeastTilt * kLeastTilt &&
-            n.dot(bend.centroid(other) - bend.centroid(t)) > 0.0)
-            faces.push_back({normals[other], tilt, mesh.vertices[v]});
+        if (!(n.dot(bend.centroid(other) - centre) > 0.0)) return;
+        const double cosine = n.dot(normals[other]);
+        if (!(cosine * cosine < 1.0 - kLeastTilt * kLeastTilt)) return;
+        faces.push_back({other, v});
+        if (!(cosine * cosine < steepest)) return;
+        steepest = cosine * cosine;
+        first = faces.back();
     });
     if (faces.size() < 2) return {};
-    const auto first =
-        std::ranges::max_element(faces, {}, [](const Face& f) { return f.tilt.squaredNorm(); });
-    const auto second =
-        std::ranges::min_element(faces, {}, [&](const Face& f) { return f.tilt.dot(first->tilt); });
-    if (!(second->tilt.dot(first->tilt) < 0.0)) return {};
-    if (extent(mesh, mesh.triangles[t], (first->tilt - second->tilt).normalized()) > kWidth * spacing)
-        return {};
-    const double turn = std::acos(std::clamp(first->normal.dot(second->normal), -1.0, 1.0));
+    // What of a normal lies in the facet's plane.
+    const auto tilt_of = [&](const Face& face) -> Vec3 {
+        return normals[face.triangle] - n.dot(normals[face.triangle]) * n;
+    };
+    const Vec3 tilt = tilt_of(first);
+    const Face second =
+        *std::ranges::min_element(faces, {}, [&](const Face& f) { return normals[f.triangle].dot(tilt); });
+    const Vec3 other_tilt = tilt_of(second);
+    if (!(other_tilt.dot(tilt) < 0.0)) return {};
+    if (extent(mesh, mesh.triangles[t], (tilt - other_tilt).normalized()) > kWidth * spacing) return {};
+    const std::array<Vec3, 2> normal{normals[first.triangle], normals[second.triangle]},
+        met{mesh.vertices[first.met], mesh.vertices[second.met]};
+    const double turn = std::acos(std::clamp(normal[0].dot(normal[1]), -1.0, 1.0));
     // The faces' middles lie half a cell at least beyond where they were met.
-    if (turn * bend.radius() < (first->met - second->met).norm() + spacing) return {};
-    const std::array<Vec3, 2> normal{first->normal, second->normal};
+    if (turn * bend.radius() < (met[0] - met[1]).norm() + spacing) return {};
     const std::optional<std::array<double, 2>> share = shares_of(n, normal);
     if (!share) return {};
-    const Vec3& centre = bend.centroid(t);
     const double depth =
-        -(*share)[0] * normal[0].dot(first->met - centre) - (*share)[1] * normal[1].dot(second->met - centre);
+        -(*share)[0] * normal[0].dot(met[0] - centre) - (*share)[1] * normal[1].dot(met[1] - centre);
     if (depth > kDepth * spacing) return {};
     return CutCorner{normal, *share};
 }
@@ -169,7 +190,8 @@ CutCorners find_cut_corners(const TriangleMesh& mesh, double spacing) {
     std::vector<std::optional<CutCorner>> found(mesh.triangles.size());
     tbb::enumerable_thread_specific<Buffers> buffers;
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(found.size()), [&](std::uint32_t t) {
-        if (!normals[t].isZero(0.0)) found[t] = corner_of(mesh, normals, t, spacing, bend, buffers.local());
+        if (!normals[t].isZero(0.0) && !too_wide(mesh, mesh.triangles[t], kWidth * spacing))
+            found[t] = corner_of(mesh, normals, t, spacing, bend, buffers.local());
     });
     CutCorners cut;
     cut.of.assign(found.size(), -1);

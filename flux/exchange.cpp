@@ -216,6 +216,9 @@ void Exchange::gather(std::uint64_t rays) {
         found[i] = {};
     }
     add_to_pieces(s, before);
+    const std::uint64_t segments = s.residual.segments;
+    trace_residual(s.geometry, s.densities, key, s.gathers, rays, s.residual);
+    s.segments += s.residual.segments - segments;
     s.group_rays += in_group;
     s.rays += in_group * kLinkGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -231,12 +234,19 @@ void Exchange::start_where(std::span<const double> variance) {
     state_->focused = true;
 }
 
+void Exchange::look_where(std::span<const double> error) {
+    state_->residual.share = shares_of_edges(state_->densities, error);
+}
+
 bool Exchange::is_focused() const {
     return state_->focused;
 }
 
 std::uint64_t Exchange::rays() const {
     return state_->rays;
+}
+std::uint64_t Exchange::residual_rays() const {
+    return state_->residual.rays.size();
 }
 std::uint64_t Exchange::segments() const {
     return state_->segments;

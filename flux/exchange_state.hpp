@@ -9,6 +9,7 @@
 #include "flux/links.hpp"
 #include "flux/radiosity.hpp"
 #include "flux/ray_densities.hpp"
+#include "flux/residual.hpp"
 #include "flux/strip.hpp"
 
 namespace sidewall::flux {
@@ -32,6 +33,7 @@ struct Exchange::State {
     std::uint64_t rays = 0, segments = 0, leaked = 0;
     std::uint32_t gathers = 0;
     bool focused = false;
+    Residual residual{};
     double seconds = 0.0;
 
     /// The balanced rays of the groups whose bits are set; made when first asked for, until the next gather. Thread-safe.

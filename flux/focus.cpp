@@ -91,6 +91,20 @@ void focus(Exchange& exchange, std::span<const DiffuseSpecies> species, std::spa
     for (std::size_t k = 0; k < species.size(); ++k)
         add_variance(s, species[k], fluxes[k], options, variance);
     exchange.start_where(variance);
+    look_where_expected(exchange, fluxes);
+}
+
+void look_where_expected(Exchange& exchange, std::span<const RadiosityFlux> fluxes) {
+    const Exchange::State& s = exchange.state();
+    const TriangleMesh& mesh = s.geometry.mesh;
+    Values shares(mesh.triangles.size(), 0.0);
+    for (const RadiosityFlux& flux : fluxes) {
+        const Values error = errors_of(expected_bends(mesh, s.wedges, flux.wedge.flux));
+        double sum = 0.0;
+        for (std::size_t t = 0; t < error.size(); ++t) sum += triangle_area(mesh, t) * error[t];
+        for (std::size_t t = 0; t < error.size() && sum > 0.0; ++t) shares[t] += error[t] / sum;
+    }
+    exchange.look_where(shares);
 }
 
 }  // namespace sidewall::flux

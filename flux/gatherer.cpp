@@ -13,6 +13,7 @@
 
 #include "flux/sampling.hpp"
 #include "flux/source.hpp"
+#include "flux/way_out.hpp"
 
 namespace sidewall::flux {
 namespace {
@@ -147,13 +148,7 @@ void Gatherer::join_exit(const Ray& ray, Found& found) const {
     Exit exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
     barycentric(facet, ray.start, exit.au, exit.av);
     const double rise = ray.direction.z();
-    const double travelled = rise > 0.0 ? (s_.geometry.top - ray.start.z()) / rise : -1.0;
-    const Vec3 end = ray.start + travelled * ray.direction;
-    bool out = travelled >= 0.0;
-    const LateralBox& box = s_.geometry.box;
-    for (int axis = 0; axis < 2; ++axis)
-        if (box.boundary[axis] == Boundary::open)
-            out = out && end[axis] >= box.min[axis] && end[axis] <= box.max[axis];
+    const auto [out, travelled, end] = way_out(s_.geometry, ray.start, ray.direction);
     double weight = 0.0;
     if (out) {
         const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;

@@ -13,8 +13,9 @@ namespace {
 // One hit in double precision.
 struct Hit {
     Vec3 point, direction, normal;  // the point a skin off the surface
-    double theta, cosine, energy;
+    double cosine, energy;
     std::size_t material;
+    double theta = 0.0;  // set once asked for
 };
 
 Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
@@ -22,7 +23,7 @@ Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
         return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
     };
     const LateralBox& box = trace.geometry.box;
-    Hit hit;
+    Hit hit{};
     hit.direction = wide(r.dx[row], r.dy[row], r.dz[row]).normalized();
     hit.point = wide(r.x[row], r.y[row], r.z[row]) + static_cast<double>(r.distance[row]) * hit.direction;
     hit.normal = wide(r.nx[row], r.ny[row], r.nz[row]).normalized();
@@ -31,7 +32,6 @@ Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
     for (int axis = 0; axis < 2; ++axis)
         hit.point[axis] = std::clamp(hit.point[axis], box.min[axis], box.max[axis]);
     hit.cosine = std::clamp(-hit.direction.dot(hit.normal), 0.0, 1.0);
-    hit.theta = std::acos(hit.cosine);
     hit.energy = static_cast<double>(r.energy[row]);
     hit.material = trace.materials.empty() ? 0 : static_cast<std::size_t>(trace.materials[r.triangle[row]]);
     return hit;
@@ -97,6 +97,12 @@ void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint
     counts.redeposited.emitted += sputtered;
 }
 
+// Of incidences with a cosine above this none is reflected.
+double least_reflected_cosine(const Reflection& reflection) {
+    constexpr double kRounding = 1e-9;
+    return reflection.to > 0.0 ? std::cos(std::max(0.0, reflection.from - kRounding)) : 1.0;
+}
+
 // Energy after a reflection.
 double energy_left(const Reflection& reflection, const Hit& hit, Stream& random) {
     const double peak = energy_peak(reflection, hit.theta);
@@ -110,6 +116,7 @@ void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
     Rays& r = w.rays;
     const Species& species = trace.species;
     const bool has_energy = species.energy.mean > 0.0;
+    const double reflects_below = least_reflected_cosine(species.reflection);
     w.secondaries.count = 0;
     const std::size_t hits = list_hits(r, w.hits);
     book_misses(r, bundle);
@@ -118,7 +125,7 @@ void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
         const std::uint32_t row = w.hits[k], triangle = r.triangle[row], ray = r.ray[row];
         const float u = r.u[row], v = r.v[row];
         const std::uint64_t weight = bundle.weight[row];
-        const Hit hit = hit_of(trace, r, row);
+        Hit hit = hit_of(trace, r, row);
         // Tally.
         bundle.tally->add(*bundle.bins, triangle, u, v, weight);
         for (std::size_t y = 0; y < species.yields.size(); ++y) {
@@ -131,7 +138,11 @@ void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
         if (species.redeposition)
             sputter(trace, hit, weight, triangle, ray, random, w.secondaries, *bundle.counts);
         // Stick, or reflect with what energy is left.
-        const double reflected = reflection_probability(species.reflection, hit.theta);
+        double reflected = 0.0;
+        if (!(hit.cosine > reflects_below)) {
+            hit.theta = std::acos(hit.cosine);
+            reflected = reflection_probability(species.reflection, hit.theta);
+        }
         const auto share = static_cast<std::uint64_t>(reflected * static_cast<double>(kOne) + 0.5);
         const std::uint64_t stays = sticking_at(trace, *bundle.sticking, triangle, u, v);
         std::uint64_t rest = part_of(weight - part_of(weight, stays), share);

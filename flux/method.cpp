@@ -29,10 +29,17 @@ double rays_needed(double target, const TriangleMesh& mesh, const surface::RaySc
                     .stop = options.stop,
                     .shares = options.shares});
     first.gather(std::min(first.fewest_rays(), first.rays_left()));
-    const double error = solve_flux(first, species, {.tolerance = target / kCloser}).relative_error;
+    const double error = solve_flux(first, species, {.tolerance = target / kCloser}).statistical_error;
     // Errors of few rays fall faster than their square root.
     constexpr double kFall = 0.6;
     return kFirstRays * std::max(1.0, kMargin * std::pow(error / target, 1.0 / kFall));
+}
+
+// The statistical error that leaves \p target of both, or, where hardly any would, that target.
+double target_of_rays(double target, double discretisation) {
+    constexpr double kHelps = 0.9;
+    return discretisation < kHelps * target ? std::sqrt(target * target - discretisation * discretisation)
+                                            : target;
 }
 
 }  // namespace
@@ -114,7 +121,9 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
         double worst = 0.0;  // of what was asked
         for (std::size_t k = 0; k < species.size(); ++k) {
             fluxes.push_back(solve_flux(exchange, species[k], close));
-            worst = std::max(worst, fluxes.back().relative_error / targets[k]);
+            const double bound =
+                options.of_rays ? targets[k] : target_of_rays(targets[k], fluxes.back().discretisation_error);
+            worst = std::max(worst, fluxes.back().statistical_error / bound);
         }
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
@@ -125,6 +134,7 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
             if (!exchange.is_focused() && more == 3.0) focus(exchange, species, fluxes, options);
         } catch (const NumericsError&) {
         }
+        look_where_expected(exchange, fluxes);
         exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
     }
 }

@@ -62,10 +62,14 @@ class Exchange {
     /// \param variance  by triangle, what rays that started there so far contribute to it; in any unit.
     void start_where(std::span<const double> variance);
     bool is_focused() const;  ///< start_where has been called
+    /// Has further gathers look for what the elements add to errors where it is expected.
+    /// \param error  by triangle, in any unit.
+    void look_where(std::span<const double> error);
 
-    std::uint64_t rays() const;      ///< traced so far: a counter that no solve changes
-    std::uint64_t segments() const;  ///< ray-scene intersections of them
-    std::uint64_t links() const;     ///< pairs of points that see each other, and points that see the source
+    std::uint64_t rays() const;           ///< traced so far: a counter that no solve changes
+    std::uint64_t residual_rays() const;  ///< traced besides, see residual.hpp: at most 4 % as many
+    std::uint64_t segments() const;       ///< ray-scene intersections of both
+    std::uint64_t links() const;  ///< pairs of points that see each other, and points that see the source
     std::uint64_t leaked() const;
     std::uint64_t bytes() const;  ///< memory that the links take
     double seconds() const;       ///< wall time of all gathers
@@ -100,14 +104,18 @@ struct SolveOptions {
     std::uint32_t most_iterations = 2000;
     bool errors = true;    ///< standard errors, for about twice as much time; false leaves them 0
     bool unbiased = true;  ///< takes off what the halves of the rays show of the bias; free with errors
+    /// Of solve_fluxes_to: targets are for the statistical errors alone, as two methods on one mesh are compared.
+    bool of_rays = false;
     std::function<bool()> stop{};
 };
 
 /// A solved flux. Per triangle, wedge and vertex as the tracer's, see TallyFlux.
 struct RadiosityFlux : TallyFlux {
-    /// sum(area * standard error) / sum(area * flux) over vertices, as FluxResult's: of the rays. What the linear
-    /// elements of a coarse mesh add is not in it.
-    double relative_error = 0.0;
+    double relative_error = 0.0;  ///< the root of the sum of the squares of the next two; 0 without errors
+    /// sum(area * standard error) / sum(area * flux) over vertices, as FluxResult's: of the rays.
+    double statistical_error = 0.0;
+    /// What linear elements add: sum(area * rms error of a triangle) / sum(area * flux), see residual.hpp.
+    double discretisation_error = 0.0;
     double absorbed = 0.0, escaped = 0.0;  ///< of what source and surface emit; their sum is 1
     std::uint32_t iterations = 0;          ///< of the solver, without those for the errors
     double seconds = 0.0;                  ///< wall time
@@ -137,13 +145,17 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
 void focus(Exchange& exchange, std::span<const DiffuseSpecies> species, std::span<const RadiosityFlux> fluxes,
            const SolveOptions& options = {});
 
+/// Has further gathers look for what linear elements add to the errors of all \p fluxes where their slopes change.
+void look_where_expected(Exchange& exchange, std::span<const RadiosityFlux> fluxes);
+
 /// Gathers \p rays more, most of them where a few that come first say they count for \p species.
 /// \throws as Exchange::gather and solve_flux.
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options = {});
 
 /// Gathers until the relative_error of every one of \p species is at most its target, or rays or memory are
-/// spent; the results' relative_error tells which. Solves no closer than a two-hundredth of the least target.
+/// spent; the results' relative_error tells which. Where the elements alone are off by nearly the target, rays do not help: then
+/// until the statistical_error is. Solves no closer than a two-hundredth of the least target.
 /// \param targets    by species, above 0.
 /// \param most_rays  to gather in all, those that \p exchange has included.
 std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,

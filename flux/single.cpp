@@ -38,7 +38,7 @@ RadiosityFlux solve(const SingleFlux& asked, const Way& way, Exchange& exchange)
     const std::vector<double> sticking = sticking_by_wedge(asked.wedges, asked.materials, asked.species);
     const DiffuseSpecies species{
         .name = asked.species.name, .source_exponent = asked.species.source_exponent, .sticking = sticking};
-    const SolveOptions options{.stop = asked.options.stop};
+    const SolveOptions options{.of_rays = !asked.relative_error, .stop = asked.options.stop};
     if (way.target > 0.0) {
         const std::uint64_t most = asked.relative_error
                                        ? asked.options.rays

@@ -194,4 +194,29 @@ std::vector<Values> Solver::respond(const std::vector<Values>& rights, double to
     return responses;
 }
 
+// With u = (1 - s) flux, (absorption + M) u is what arrives at the hat functions: the flux there is M^-1
+// times that.
+std::vector<double> Solver::absorption_error(std::span<const double> flux) const {
+    constexpr int kRelaxations = 4;  // M and its lumped form differ by a factor of 4 at most
+    const MassMatrix& mass = s_.mass;
+    const std::span<const double> area = s_.strip.unknowns.area;
+    Values left(flux.size(), 0.0), error(flux.size(), 0.0);
+    for (std::size_t i = 0; i < left.size(); ++i)
+        for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n) {
+            const std::uint32_t j = mass.column[n];
+            left[i] += ((absorption_[n] + mass.value[n]) * reemitted_[j] - mass.value[n]) * flux[j];
+        }
+    for (int k = 0; k < kRelaxations; ++k) {
+        const Values before = error;
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            if (!(area[i] > 0.0)) continue;
+            double rest = left[i];
+            for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n)
+                rest -= mass.value[n] * before[mass.column[n]];
+            error[i] += rest / area[i];
+        }
+    }
+    return error;
+}
+
 }  // namespace sidewall::flux

@@ -77,6 +77,9 @@ Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& resu
     json["escaped_fraction"] = result.escaped;
     json["leaked"] = exchange.leaked();
     json["relative_error"] = result.relative_error;
+    json["statistical_error"] = result.statistical_error;
+    json["discretisation_error"] = result.discretisation_error;
+    json["residual_rays"] = exchange.residual_rays();
     return json;
 }
 
@@ -91,9 +94,13 @@ void print_summary(const Json& json) {
                    json["seconds"]["solve"].get<double>());
     fmt::print(
         "flux (1 on an open plane): mean {:.4g}, least {:.4g}, largest {:.4g} of a triangle; "
-        "relative error of vertex flux {:.3g}\n",
+        "relative error of vertex flux {:.3g}{}\n",
         json["flux"]["mean"].get<double>(), json["flux"]["min"].get<double>(),
-        json["flux"]["max"].get<double>(), json["relative_error"].get<double>());
+        json["flux"]["max"].get<double>(), json["relative_error"].get<double>(),
+        json.contains("discretisation_error")
+            ? fmt::format(" ({:.2g} of rays, {:.2g} of linear elements)",
+                          json["statistical_error"].get<double>(), json["discretisation_error"].get<double>())
+            : "");
     if (json.contains("absorbed"))
         fmt::print("absorbed {}, escaped {}, leaked {}\n", json["absorbed"].get<std::uint64_t>(),
                    json["escaped"].get<std::uint64_t>(), json["leaked"].get<std::uint64_t>());

@@ -111,6 +111,7 @@ flux::FluxResult solve(const flux::SingleFlux& asked, const flux::Way& way) {
     result.segments = exchange.segments();
     result.seconds = exchange.seconds() + solved.seconds;
     result.relative_error = solved.relative_error;
+    result.discretisation_error = solved.discretisation_error;
     static_cast<flux::TallyFlux&>(result) = std::move(static_cast<flux::TallyFlux&>(solved));
     return result;
 }

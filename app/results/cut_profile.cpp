@@ -44,25 +44,30 @@ Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const 
 
 Stretches solid_at(const Profile& profile, double z) {
     std::vector<double> crossings;
-    double left = kInfinity, left_z = 0.0;
-    const auto visit = [&](double from, double from_z, double to, double to_z) {
-        for (const auto& [x, height] : {std::pair(from, from_z), {to, to_z}})
-            if (x < left) {
-                left = x;
-                left_z = height;
-            }
-        if ((from_z > z) != (to_z > z))
-            crossings.push_back(from + (z - from_z) / (to_z - from_z) * (to - from));
+    double left = kInfinity, left_z = 0.0, right = -kInfinity, right_z = 0.0;
+    const auto reach = [&](double x, double height) {
+        if (x < left) left = x, left_z = height;
+        if (x > right) right = x, right_z = height;
     };
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
         const double from = p.dot(profile.along), to = q.dot(profile.along);
-        visit(from, p.z(), to, q.z());
-        for (const double side : profile.mirrors) visit(2.0 * side - from, p.z(), 2.0 * side - to, q.z());
-        for (const double shift : profile.shifts) visit(from + shift, p.z(), to + shift, q.z());
+        reach(from, p.z());
+        reach(to, q.z());
+        if ((p.z() > z) == (q.z() > z)) return;
+        const double x = from + (z - p.z()) / (q.z() - p.z()) * (to - from);
+        crossings.push_back(x);
+        for (const double side : profile.mirrors) crossings.push_back(2.0 * side - x);
+        for (const double shift : profile.shifts) crossings.push_back(x + shift);
     });
     std::sort(crossings.begin(), crossings.end());
     // Left of the first crossing lies material if the surface begins above z, else gas.
-    return between(crossings, left < kInfinity && left_z > z);
+    double first = left, first_z = left_z;
+    const auto begin_at = [&](double x, double height) {
+        if (x < first) first = x, first_z = height;
+    };
+    for (const double side : profile.mirrors) begin_at(2.0 * side - right, right_z);
+    for (const double shift : profile.shifts) begin_at(left + shift, left_z);
+    return between(crossings, first < kInfinity && first_z > z);
 }
 
 Stretches solid_below(const Profile& profile, double along) {

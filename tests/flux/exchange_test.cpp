@@ -9,6 +9,7 @@
 
 #include "flux/radiosity.hpp"
 #include "surface/error.hpp"
+#include "tests/flux/cavity.hpp"
 #include "tests/flux/compare.hpp"
 #include "tests/flux/cylinders.hpp"
 #include "tests/flux/meshes.hpp"
@@ -23,30 +24,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// A surface and its exchange.
-struct Cavity {
-    TriangleMesh mesh;
-    std::vector<std::int32_t> materials;
-    LateralBox box;
-    surface::RayScene scene;
-    Wedges wedges;
-    Cavity(TriangleMesh surface, std::array<Boundary, 2> boundary, std::vector<std::int32_t> ids = {})
-        : mesh(std::move(surface)),
-          materials(std::move(ids)),
-          box(lateral_box(mesh, boundary)),
-          scene(mesh),
-          wedges(make_wedges(mesh, materials)) {}
-    Exchange gathered(std::uint64_t rays_of_unknown, std::uint64_t seed = 1,
-                      std::vector<double> exponents = {1.0}) const {
-        Exchange exchange(mesh, scene, box, wedges, std::move(exponents), {.seed = seed});
-        exchange.gather(rays_of_unknown * wedges.count());
-        return exchange;
-    }
-    std::vector<double> sticking(std::vector<double> by_material) const {
-        return sticking_by_wedge(wedges, materials, {.sticking = std::move(by_material)});
-    }
-};
-
 std::vector<double> even(std::size_t parts) {
     std::vector<double> cuts;
     for (std::size_t k = 1; k < parts; ++k)
@@ -54,8 +31,6 @@ std::vector<double> even(std::size_t parts) {
     return cuts;
 }
 
-// Sides of a profile: in a mesh of one row its rays fly in the plane of x and z.
-constexpr std::array kProfile{Boundary::reflective, Boundary::periodic};
 constexpr std::array kOpen{Boundary::open, Boundary::open};
 
 // A trench of width 1 along y.
@@ -420,6 +395,8 @@ TEST_CASE("radiosity has the same bits on any number of threads, and gathers tha
     const auto [four, same] = solved(4);
     CHECK(one.wedge.flux == four.wedge.flux);
     CHECK(one.wedge.error == four.wedge.error);
+    CHECK(one.discretisation_error > 0.0);
+    CHECK(one.relative_error == four.relative_error);
     CHECK(rays == same);
     CHECK(rays == Approx(48.0 * static_cast<double>(cavity.wedges.count())).epsilon(0.01));
 }

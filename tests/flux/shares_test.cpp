@@ -115,7 +115,7 @@ TEST_CASE("ranks that share a radiosity's rays all get the links of one process"
         exchange.gather(5'000);
         const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking});
         return std::tuple(exchange.rays(), exchange.segments(), exchange.links(), exchange.leaked(),
-                          flux.wedge.flux, flux.wedge.error);
+                          flux.wedge.flux, flux.wedge.error, flux.relative_error);
     };
     const auto alone = run({});
     for (const std::uint32_t ranks : {2u, 3u})
