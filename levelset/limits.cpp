@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "levelset/sample_index.hpp"
+
 namespace sidewall::levelset {
 namespace {
 
@@ -21,7 +23,7 @@ class Bodies {
     // What phi may be after the time step at the nodes of a leaf, by the bodies that they lie in; nothing if
     // it may be anything.
     std::unique_ptr<Values> limits(const Leaf& leaf, const float* was) const {
-        const auto* samples = motion_.extension.sample_of->probeConstLeaf(leaf.origin());
+        const std::int32_t* samples = motion_.extension.sample_of->find(leaf.origin());
         if (samples == nullptr) return nullptr;
         std::vector<const Leaf*> layers;
         bool any = false;
@@ -32,7 +34,7 @@ class Bodies {
         if (!any) return nullptr;
         std::unique_ptr<Values> result;
         for (auto it = leaf.cbeginValueOn(); it; ++it) {
-            const std::int32_t sample = samples->getValue(it.pos());
+            const std::int32_t sample = SampleIndex::sample(samples[it.pos()]);
             if (sample < 0 || !(was[it.pos()] < 0.0f)) continue;
             const float most = limit(layers, static_cast<std::size_t>(sample), it.pos(), was[it.pos()]);
             if (most == kUnlimited) continue;
