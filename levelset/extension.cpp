@@ -29,31 +29,48 @@ using B = Block<1>;
 // within sqrt(3)/2 of the front.
 constexpr double kNearCells = 0.9;
 
-// Of a row's eight nodes: the unit gradient by central differences, zero where phi is flat, and the foot
-// point along it less the node, in dx.
+// A node's offset from another one, coded in a number from kFirstCode down to kLastCode.
+constexpr int kBits = 5, kMiddle = 1 << (kBits - 1), kFirstCode = -2,
+              kLastCode = kFirstCode - (1 << 3 * kBits);
+
+std::int32_t encode(std::int32_t x, std::int32_t y, std::int32_t z) {
+    return kFirstCode - ((x + kMiddle) << 2 * kBits | (y + kMiddle) << kBits | (z + kMiddle));
+}
+
+openvdb::Coord decode(std::int32_t code) {
+    const int number = kFirstCode - code, mask = (1 << kBits) - 1;
+    return openvdb::Coord(number >> 2 * kBits, number >> kBits & mask, number & mask).offsetBy(-kMiddle);
+}
+
+// Of a row's eight nodes: the unit gradient by central differences, zero where phi is flat, the foot point
+// along it less the node, in dx, and the code of that rounded.
 struct Feet {
     std::array<std::array<double, kLanes>, 3> normal, foot;
+    std::array<std::int32_t, kLanes> code;
 
     Vec3 normal_of(std::size_t z) const { return {normal[0][z], normal[1][z], normal[2][z]}; }
     Vec3 foot_of(std::size_t z) const { return {foot[0][z], foot[1][z], foot[2][z]}; }
 };
 
+// One loop for all, which compilers vectorise; of smaller ones they make single nodes.
 void find_feet(const float* v, double dx, Feet& feet) {
-    std::array<double, kLanes> length;
-    for (std::size_t a = 0; a < 3; ++a) {
-        const auto stride = B::kStride[a];
-        for (std::size_t z = 0; z < kLanes; ++z)
-            feet.normal[a][z] = static_cast<double>(v[static_cast<std::ptrdiff_t>(z) + stride] -
-                                                    v[static_cast<std::ptrdiff_t>(z) - stride]);
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const auto at = static_cast<std::ptrdiff_t>(n);
+        const auto rise = [&](std::ptrdiff_t stride) {
+            return static_cast<double>(v[at + stride] - v[at - stride]);
+        };
+        const double x = rise(B::kStride[0]), y = rise(B::kStride[1]), z = rise(B::kStride[2]);
+        const double steepness = std::sqrt(x * x + (y * y + z * z)),
+                     length = steepness > 0.0 ? steepness : 1.0;
+        const double back = -static_cast<double>(v[at]) / dx;
+        const double nx = x / length, ny = y / length, nz = z / length;
+        const double fx = back * nx, fy = back * ny, fz = back * nz;
+        feet.normal[0][n] = nx, feet.normal[1][n] = ny, feet.normal[2][n] = nz;
+        feet.foot[0][n] = fx, feet.foot[1][n] = fy, feet.foot[2][n] = fz;
+        feet.code[n] = encode(static_cast<std::int32_t>(std::floor(fx + 0.5)),
+                              static_cast<std::int32_t>(std::floor(fy + 0.5)),
+                              static_cast<std::int32_t>(std::floor(fz + 0.5)));
     }
-    auto& [x, y, z] = feet.normal;
-    for (std::size_t n = 0; n < kLanes; ++n) length[n] = std::sqrt(x[n] * x[n] + (y[n] * y[n] + z[n] * z[n]));
-    for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t n = 0; n < kLanes; ++n) {
-            const double unit = feet.normal[a][n] / length[n];
-            feet.normal[a][n] = length[n] > 0.0 ? unit : 0.0;
-            feet.foot[a][n] = -static_cast<double>(v[n]) / dx * feet.normal[a][n];
-        }
 }
 
 // The mesh that samples lie on.
@@ -172,25 +189,10 @@ void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
         entry[it.pos()] = std::abs(*it) <= near ? 0 : SampleIndex::kShared;
 }
 
-// A far node's foot, rounded to a node, until it is looked up: the offset from the node, coded in its entry.
-constexpr int kBits = 5, kMiddle = 1 << (kBits - 1), kFirstCode = -2,
-              kLastCode = kFirstCode - (1 << 3 * kBits);
-
-void encode(const Feet& feet, unsigned active, std::int32_t* entry) {
-    std::array<std::array<std::int32_t, kLanes>, 3> o;
-    for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t z = 0; z < kLanes; ++z)
-            o[a][z] = static_cast<std::int32_t>(std::floor(feet.foot[a][z] + 0.5)) + kMiddle;
-    const LaneMask& where = kLaneMasks[active];
-    for (std::size_t z = 0; z < kLanes; ++z) {
-        const std::int32_t code = kFirstCode - (o[0][z] << 2 * kBits | o[1][z] << kBits | o[2][z]);
-        entry[z] = (code & where[z]) | (SampleIndex::kNone & ~where[z]);
-    }
-}
-
-openvdb::Coord decode(std::int32_t entry) {
-    const int code = kFirstCode - entry, mask = (1 << kBits) - 1;
-    return openvdb::Coord(code >> 2 * kBits, code >> kBits & mask, code & mask).offsetBy(-kMiddle);
+// Marks the nodes of a row as off the band, or by the code of their foot point until that is looked up.
+void set_codes(const Feet& feet, const LaneMask& active, std::int32_t* entry) {
+    for (std::size_t z = 0; z < kLanes; ++z)
+        entry[z] = (feet.code[z] & active[z]) | (SampleIndex::kNone & ~active[z]);
 }
 
 // The entries of a leaf and of those around it. Feet lie no farther than a leaf away.
@@ -315,7 +317,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
                 const float* v = &block.value[static_cast<std::size_t>(
                     B::at(static_cast<int>(row >> 3), static_cast<int>(row & 7), 0))];
                 find_feet(v, dx, feet);
-                encode(feet, active, entry + 8 * row);
+                set_codes(feet, kLaneMasks[active], entry + 8 * row);
                 for (std::size_t z = 0; z < kLanes; ++z)
                     if (std::abs(v[z]) <= near) add_sample(8 * row + static_cast<openvdb::Index>(z), z);
             }

@@ -36,23 +36,25 @@ bool has_distance(const Leaf& leaf, float background) {
 
 using Nodes = openvdb::util::NodeMask<Leaf::LOG2DIM>;
 
-// The active nodes of a new leaf that lie inside, by their neighbours of the old band.
-Nodes nodes_inside(const Leaf& leaf, const Grid& grid, const Domain& domain) {
-    const float background = grid.background();
-    const auto accessor = grid.getConstUnsafeAccessor();
+// The active nodes of a new leaf that lie inside, by their neighbours of the old band in other leaves.
+Nodes nodes_inside(const Leaf& leaf, const Band& band, float background, const Domain& domain) {
     const openvdb::Coord origin = leaf.origin();
+    const bool inner =
+        domain.owns(origin.x() - 1, origin.y() - 1) && domain.owns(origin.x() + 8, origin.y() + 8);
+    const auto within = [](int n) { return n > 0 && n < 7; };
     Nodes inside;
     for (auto it = leaf.cbeginValueOn(); it; ++it) {
-        const openvdb::Coord c = it.getCoord();
+        const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos());
+        if (inner && within(local.x()) && within(local.y()) && within(local.z())) continue;
         float side = 0.0f;
         for (int k = 0; k < 6; ++k) {
-            openvdb::Coord q = c;
+            openvdb::Coord q = origin + local;
             q[k / 2] += k % 2 ? 1 : -1;
-            q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
+            if (!inner) q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
             if ((q & ~7) == origin) continue;
-            const Leaf* other = accessor.probeConstLeaf(q);
-            if (!other) continue;
-            const float v = other->getValue(q);
+            const std::int32_t other = band.table.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
+            if (other < 0) continue;
+            const float v = band.leaves[static_cast<std::size_t>(other)]->getValue(q);
             if (std::abs(v) < background) side = v;
         }
         inside.set(it.pos(), std::signbit(side));
@@ -74,7 +76,7 @@ void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
     // new leaf's is to count for nothing whichever comes first.
     std::vector<Nodes> inside(leaves.size());
     tbb::parallel_for(std::size_t{0}, leaves.size(),
-                      [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], grid, domain); });
+                      [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], band, background, domain); });
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
     // Just inside the background, so that the flood takes it for known.
     const float known = std::nextafter(background, 0.0f);
