@@ -158,25 +158,38 @@ std::int32_t own_sample(const SampleIndex& index, const openvdb::Coord& node) {
     return own_sample(index.find(node), Leaf::coordToOffset(node));
 }
 
+// Offsets to the neighbours of a node, face neighbours before edge and corner ones.
+const auto kNeighbours = [] {
+    std::array<openvdb::Coord, 26> offsets;
+    std::size_t count = 0;
+    for (int axes = 1; axes <= 3; ++axes)
+        for (int n = 0; n < 27; ++n) {
+            const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+            if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) == axes)
+                offsets[count++] = offset;
+        }
+    return offsets;
+}();
+
 // At a kink the gradient does not point at the foot: go from neighbour to neighbour, always to the one
-// nearest to the front, until one has a sample.
-std::int32_t descend(const Grid::ConstUnsafeAccessor& phi, const SampleIndex& index, const Domain& domain,
+// nearest to the front, of equals to the one straight ahead, until one has a sample.
+std::int32_t descend(const LeafData& phi, float background, const SampleIndex& index, const Domain& domain,
                      openvdb::Coord c) {
-    float distance = std::abs(phi.getValue(c));
+    const auto distance_of = [&](const openvdb::Coord& node) {
+        const float* leaf = phi.find(node.x() >> 3, node.y() >> 3, node.z() >> 3);
+        return leaf ? std::abs(leaf[Leaf::coordToOffset(node)]) : background;
+    };
+    float distance = distance_of(c);
     for (;;) {
         openvdb::Coord best = c;
-        // Face neighbours before edge and corner ones: of equals the one straight ahead.
-        for (int faces = 1; faces <= 3; ++faces)
-            for (int n = 0; n < 27; ++n) {
-                const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-                if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) != faces) continue;
-                const openvdb::Coord q = own_node(domain, c + offset);
-                const float d = std::abs(phi.getValue(q));
-                if (d < distance) {
-                    distance = d;
-                    best = q;
-                }
+        for (const openvdb::Coord& offset : kNeighbours) {
+            const openvdb::Coord q = own_node(domain, c + offset);
+            const float d = distance_of(q);
+            if (d < distance) {
+                distance = d;
+                best = q;
             }
+        }
         const std::int32_t found = own_sample(index, best);
         if (found >= 0 || best == c) return std::max(found, -1);
         c = best;
@@ -216,10 +229,9 @@ class EntriesAround {
 };
 
 // Far nodes take the sample of the node beside their foot point.
-void share_samples(const Grid& grid, const Domain& domain, const std::vector<const Leaf*>& leaves,
-                   SampleIndex& index) {
+void share_samples(const LeafData& phi, float background, const Domain& domain,
+                   const std::vector<const Leaf*>& leaves, SampleIndex& index) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
-        const auto accessor = grid.getConstUnsafeAccessor();
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = *leaves[n];
             std::int32_t* entry = index.of(n);
@@ -230,9 +242,11 @@ void share_samples(const Grid& grid, const Domain& domain, const std::vector<con
                 const std::int32_t own = entry[it.pos()];
                 if (own > kFirstCode || own <= kLastCode) continue;
                 const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos()) + decode(own);
-                std::int32_t found =
-                    inner ? around.own_sample_at(local) : own_sample(index, own_node(domain, o + local));
-                if (found < 0) found = descend(accessor, index, domain, it.getCoord());
+                const openvdb::Coord foot = o + local;
+                std::int32_t found = inner || domain.owns(foot.x(), foot.y())
+                                         ? around.own_sample_at(local)
+                                         : own_sample(index, own_node(domain, foot));
+                if (found < 0) found = descend(phi, background, index, domain, it.getCoord());
                 std::atomic_ref(entry[it.pos()])
                     .store(found >= 0 ? found | SampleIndex::kShared : SampleIndex::kNone,
                            std::memory_order_relaxed);
@@ -324,7 +338,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         }
     });
 
-    share_samples(grid, domain, leaves, *index);
+    share_samples(data, grid.background(), domain, leaves, *index);
     extension.sample_of = index;
     return extension;
 }

@@ -96,23 +96,6 @@ inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3&
     }
 }
 
-/// One-sided differences of a row's nodes and their squared upwind gradients.
-template <int R>
-void differences(const float* v, float dx, std::array<OneSided, 3>& d, Row& growing, Row& etching) {
-    growing.fill(0.0f);
-    etching.fill(0.0f);
-    for (std::size_t a = 0; a < 3; ++a) {
-        const int stride = Block<R>::kStride[a];
-        if constexpr (R == 3)
-            one_sided_5(v, stride, 1.0f / dx, dx, d[a]);
-        else if constexpr (R == 2)
-            one_sided_3(v, stride, 1.0f / dx, dx, d[a]);
-        else
-            one_sided_1(v, stride, d[a]);
-        add_upwind_square(d[a], R > 1, growing, etching);
-    }
-}
-
 /// H of a row's nodes where no V depends on the normal.
 template <int R>
 void constant_row(const float* v, const std::int32_t* entry, const SampleSpeeds& in, Row& h) {
@@ -129,7 +112,7 @@ void constant_row(const float* v, const std::int32_t* entry, const SampleSpeeds&
     const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
     Row growing, etching;
     std::array<OneSided, 3> d;
-    differences<R>(v, dx, d, growing, etching);
+    differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
     for (std::size_t n = 0; n < kLanes; ++n)
         h[n] = speed[n] * inv_dx * std::sqrt(speed[n] > 0.0f ? growing[n] : etching[n]);
 }
@@ -162,7 +145,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
     const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
     Row growing, etching;
     std::array<OneSided, 3> d;
-    differences<R>(v, dx, d, growing, etching);
+    differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
     if (beam) beam_row(d, inv_dx, in.motion.beam, first, second, h);
     if (constant) {
         Row upwind;
