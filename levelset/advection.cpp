@@ -5,7 +5,9 @@
 #include <tbb/tick_count.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,11 +15,13 @@
 
 #include "levelset/band.hpp"
 #include "levelset/hamiltonian.hpp"
+#include "levelset/large_vector.hpp"
 #include "levelset/levels.hpp"
 #include "levelset/limits.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
 #include "levelset/release.hpp"
+#include "levelset/sample_index.hpp"
 #include "levelset/sample_speeds.hpp"
 
 namespace sidewall::levelset {
@@ -28,15 +32,24 @@ using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 // The surface's leaves in a time step.
 struct Stages {
     std::vector<Leaf*> leaves;
-    surface::LeafTable table;         // of the leaves
-    std::unique_ptr<float[]> before;  // phi at the time step's start, if anyone asks
-    std::unique_ptr<float[]> next;    // of the leaves that move
-    std::vector<std::uint8_t> moved;  // by leaf: in this stage or in one before
+    surface::LeafTable table;   // of the leaves
+    LargeVector<float> before;  // phi at the time step's start, if anyone asks
+    LargeVector<float> next;    // of the leaves that move
+    std::vector<std::uint8_t>
+        moved;  // by leaf: in this stage or in one before, whether or not values changed
+    std::vector<std::uint8_t> changed;
 };
+
+// Of leaves that an extension does not have.
+constexpr auto kNoSamples = [] {
+    std::array<std::int32_t, Leaf::SIZE> entries{};
+    entries.fill(SampleIndex::kNone);
+    return entries;
+}();
 
 bool any_moves(const Leaf& leaf, const std::int32_t* sample, const SampleSpeeds& speeds) {
     for (auto it = leaf.cbeginValueOn(); it; ++it)
-        if (speeds.moves(sample[it.pos()])) return true;
+        if (speeds.moves(SampleIndex::sample(sample[it.pos()]))) return true;
     return false;
 }
 
@@ -44,7 +57,7 @@ bool any_moves(const Leaf& leaf, const std::int32_t* sample, const SampleSpeeds&
 // scheme (Shu and Osher, J. Comput. Phys. 77 (1988) 439), phi0 being that at the time step's start. Leaves in
 // which nothing has a speed are left as they are.
 template <int R>
-void stage(Stages& stages, const std::vector<const IndexTree::LeafNodeType*>& samples, const Grid& grid,
+void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, const Grid& grid,
            const SampleSpeeds& speeds, float keep) {
     const float background = grid.background();
     const float limit =
@@ -59,12 +72,12 @@ void stage(Stages& stages, const std::vector<const IndexTree::LeafNodeType*>& sa
     };
     each_leaf([&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
-        const std::int32_t* sample = samples[n]->buffer().data();
+        const std::int32_t* sample = samples[n];
         if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
         if (!stages.moved[n]) return;
         Block<R> block;
         Row h;
-        load_block(data, speeds.stack.domain, leaf, background, block);
+        load_axes(data, speeds.stack.domain, leaf, background, block);
         const float* phi = leaf.buffer().data();
         const float* phi0 = keep > 0.0f ? &stages.before[n * Leaf::SIZE] : nullptr;
         float* out = &stages.next[n * Leaf::SIZE];
@@ -75,16 +88,18 @@ void stage(Stages& stages, const std::vector<const IndexTree::LeafNodeType*>& sa
                 leaf.getValueMask().template getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
             if (active == 0) continue;
             hamiltonian_row(block, row >> 3, row & 7, sample + first, speeds, h);
+            Row values;
             for (std::size_t z = 0; z < kLanes; ++z) {
-                if (!(active >> z & 1)) continue;
                 const float moved = phi[first + z] - dt * h[z];
                 const float mixed = phi0 ? keep * phi0[first + z] + (1.0f - keep) * moved : moved;
-                out[first + z] = std::clamp(mixed, -limit, limit);
+                values[z] = std::clamp(mixed, -limit, limit);
             }
+            blend(values, kLaneMasks[active], out + first);
         }
+        if (std::memcmp(out, phi, Leaf::SIZE * sizeof(float)) != 0) stages.changed[n] = 1;
     });
     each_leaf([&](std::size_t n) {
-        if (stages.moved[n])
+        if (stages.moved[n] && stages.changed[n])
             std::copy_n(&stages.next[n * Leaf::SIZE], Leaf::SIZE, stages.leaves[n]->buffer().data());
     });
 }
@@ -103,19 +118,6 @@ std::span<const float> kept_shares(TimeIntegration scheme) {
     return kEuler;
 }
 
-// The same look-up for the voxels of another grid with nearly the same front.
-std::shared_ptr<IndexTree> on_voxels_of(const Grid& grid, const IndexTree& sample_of) {
-    auto result = std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy());
-    openvdb::tree::LeafManager<IndexTree> leaves(*result);
-    leaves.foreach ([&](auto& leaf, std::size_t) {
-        const auto* from = sample_of.probeConstLeaf(leaf.origin());
-        if (from == nullptr) return;
-        for (auto it = leaf.beginValueOn(); it; ++it)
-            if (from->isValueOn(it.pos())) it.setValue(from->getValue(it.pos()));
-    });
-    return result;
-}
-
 template <int R>
 Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t count,
                  double duration, const AdvectionOptions& options) {
@@ -124,24 +126,25 @@ Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, s
     grid.tree().getNodes(stages.leaves);
     stages.table = surface::LeafTable(stages.leaves);
     const std::size_t values = stages.leaves.size() * Leaf::SIZE;
-    stages.next = std::make_unique_for_overwrite<float[]>(values);
+    stages.next.resize(values);
     stages.moved.resize(stages.leaves.size(), 0);
+    stages.changed.resize(stages.leaves.size(), 0);
     if (count > 1 || stack.layers.size() > 1) {
-        stages.before = std::make_unique_for_overwrite<float[]>(values);
+        stages.before.resize(values);
         tbb::parallel_for(std::size_t{0}, stages.leaves.size(), [&](std::size_t n) {
             std::copy_n(stages.leaves[n]->buffer().data(), Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
         });
     }
     std::optional<SampleSpeeds> speeds;
-    std::shared_ptr<const IndexTree> sample_of;
-    std::vector<const IndexTree::LeafNodeType*> samples;
+    std::vector<const std::int32_t*> samples;  // by leaf
     for (std::size_t k = 0; k < count; ++k) {
         if (k < motions.size()) {
             speeds.emplace(sample_speeds(stack, *motions[k], options.scheme, duration));
-            sample_of = motions[k]->extension.sample_of;
-            if (k > 0) sample_of = on_voxels_of(grid, *sample_of);
             samples.clear();
-            sample_of->getNodes(samples);
+            for (const Leaf* leaf : stages.leaves) {
+                const std::int32_t* entries = motions[k]->extension.sample_of->find(leaf->origin());
+                samples.push_back(entries ? entries : kNoSamples.data());
+            }
         }
         stage<R>(stages, samples, grid, *speeds, kept_shares(options.time_integration)[k]);
     }
@@ -168,13 +171,13 @@ AdvectionSeconds move_level(MaterialStack& stack, std::span<const Motion* const>
                             double duration, const AdvectionOptions& options) {
     const tbb::tick_count start = tbb::tick_count::now();
     const Stages stages = integrate(stack, motions, count, duration, options);
-    Band band(stack.top(), stack.domain);
+    Band band(stack.top(), stack.domain, stages.changed);
     std::optional<Limits> limits;
     std::optional<Grown> grown;
     if (stack.layers.size() > 1) {
-        limits.emplace(stack, band, stages.moved, stages.before.get(), *motions.front(), duration);
+        limits.emplace(stack, band, stages.moved, stages.before.data(), *motions.front(), duration);
         limits->keep(stack.top());
-        grown = release_exposed(stack, stages.leaves, stages.before.get());
+        grown = release_exposed(stack, stages.leaves, stages.before.data());
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep);

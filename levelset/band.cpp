@@ -154,7 +154,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
 
 }  // namespace
 
-Band::Band(Grid& grid, const Domain& domain) {
+Band::Band(Grid& grid, const Domain& domain, std::span<const std::uint8_t> changed) {
     grid.tree().getNodes(leaves);
     table = surface::LeafTable(leaves);
     print.resize(leaves.size());
@@ -162,8 +162,9 @@ Band::Band(Grid& grid, const Domain& domain) {
     std::vector<std::uint8_t> moved(leaves.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 32), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            print[n] = fingerprint(*leaves[n]);
-            moved[n] = print[n] != leaves[n]->transientData();
+            const bool known = !changed.empty() && changed[n] != 0;
+            print[n] = known ? 0 : fingerprint(*leaves[n]);
+            moved[n] = known || print[n] != leaves[n]->transientData();
         }
     });
     const std::vector<std::uint8_t> near = with_readers(*this, domain, moved);

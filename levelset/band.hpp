@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "levelset/domain.hpp"
@@ -15,12 +16,14 @@ namespace sidewall::levelset {
 /// would do so again, and nothing needs to be done. A leaf's fingerprint tells whether its voxels have changed.
 struct Band {
     std::vector<Leaf*> leaves;
-    surface::LeafTable table;          ///< of the leaves
-    std::vector<std::uint32_t> print;  ///< fingerprints of the leaves as found; 0 of those made since
+    surface::LeafTable table;  ///< of the leaves
+    std::vector<std::uint32_t>
+        print;  ///< fingerprints of the leaves as found; 0 of those changed or made since
     std::vector<std::uint32_t> awake;  ///< numbers of the leaves that are not at rest, ascending
     std::vector<std::uint8_t> made;    ///< by leaf: it was made by growing the band, and has no distance yet
 
-    Band(Grid& grid, const Domain& domain);
+    /// \param changed  by leaf: known to have changed since the last re-distancing, which saves looking. Empty: of none.
+    Band(Grid& grid, const Domain& domain, std::span<const std::uint8_t> changed);
 };
 
 /// Of a leaf's values and active voxels, never 0. A leaf keeps that of the voxels with which it came to rest as OpenVDB's

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 namespace sidewall::levelset {
@@ -25,7 +24,7 @@ struct Cells {
     IndexPoint a, b, c;        // less the node at base
     openvdb::Coord base;
 
-    Cells(const std::vector<IndexPoint>& vertices, const Triangle& t) {
+    Cells(std::span<const IndexPoint> vertices, const Triangle& t) {
         const IndexPoint &va = vertices[t[0]], &vb = vertices[t[1]], &vc = vertices[t[2]];
         const Eigen::Array4i node = floor(va);
         const IndexPoint shift = node.cast<float>().matrix();
@@ -86,46 +85,63 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
     };
     parallel(vertices.size(), 4096,
              [&](std::size_t v) { vertices_[v] << domain.to_index(vertices[v]).cast<float>(), 0.0f; });
-    // Nearly all triangles of an extracted surface lie in one cell, which is found once.
+    // Nearly all triangles of an extracted surface lie in one cell, which is found once, and many in a row in
+    // one leaf.
     constexpr std::uint32_t kNowhere = 0xffffffffu, kSeveral = kNowhere - 1;
-    const auto leaf_of = std::make_unique_for_overwrite<std::uint32_t[]>(triangles.size());
-    const auto cell_of = std::make_unique_for_overwrite<std::uint16_t[]>(triangles.size());
+    LargeVector<std::uint32_t> leaf_of(triangles.size());
+    LargeVector<std::uint16_t> cell_of(triangles.size());
     std::vector<std::atomic<std::uint32_t>> next(leaves.size());
-    const auto count = [&](std::size_t leaf) { next[leaf].fetch_add(1, std::memory_order_relaxed); };
-    parallel(triangles.size(), 4096, [&](std::size_t t) {
-        const Cells cells(vertices_, triangles[t]);
-        if (!cells.single()) {
-            leaf_of[t] = kSeveral;
-            cells.each(table_, [&](std::size_t leaf, std::uint32_t) { count(leaf); });
-            return;
+    const auto take = [&](std::size_t leaf, std::uint32_t count) {
+        return next[leaf].fetch_add(count, std::memory_order_relaxed);
+    };
+    // Calls use(t, count) for rows of triangles of one leaf, or of one that lies in several.
+    const auto each_row = [&](const auto& range, auto&& use) {
+        for (std::size_t t = range.begin(), end = t; t != range.end(); t = end) {
+            for (++end; end != range.end() && leaf_of[t] != kSeveral && leaf_of[end] == leaf_of[t];) ++end;
+            if (leaf_of[t] != kNowhere) use(t, static_cast<std::uint32_t>(end - t));
         }
-        const std::int32_t leaf = table_.find(cells.low.x() >> 3, cells.low.y() >> 3, cells.low.z() >> 3);
-        leaf_of[t] = leaf < 0 ? kNowhere : static_cast<std::uint32_t>(leaf);
-        if (leaf < 0) return;
-        cell_of[t] = static_cast<std::uint16_t>(Leaf::coordToOffset(cells.low));
-        count(static_cast<std::size_t>(leaf));
+    };
+    const tbb::blocked_range<std::size_t> all(0, triangles.size(), 4096);
+    tbb::parallel_for(all, [&](const auto& range) {
+        for (std::size_t t = range.begin(); t != range.end(); ++t) {
+            const Cells cells(vertices_, triangles[t]);
+            const std::int32_t leaf = table_.find(cells.low.x() >> 3, cells.low.y() >> 3, cells.low.z() >> 3);
+            leaf_of[t] = !cells.single() ? kSeveral : leaf < 0 ? kNowhere : static_cast<std::uint32_t>(leaf);
+            cell_of[t] = static_cast<std::uint16_t>(Leaf::coordToOffset(cells.low));
+        }
+        each_row(range, [&](std::size_t t, std::uint32_t count) {
+            if (leaf_of[t] != kSeveral)
+                take(leaf_of[t], count);
+            else
+                Cells(vertices_, triangles[t]).each(table_, [&](std::size_t leaf, std::uint32_t) {
+                    take(leaf, 1);
+                });
+        });
     });
     first_.assign(leaves.size() + 1, 0);
     for (std::size_t n = 0; n < leaves.size(); ++n) {
         first_[n + 1] = first_[n] + next[n].load(std::memory_order_relaxed);
         next[n].store(first_[n], std::memory_order_relaxed);
     }
-    const auto places = std::make_unique_for_overwrite<Place[]>(first_.back());
-    parallel(triangles.size(), 4096, [&](std::size_t t) {
-        const auto triangle = static_cast<std::uint32_t>(t);
-        const auto put = [&](std::size_t leaf, std::uint32_t cell) {
-            places[next[leaf].fetch_add(1, std::memory_order_relaxed)] = {cell, triangle};
-        };
-        if (leaf_of[t] == kSeveral)
-            Cells(vertices_, triangles[t]).each(table_, put);
-        else if (leaf_of[t] != kNowhere)
-            put(leaf_of[t], cell_of[t]);
+    LargeVector<Place> places(first_.back());
+    tbb::parallel_for(all, [&](const auto& range) {
+        each_row(range, [&](std::size_t t, std::uint32_t count) {
+            if (leaf_of[t] != kSeveral) {
+                std::uint32_t at = take(leaf_of[t], count);
+                for (std::size_t k = t; k < t + count; ++k)
+                    places[at++] = {cell_of[k], static_cast<std::uint32_t>(k)};
+                return;
+            }
+            Cells(vertices_, triangles[t]).each(table_, [&](std::size_t leaf, std::uint32_t cell) {
+                places[take(leaf, 1)] = {cell, static_cast<std::uint32_t>(t)};
+            });
+        });
     });
     occupied_.resize(leaves.size());
     start_.resize(first_.back() + leaves.size());
     entry_.resize(first_.back());
     parallel(leaves.size(), 64, [&](std::size_t n) {
-        sort(n, std::span(places.get(), first_.back()).subspan(first_[n], first_[n + 1] - first_[n]));
+        sort(n, std::span<const Place>(places).subspan(first_[n], first_[n + 1] - first_[n]));
     });
 }
 
@@ -164,17 +180,15 @@ void CellTriangles::search(const openvdb::Coord& cell, const IndexPoint& shift, 
         const IndexPoint corner = vertices_[ia] - shift, edge1 = (vertices_[ib] - shift) - corner,
                          edge2 = (vertices_[ic] - shift) - corner;
         const IndexPoint p = direction.cross3(edge2);
-        const float determinant = edge1.dot(p);
-        if (determinant == 0.0f) continue;
-        const float inverse = 1.0f / determinant;
-        const IndexPoint s = foot - corner;
-        const float u = s.dot(p) * inverse;
-        if (!(u >= -kEdge && u <= 1.0f + kEdge)) continue;
-        const IndexPoint q = s.cross3(edge1);
-        const float v = direction.dot(q) * inverse;
-        if (!(v >= -kEdge && u + v <= 1.0f + kEdge)) continue;
+        const float inverse = 1.0f / edge1.dot(p);
+        const IndexPoint s = foot - corner, q = s.cross3(edge1);
+        const float u = s.dot(p) * inverse, v = direction.dot(q) * inverse;
         const float away = std::abs(edge2.dot(q) * inverse);
-        if (away > nearest || (away == nearest && triangle > best.triangle)) continue;
+        // All at once, as none of them can be foreseen; a line in the triangle's plane fails by infinity or
+        // NaN.
+        const bool inside = (u >= -kEdge) & (u <= 1.0f + kEdge) & (v >= -kEdge) & (u + v <= 1.0f + kEdge);
+        const bool nearer = (away < nearest) | ((away == nearest) & (triangle <= best.triangle));
+        if (!(inside & nearer)) continue;
         nearest = away;
         const float within = std::clamp(u, 0.0f, 1.0f);
         best = {triangle, within, std::clamp(v, 0.0f, 1.0f - within)};

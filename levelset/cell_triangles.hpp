@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "levelset/domain.hpp"
+#include "levelset/large_vector.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/leaf_table.hpp"
 #include "surface/ray_scene.hpp"
@@ -86,15 +87,15 @@ class CellTriangles {
     void search(const openvdb::Coord& cell, const IndexPoint& shift, const IndexPoint& foot,
                 const IndexPoint& direction, float& nearest, Hit& best) const;
 
-    std::vector<IndexPoint> vertices_;
+    LargeVector<IndexPoint> vertices_;
     std::span<const Triangle> triangles_;
     surface::LeafTable table_;
     std::vector<std::uint32_t> first_;  // leaf n's entries stand at first_[n] .. first_[n + 1]
     std::vector<Occupied> occupied_;
     // Where each occupied cell's entries begin, and after a leaf's last one where they end: leaf n's at
     // first_[n] + n.
-    std::vector<std::uint32_t> start_;
-    std::vector<std::uint32_t> entry_;  // triangles, in no particular order within a cell
+    LargeVector<std::uint32_t> start_;
+    LargeVector<std::uint32_t> entry_;  // triangles, in no particular order within a cell
 };
 
 }  // namespace sidewall::levelset

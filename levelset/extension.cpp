@@ -4,6 +4,8 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -13,7 +15,9 @@
 #include "levelset/cell_triangles.hpp"
 #include "levelset/layers_below.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/sample_index.hpp"
 #include "levelset/stack.hpp"
+#include "levelset/upwind.hpp"
 #include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
@@ -25,16 +29,48 @@ using B = Block<1>;
 // within sqrt(3)/2 of the front.
 constexpr double kNearCells = 0.9;
 
-// Unit gradient by central differences; zero where phi is flat.
-Vec3 gradient_direction(const B& block, int at) {
-    Vec3 g;
-    for (int a = 0; a < 3; ++a) {
-        const auto stride = B::kStride[a];
-        g[a] = static_cast<double>(block.value[static_cast<std::size_t>(at + stride)] -
-                                   block.value[static_cast<std::size_t>(at - stride)]);
+// A node's offset from another one, coded in a number from kFirstCode down to kLastCode.
+constexpr int kBits = 5, kMiddle = 1 << (kBits - 1), kFirstCode = -2,
+              kLastCode = kFirstCode - (1 << 3 * kBits);
+
+std::int32_t encode(std::int32_t x, std::int32_t y, std::int32_t z) {
+    return kFirstCode - ((x + kMiddle) << 2 * kBits | (y + kMiddle) << kBits | (z + kMiddle));
+}
+
+openvdb::Coord decode(std::int32_t code) {
+    const int number = kFirstCode - code, mask = (1 << kBits) - 1;
+    return openvdb::Coord(number >> 2 * kBits, number >> kBits & mask, number & mask).offsetBy(-kMiddle);
+}
+
+// Of a row's eight nodes: the unit gradient by central differences, zero where phi is flat, the foot point
+// along it less the node, in dx, and the code of that rounded.
+struct Feet {
+    std::array<std::array<double, kLanes>, 3> normal, foot;
+    std::array<std::int32_t, kLanes> code;
+
+    Vec3 normal_of(std::size_t z) const { return {normal[0][z], normal[1][z], normal[2][z]}; }
+    Vec3 foot_of(std::size_t z) const { return {foot[0][z], foot[1][z], foot[2][z]}; }
+};
+
+// One loop for all, which compilers vectorise; of smaller ones they make single nodes.
+void find_feet(const float* v, double dx, Feet& feet) {
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const auto at = static_cast<std::ptrdiff_t>(n);
+        const auto rise = [&](std::ptrdiff_t stride) {
+            return static_cast<double>(v[at + stride] - v[at - stride]);
+        };
+        const double x = rise(B::kStride[0]), y = rise(B::kStride[1]), z = rise(B::kStride[2]);
+        const double steepness = std::sqrt(x * x + (y * y + z * z)),
+                     length = steepness > 0.0 ? steepness : 1.0;
+        const double back = -static_cast<double>(v[at]) / dx;
+        const double nx = x / length, ny = y / length, nz = z / length;
+        const double fx = back * nx, fy = back * ny, fz = back * nz;
+        feet.normal[0][n] = nx, feet.normal[1][n] = ny, feet.normal[2][n] = nz;
+        feet.foot[0][n] = fx, feet.foot[1][n] = fy, feet.foot[2][n] = fz;
+        feet.code[n] = encode(static_cast<std::int32_t>(std::floor(fx + 0.5)),
+                              static_cast<std::int32_t>(std::floor(fy + 0.5)),
+                              static_cast<std::int32_t>(std::floor(fz + 0.5)));
     }
-    const double length = g.norm();
-    return length > 0.0 ? Vec3(g / length) : Vec3::Zero();
 }
 
 // The mesh that samples lie on.
@@ -112,93 +148,108 @@ openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
     return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
 }
 
-// What is known of every node of the grid's leaves on the way to its sample; -1 off the band.
-class Entries {
-  public:
-    Entries(const surface::LeafTable& table, std::size_t leaves)
-        : table_(table), value_(std::make_unique_for_overwrite<std::int32_t[]>(leaves * Leaf::SIZE)) {}
-    std::int32_t* of(std::size_t leaf) { return &value_[leaf * Leaf::SIZE]; }
-    std::int32_t at(const openvdb::Coord& node) const {
-        const std::int32_t leaf = table_.find(node.x() >> 3, node.y() >> 3, node.z() >> 3);
-        return leaf < 0 ? -1
-                        : value_[static_cast<std::size_t>(leaf) * Leaf::SIZE + Leaf::coordToOffset(node)];
-    }
+// Of a node next to the front, its sample; of others nothing yet. Other threads may be finding it.
+std::int32_t own_sample(const std::int32_t* entries, openvdb::Index node) {
+    if (entries == nullptr) return -1;
+    return std::atomic_ref(const_cast<std::int32_t&>(entries[node])).load(std::memory_order_relaxed);
+}
 
-  private:
-    const surface::LeafTable& table_;
-    std::unique_ptr<std::int32_t[]> value_;
-};
+std::int32_t own_sample(const SampleIndex& index, const openvdb::Coord& node) {
+    return own_sample(index.find(node), Leaf::coordToOffset(node));
+}
+
+// Offsets to the neighbours of a node, face neighbours before edge and corner ones.
+const auto kNeighbours = [] {
+    std::array<openvdb::Coord, 26> offsets;
+    std::size_t count = 0;
+    for (int axes = 1; axes <= 3; ++axes)
+        for (int n = 0; n < 27; ++n) {
+            const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+            if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) == axes)
+                offsets[count++] = offset;
+        }
+    return offsets;
+}();
 
 // At a kink the gradient does not point at the foot: go from neighbour to neighbour, always to the one
-// nearest to the front, until one has a sample.
-std::int32_t descend(const Grid::ConstUnsafeAccessor& phi, const Entries& entries, const Domain& domain,
+// nearest to the front, of equals to the one straight ahead, until one has a sample.
+std::int32_t descend(const LeafData& phi, float background, const SampleIndex& index, const Domain& domain,
                      openvdb::Coord c) {
-    float distance = std::abs(phi.getValue(c));
+    const auto distance_of = [&](const openvdb::Coord& node) {
+        const float* leaf = phi.find(node.x() >> 3, node.y() >> 3, node.z() >> 3);
+        return leaf ? std::abs(leaf[Leaf::coordToOffset(node)]) : background;
+    };
+    float distance = distance_of(c);
     for (;;) {
         openvdb::Coord best = c;
-        // Face neighbours before edge and corner ones: of equals the one straight ahead.
-        for (int faces = 1; faces <= 3; ++faces)
-            for (int n = 0; n < 27; ++n) {
-                const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-                if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) != faces) continue;
-                const openvdb::Coord q = own_node(domain, c + offset);
-                const float d = std::abs(phi.getValue(q));
-                if (d < distance) {
-                    distance = d;
-                    best = q;
-                }
+        for (const openvdb::Coord& offset : kNeighbours) {
+            const openvdb::Coord q = own_node(domain, c + offset);
+            const float d = distance_of(q);
+            if (d < distance) {
+                distance = d;
+                best = q;
             }
-        const std::int32_t found = entries.at(best);
+        }
+        const std::int32_t found = own_sample(index, best);
         if (found >= 0 || best == c) return std::max(found, -1);
         c = best;
     }
 }
 
-// In leaves where nothing can move all nodes share the first sample; what entry their far nodes have
-// meanwhile.
-constexpr std::int32_t kStill = -1;
-
+// In leaves where nothing can move all nodes share the first sample.
 void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
-    for (auto it = leaf.cbeginValueOn(); it; ++it) entry[it.pos()] = std::abs(*it) <= near ? 0 : kStill;
+    for (auto it = leaf.cbeginValueOn(); it; ++it)
+        entry[it.pos()] = std::abs(*it) <= near ? 0 : SampleIndex::kShared;
 }
 
-// A far node's foot, rounded to a node, until it is looked up: the offset from the node, coded in its entry.
-constexpr int kBits = 5, kMiddle = 1 << (kBits - 1);
-
-std::int32_t encode(const openvdb::Coord& offset) {
-    const openvdb::Coord o = offset.offsetBy(kMiddle);
-    return -2 - (o.x() << 2 * kBits | o.y() << kBits | o.z());
+// Marks the nodes of a row as off the band, or by the code of their foot point until that is looked up.
+void set_codes(const Feet& feet, const LaneMask& active, std::int32_t* entry) {
+    for (std::size_t z = 0; z < kLanes; ++z)
+        entry[z] = (feet.code[z] & active[z]) | (SampleIndex::kNone & ~active[z]);
 }
 
-openvdb::Coord decode(std::int32_t entry) {
-    const int code = -2 - entry, mask = (1 << kBits) - 1;
-    return openvdb::Coord(code >> 2 * kBits, code >> kBits & mask, code & mask).offsetBy(-kMiddle);
-}
+// The entries of a leaf and of those around it. Feet lie no farther than a leaf away.
+class EntriesAround {
+  public:
+    EntriesAround(const SampleIndex& index, const openvdb::Coord& origin) {
+        const openvdb::Coord at(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
+        for (int n = 0; n < 27; ++n)
+            leaf_[static_cast<std::size_t>(n)] =
+                index.find(at.x() + n / 9 - 1, at.y() + n / 3 % 3 - 1, at.z() + n % 3 - 1);
+    }
+    // Of a node less the leaf's origin.
+    std::int32_t own_sample_at(const openvdb::Coord& c) const {
+        const auto leaf =
+            static_cast<std::size_t>(((c.x() >> 3) + 1) * 9 + ((c.y() >> 3) + 1) * 3 + (c.z() >> 3) + 1);
+        return own_sample(leaf_[leaf], Leaf::coordToOffset(c));
+    }
+
+  private:
+    std::array<const std::int32_t*, 27> leaf_;
+};
 
 // Far nodes take the sample of the node beside their foot point.
-void share_samples(const Grid& grid, const Domain& domain, const std::vector<const Leaf*>& leaves,
-                   Entries& entries, IndexTree& sample_of) {
-    std::vector<IndexTree::LeafNodeType*> samples;
-    sample_of.getNodes(samples);
+void share_samples(const LeafData& phi, float background, const Domain& domain,
+                   const std::vector<const Leaf*>& leaves, SampleIndex& index) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
-        const auto accessor = grid.getConstUnsafeAccessor();
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = *leaves[n];
-            const std::int32_t* entry = entries.of(n);
-            std::int32_t* out = samples[n]->buffer().data();
-            // No foot lies farther than a leaf away.
+            std::int32_t* entry = index.of(n);
             const openvdb::Coord o = leaf.origin();
             const bool inner = domain.owns(o.x() - 8, o.y() - 8) && domain.owns(o.x() + 15, o.y() + 15);
+            const EntriesAround around(index, o);
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
                 const std::int32_t own = entry[it.pos()];
-                if (own >= 0 || own == kStill) {
-                    out[it.pos()] = std::max(own, 0);
-                    continue;
-                }
-                const openvdb::Coord c = it.getCoord();
-                const openvdb::Coord foot = c + decode(own);
-                const std::int32_t found = entries.at(inner ? foot : own_node(domain, foot));
-                out[it.pos()] = found >= 0 ? found : descend(accessor, entries, domain, c);
+                if (own > kFirstCode || own <= kLastCode) continue;
+                const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos()) + decode(own);
+                const openvdb::Coord foot = o + local;
+                std::int32_t found = inner || domain.owns(foot.x(), foot.y())
+                                         ? around.own_sample_at(local)
+                                         : own_sample(index, own_node(domain, foot));
+                if (found < 0) found = descend(phi, background, index, domain, it.getCoord());
+                std::atomic_ref(entry[it.pos()])
+                    .store(found >= 0 ? found | SampleIndex::kShared : SampleIndex::kNone,
+                           std::memory_order_relaxed);
             }
         }
     });
@@ -211,7 +262,7 @@ void share_samples(const Grid& grid, const Domain& domain, const std::vector<con
 //                    stays where it is.
 Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
                 bool everywhere = true) {
-    Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, openvdb::TopologyCopy()), {}};
+    Extension extension;
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNearCells * dx);
     std::vector<const Leaf*> leaves;
@@ -222,7 +273,10 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
             if (still[n]) continue;
-            for (auto it = leaves[n]->cbeginValueOn(); it; ++it) first[n + 1] += std::abs(*it) <= near;
+            const float* v = leaves[n]->buffer().data();  // off the band far from the front
+            std::int32_t count = 0;
+            for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) count += std::abs(v[k]) <= near;
+            first[n + 1] = static_cast<std::uint32_t>(count);
         }
     });
     const auto any_still = std::find(still.begin(), still.end(), 1);
@@ -232,56 +286,60 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     extension.alone.resize(under ? first.back() : 0);
     if (first[0] == 1) {
         const openvdb::Coord c = leaves[static_cast<std::size_t>(any_still - still.begin())]->origin();
-        extension.samples.front().node = {c.x(), c.y(), c.z()};
+        extension.samples.front() = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}};
         extension.alone.front() = 1;
     }
     std::optional<CellTriangles> cells;
     if (surface) cells.emplace(leaves, domain, surface->vertices, surface->triangles);
-    const surface::LeafTable table(leaves);
-    const LeafData data(table, leaves);
-    Entries entries(table, leaves.size());
+    const auto index = std::make_shared<SampleIndex>(leaves);
+    const LeafData data(index->table(), leaves);
 
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
         B block;
+        Feet feet;
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = *leaves[n];
-            std::int32_t* index = entries.of(n);
-            std::fill_n(index, Leaf::SIZE, -1);
+            std::int32_t* entry = index->of(n);
+            std::fill_n(entry, Leaf::SIZE, SampleIndex::kNone);
             if (still[n]) {
-                share_first(leaf, near, index);
+                share_first(leaf, near, entry);
                 continue;
             }
-            load_block(data, domain, leaf, grid.background(), block);
+            load_axes(data, domain, leaf, grid.background(), block);
             std::optional<LayersBelow> below;
             if (under && first[n] != first[n + 1]) below.emplace(*under, leaf.origin());
             std::uint32_t k = first[n];
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                const openvdb::Coord c = it.getCoord();
-                const auto phi = static_cast<double>(*it);
-                const Vec3 normal = gradient_direction(block, B::at(c.x() & 7, c.y() & 7, c.z() & 7));
-                const Vec3 foot = -phi / dx * normal;
-                if (std::abs(*it) <= near) {
-                    const auto number = static_cast<std::int32_t>(k++);
-                    index[it.pos()] = number;
-                    SurfaceSample& sample = extension.samples[static_cast<std::size_t>(number)];
-                    sample = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot.cast<float>()};
-                    const bool alone = below && below->none_near(c, foot);
-                    if (alone) extension.alone[static_cast<std::size_t>(number)] = 1;
-                    if (surface && (everywhere || !alone)) {
-                        const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
-                                         domain.coordinate(2, c.z()));
-                        sample = find_sample(*cells, *surface, c, world, phi, normal, dx);
-                    }
-                } else {
-                    index[it.pos()] = encode({static_cast<int>(std::floor(foot.x() + 0.5)),
-                                              static_cast<int>(std::floor(foot.y() + 0.5)),
-                                              static_cast<int>(std::floor(foot.z() + 0.5))});
+            const auto add_sample = [&](openvdb::Index node, std::size_t z) {
+                entry[node] = static_cast<std::int32_t>(k);
+                const openvdb::Coord c = leaf.offsetToGlobalCoord(node);
+                const Vec3 foot = feet.foot_of(z);
+                SurfaceSample& sample = extension.samples[k];
+                sample = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot.cast<float>()};
+                const bool alone = below && below->none_near(c, foot);
+                if (alone) extension.alone[k] = 1;
+                if (surface && (everywhere || !alone)) {
+                    const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
+                                     domain.coordinate(2, c.z()));
+                    const auto phi = static_cast<double>(leaf.getValue(node));
+                    sample = find_sample(*cells, *surface, c, world, phi, feet.normal_of(z), dx);
                 }
+                ++k;
+            };
+            for (openvdb::Index row = 0; row < 64; ++row) {
+                const auto active = leaf.getValueMask().getWord<openvdb::Byte>(row);
+                if (active == 0) continue;
+                const float* v = &block.value[static_cast<std::size_t>(
+                    B::at(static_cast<int>(row >> 3), static_cast<int>(row & 7), 0))];
+                find_feet(v, dx, feet);
+                set_codes(feet, kLaneMasks[active], entry + 8 * row);
+                for (std::size_t z = 0; z < kLanes; ++z)
+                    if (std::abs(v[z]) <= near) add_sample(8 * row + static_cast<openvdb::Index>(z), z);
             }
         }
     });
 
-    share_samples(grid, domain, leaves, entries, *extension.sample_of);
+    share_samples(data, grid.background(), domain, leaves, *index);
+    extension.sample_of = index;
     return extension;
 }
 
@@ -300,7 +358,9 @@ Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, 
 }
 
 Extension extend_alike(const Grid& grid) {
-    Extension extension{{}, std::make_shared<IndexTree>(grid.tree(), -1, 0, openvdb::TopologyCopy()), {}};
+    std::vector<const Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    Extension extension{{}, std::make_shared<SampleIndex>(leaves, SampleIndex::Alike{}), {}};
     if (const auto first = grid.cbeginValueOn()) {
         const openvdb::Coord c = first.getCoord();
         extension.samples.push_back({0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}});

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "levelset/grid.hpp"
+#include "levelset/large_vector.hpp"
 #include "surface/float_grid.hpp"
 #include "surface/ray_scene.hpp"
 
@@ -19,14 +20,13 @@ struct SurfaceSample {
     Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< the surface point less the node; index space
 };
 
-/// A number for every voxel of a grid; whoever reads it includes levelset/openvdb_grid.hpp.
-using IndexTree = surface::VoxelTree<std::int32_t>;
+class SampleIndex;  // levelset/sample_index.hpp
 
 /// Which surface sample every band node takes its speed from: the normal extension of the surface's values
 /// (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
 struct Extension {
-    std::vector<SurfaceSample> samples;    ///< one a node within a cell of the front, in grid order
-    std::shared_ptr<IndexTree> sample_of;  ///< topology of the grid: index into samples, or -1 far from any
+    LargeVector<SurfaceSample> samples;            ///< one a node within a cell of the front, in grid order
+    std::shared_ptr<const SampleIndex> sample_of;  ///< of the grid's nodes: index into samples
     /// By sample: no lower layer is near, so that the top one is bare. Empty: not asked.
     std::vector<std::uint8_t> alone;
 

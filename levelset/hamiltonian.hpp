@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "levelset/block.hpp"
+#include "levelset/sample_index.hpp"
 #include "levelset/sample_speeds.hpp"
 #include "levelset/upwind.hpp"
 
@@ -95,15 +96,43 @@ inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3&
     }
 }
 
-/// H of the nodes of a leaf's row (x, y) that have a \p sample; 0 of the others.
+/// H of a row's nodes where no V depends on the normal.
 template <int R>
-void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sample, const SampleSpeeds& in,
+void constant_row(const float* v, const std::int32_t* entry, const SampleSpeeds& in, Row& h) {
+    Row speed;
+    bool any = false;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const std::int32_t sample = SampleIndex::sample(entry[n]);
+        const float of_sample = in.first[static_cast<std::size_t>(std::max(sample, 0))];
+        speed[n] = sample < 0 ? 0.0f : of_sample;
+        any |= speed[n] != 0.0f;
+    }
+    h.fill(0.0f);
+    if (!any) return;
+    const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
+    Row growing, etching;
+    std::array<OneSided, 3> d;
+    differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
+    for (std::size_t n = 0; n < kLanes; ++n)
+        h[n] = speed[n] * inv_dx * std::sqrt(speed[n] > 0.0f ? growing[n] : etching[n]);
+}
+
+/// H of the nodes of a leaf's row (x, y) that have a sample, by their entries of a SampleIndex; 0 of the others.
+template <int R>
+void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* entry, const SampleSpeeds& in,
                      Row& h) {
+    const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
+    if (in.all_constant) {
+        constant_row<R>(v, entry, in, h);
+        return;
+    }
     using Way = SampleSpeeds::Way;
     Row first{}, second{};
     bool constant = false, beam = false, general = false;
     std::array<Way, kLanes> ways;
+    std::array<std::int32_t, kLanes> sample;
     for (std::size_t n = 0; n < kLanes; ++n) {
+        sample[n] = SampleIndex::sample(entry[n]);
         ways[n] = sample[n] < 0 ? Way::still : in.way[static_cast<std::size_t>(sample[n])];
         if (ways[n] == Way::still) continue;
         constant |= ways[n] == Way::constant, beam |= ways[n] == Way::beam,
@@ -114,19 +143,9 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* sa
     h.fill(0.0f);
     if (!constant && !beam && !general) return;
     const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
-    const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
-    Row growing{}, etching{};
+    Row growing, etching;
     std::array<OneSided, 3> d;
-    for (std::size_t a = 0; a < 3; ++a) {
-        const int stride = Block<R>::kStride[a];
-        if constexpr (R == 3)
-            one_sided_5(v, stride, inv_dx, dx, d[a]);
-        else if constexpr (R == 2)
-            one_sided_3(v, stride, inv_dx, dx, d[a]);
-        else
-            one_sided_1(v, stride, d[a]);
-        add_upwind_square(d[a], R > 1, growing, etching);
-    }
+    differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
     if (beam) beam_row(d, inv_dx, in.motion.beam, first, second, h);
     if (constant) {
         Row upwind;

@@ -6,6 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "levelset/block.hpp"
+#include "levelset/sample_index.hpp"
+#include "levelset/upwind.hpp"
+
 namespace sidewall::levelset {
 namespace {
 
@@ -21,7 +25,7 @@ class Bodies {
     // What phi may be after the time step at the nodes of a leaf, by the bodies that they lie in; nothing if
     // it may be anything.
     std::unique_ptr<Values> limits(const Leaf& leaf, const float* was) const {
-        const auto* samples = motion_.extension.sample_of->probeConstLeaf(leaf.origin());
+        const std::int32_t* samples = motion_.extension.sample_of->find(leaf.origin());
         if (samples == nullptr) return nullptr;
         std::vector<const Leaf*> layers;
         bool any = false;
@@ -32,7 +36,7 @@ class Bodies {
         if (!any) return nullptr;
         std::unique_ptr<Values> result;
         for (auto it = leaf.cbeginValueOn(); it; ++it) {
-            const std::int32_t sample = samples->getValue(it.pos());
+            const std::int32_t sample = SampleIndex::sample(samples[it.pos()]);
             if (sample < 0 || !(was[it.pos()] < 0.0f)) continue;
             const float most = limit(layers, static_cast<std::size_t>(sample), it.pos(), was[it.pos()]);
             if (most == kUnlimited) continue;
@@ -95,12 +99,22 @@ class Around {
         }
     }
     bool any() const { return any_; }
-    // At a node in [-1, 8] of the leaf.
-    float at(int x, int y, int z) const {
-        const auto& values =
-            values_[static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (z >> 3) + 1)];
-        return values ? (*values)[static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3 | (z & 7))]
-                      : kUnlimited;
+    // Of the leaf's rows of nodes and one more node on each side.
+    void load(Block<1>& block) const {
+        for (int x = -1; x <= 8; ++x)
+            for (int y = -1; y <= 8; ++y) {
+                const auto column = static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3);
+                const auto row = static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3);
+                float* to = &block.value[static_cast<std::size_t>(Block<1>::at(x, y, 0))];
+                const auto *below = values_[column], *level = values_[column + 1],
+                           *above = values_[column + 2];
+                to[-1] = below ? (*below)[row + 7] : kUnlimited;
+                if (level)
+                    std::copy_n(&(*level)[row], 8, to);
+                else
+                    std::fill_n(to, 8, kUnlimited);
+                to[8] = above ? (*above)[row] : kUnlimited;
+            }
     }
 
   private:
@@ -115,12 +129,12 @@ constexpr float kDepthTolerance = 0.05f;
 
 // A body's corner on a node lies on its faces, not in it, and has no limit of its own: there the body's depth
 // is a whole cell at a diagonal neighbour and none at the others. Slanted faces have depths between.
-float corner_limit(const Around& own, int x, int y, int z, float was, float dx) {
+float corner_limit(const float* own, float was, float dx) {
     if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
     bool corner = false;
     for (int n = 0; n < 27; ++n) {
         const int i = n % 3 - 1, j = n / 3 % 3 - 1, k = n / 9 - 1;
-        const float depth = -own.at(x + i, y + j, z + k) / dx;
+        const float depth = -own[Block<1>::at(i, j, k) - Block<1>::at(0, 0, 0)] / dx;
         if (depth <= kDepthTolerance) continue;
         const bool diagonal = std::abs(i) + std::abs(j) + std::abs(k) > 1;
         if (!diagonal || depth < 1.0f - kDepthTolerance) return kUnlimited;
@@ -129,20 +143,33 @@ float corner_limit(const Around& own, int x, int y, int z, float was, float dx) 
     return corner ? std::max(was, 0.0f) : kUnlimited;
 }
 
-// The limits of a leaf's nodes, by their own bodies and by those of their neighbours.
-std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& own, const float* was,
+// The limits of a leaf's nodes, by their own bodies and by those of their neighbours; nothing if there are
+// none.
+std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& around, const float* was,
                                               float dx) {
+    Block<1> own;
+    around.load(own);
     auto result = std::make_unique<Values>();
     result->fill(kUnlimited);
-    for (auto it = leaf.cbeginValueOn(); it; ++it) {
-        const auto n = static_cast<int>(it.pos());
-        const int x = n >> 6, y = n >> 3 & 7, z = n & 7;
-        float limit = own.at(x, y, z);
-        for (const int side : {-1, 1})
-            limit = std::min({limit, own.at(x + side, y, z) + dx, own.at(x, y + side, z) + dx,
-                              own.at(x, y, z + side) + dx});
-        (*result)[it.pos()] = std::min(limit, corner_limit(own, x, y, z, was[it.pos()], dx));
+    float least = kUnlimited;
+    for (int row = 0; row < 64; ++row) {
+        const auto active = leaf.getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+        if (active == 0) continue;
+        const float* v = &own.value[static_cast<std::size_t>(Block<1>::at(row >> 3, row & 7, 0))];
+        Row limit;
+        for (std::size_t z = 0; z < kLanes; ++z) {
+            const auto n = static_cast<std::ptrdiff_t>(z);
+            float beside = kUnlimited;
+            for (const int stride : Block<1>::kStride)
+                beside = std::min({beside, v[n - stride], v[n + stride]});
+            limit[z] = std::min(v[n], beside + dx);
+        }
+        for (std::size_t z = 0; z < kLanes; ++z)
+            limit[z] = std::min(limit[z], corner_limit(v + z, was[8 * row + static_cast<int>(z)], dx));
+        blend(limit, kLaneMasks[active], result->data() + 8 * row);
     }
+    for (const float most : *result) least = std::min(least, most);
+    if (least == kUnlimited) return nullptr;
     return result;
 }
 
@@ -180,9 +207,14 @@ void Limits::keep(Grid& phi) const {
     tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t n) {
         Leaf* leaf = phi.tree().probeLeaf(leaves_[n].origin);
         if (leaf == nullptr) return;
-        for (auto it = leaf->beginValueOn(); it; ++it) {
-            const float most = (*leaves_[n].most)[it.pos()];
-            if (*it > most) it.setValue(std::max(most, least));
+        float* value = leaf->buffer().data();
+        for (std::size_t row = 0; row < 64; ++row) {
+            const auto active = leaf->getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+            const float *most = leaves_[n].most->data() + 8 * row, *v = value + 8 * row;
+            Row kept;
+            for (std::size_t z = 0; z < kLanes; ++z)
+                kept[z] = v[z] > most[z] ? std::max(most[z], least) : v[z];
+            blend(kept, kLaneMasks[active], value + 8 * row);
         }
     });
 }

@@ -8,9 +8,11 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "levelset/band.hpp"
 #include "levelset/block.hpp"
+#include "levelset/large_vector.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/upwind.hpp"
 #include "surface/error.hpp"
@@ -34,23 +36,25 @@ bool has_distance(const Leaf& leaf, float background) {
 
 using Nodes = openvdb::util::NodeMask<Leaf::LOG2DIM>;
 
-// The active nodes of a new leaf that lie inside, by their neighbours of the old band.
-Nodes nodes_inside(const Leaf& leaf, const Grid& grid, const Domain& domain) {
-    const float background = grid.background();
-    const auto accessor = grid.getConstUnsafeAccessor();
+// The active nodes of a new leaf that lie inside, by their neighbours of the old band in other leaves.
+Nodes nodes_inside(const Leaf& leaf, const Band& band, float background, const Domain& domain) {
     const openvdb::Coord origin = leaf.origin();
+    const bool inner =
+        domain.owns(origin.x() - 1, origin.y() - 1) && domain.owns(origin.x() + 8, origin.y() + 8);
+    const auto within = [](int n) { return n > 0 && n < 7; };
     Nodes inside;
     for (auto it = leaf.cbeginValueOn(); it; ++it) {
-        const openvdb::Coord c = it.getCoord();
+        const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos());
+        if (inner && within(local.x()) && within(local.y()) && within(local.z())) continue;
         float side = 0.0f;
         for (int k = 0; k < 6; ++k) {
-            openvdb::Coord q = c;
+            openvdb::Coord q = origin + local;
             q[k / 2] += k % 2 ? 1 : -1;
-            q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
+            if (!inner) q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
             if ((q & ~7) == origin) continue;
-            const Leaf* other = accessor.probeConstLeaf(q);
-            if (!other) continue;
-            const float v = other->getValue(q);
+            const std::int32_t other = band.table.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
+            if (other < 0) continue;
+            const float v = band.leaves[static_cast<std::size_t>(other)]->getValue(q);
             if (std::abs(v) < background) side = v;
         }
         inside.set(it.pos(), std::signbit(side));
@@ -72,7 +76,7 @@ void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
     // new leaf's is to count for nothing whichever comes first.
     std::vector<Nodes> inside(leaves.size());
     tbb::parallel_for(std::size_t{0}, leaves.size(),
-                      [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], grid, domain); });
+                      [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], band, background, domain); });
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
     // Just inside the background, so that the flood takes it for known.
     const float known = std::nextafter(background, 0.0f);
@@ -85,24 +89,25 @@ void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
 
 // The band's nodes among the eight of a row: those next to the front, and the others.
 struct Lanes {
-    std::array<std::int32_t, kLanes> front, other;
+    LaneMask front, other;
 };
 
-// Moves the nodes that have a neighbour on the other side of the front from others to front.
-// \returns whether there are any.
-bool mark_front(const float* v, Lanes& lanes) {
-    std::int32_t any = 0;
+// Divides a row's active nodes by whether they have a neighbour on the other side of the front.
+// \returns whether there are any that have, and any others.
+std::pair<bool, bool> divide_row(const float* v, const LaneMask& active, Lanes& lanes) {
+    std::int32_t any_front = 0, any_other = 0;
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
         const std::int32_t inside = v[n] < 0.0f;
         std::int32_t front = 0;
         for (const int stride : B::kStride)
             front |= ((v[n - stride] < 0.0f) ^ inside) | ((v[n + stride] < 0.0f) ^ inside);
-        lanes.front[z] = lanes.other[z] & front;
-        lanes.other[z] = lanes.other[z] & ~front;
-        any |= lanes.front[z];
+        lanes.front[z] = active[z] & -front;
+        lanes.other[z] = active[z] & ~-front;
+        any_front |= lanes.front[z];
+        any_other |= lanes.other[z];
     }
-    return any != 0;
+    return {any_front != 0, any_other != 0};
 }
 
 // Slopes of nodes next to the front are left as they are within this of |grad phi| = 1: to mend less at every
@@ -195,10 +200,6 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
     }
 }
 
-void blend(const Row& values, const std::array<std::int32_t, kLanes>& where, float* to) {
-    for (std::size_t z = 0; z < kLanes; ++z) to[z] = where[z] ? values[z] : to[z];
-}
-
 // One leaf's new values from the old ones in \p block; those next to the front change if \p rescale.
 void sweep(const Leaf& leaf, const B& block, float dx, float background, bool rescale, float* out) {
     const float inv_dx = 1.0f / dx;
@@ -207,17 +208,31 @@ void sweep(const Leaf& leaf, const B& block, float dx, float background, bool re
     for (int row = 0; row < 64; ++row) {
         const auto active = leaf.getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
         if (active == 0) continue;
-        for (std::size_t z = 0; z < kLanes; ++z) lanes.other[z] = active >> z & 1;
         const float* v = &block.value[static_cast<std::size_t>(B::at(row >> 3, row & 7, 0))];
-        if (mark_front(v, lanes) && rescale) {
+        const auto [front, other] = divide_row(v, kLaneMasks[active], lanes);
+        if (front && rescale) {
             rescale_row(v, inv_dx, values);
             blend(values, lanes.front, out + 8 * row);
         }
-        if (std::all_of(lanes.other.begin(), lanes.other.end(), [](std::int32_t lane) { return lane == 0; }))
-            continue;
+        if (!other) continue;
         solve_row(v, inv_dx, dx, background, values);
         blend(values, lanes.other, out + 8 * row);
     }
+}
+
+// Nodes that have come to the background leave the band.
+void drop_far(Leaf& leaf, const float* values, float background) {
+    Nodes active = leaf.getValueMask();
+    for (openvdb::Index row = 0; row < 64; ++row) {
+        auto& bits = active.getWord<openvdb::Byte>(row);
+        if (bits == 0) continue;
+        const float* v = values + 8 * row;
+        std::int32_t near = 0;
+        for (int z = 0; z < kLanes; ++z)
+            near |= static_cast<std::int32_t>(!(std::abs(v[z]) >= background)) << z;
+        bits = static_cast<openvdb::Byte>(bits & near);
+    }
+    leaf.setValueMask(active);
 }
 
 // Off the band values are the background.
@@ -233,7 +248,7 @@ void redistance(Grid& grid, const Domain& domain, int sweeps) {
     // More sweeps read farther than a leaf's rest is told for, and copies bring theirs from elsewhere.
     if (sweeps != kSweepsAfterTimeStep)
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
-    Band band(grid, domain);
+    Band band(grid, domain, {});
     redistance(band, grid, domain, sweeps);
 }
 
@@ -246,7 +261,7 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
     sign_new_leaves(band, grid, domain);
     std::atomic<bool> finite{true};
     const std::size_t count = band.awake.size();
-    const auto swept = std::make_unique_for_overwrite<float[]>(count * Leaf::SIZE);
+    LargeVector<float> swept(count * Leaf::SIZE);
     const auto each = [&](auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
             for (std::size_t k = range.begin(); k != range.end(); ++k)
@@ -275,13 +290,13 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
             float* out = place(k, to_leaf);
             if (!all_finite(in, background)) finite = false;
             B block;
-            load_block(now, domain, leaf, background, block);
+            load_axes(now, domain, leaf, background, block);
             std::copy_n(in, Leaf::SIZE, out);
             sweep(leaf, block, dx, background, left == sweeps, out);
             if (left > 1) return;
-            for (auto it = leaf.beginValueOn(); it; ++it)
-                if (std::abs(out[it.pos()]) >= background) it.setValueOff();
-            leaf.setTransientData(fingerprint(leaf) == band.print[n] ? band.print[n] : 0);
+            drop_far(leaf, out, background);
+            leaf.setTransientData(band.print[n] != 0 && fingerprint(leaf) == band.print[n] ? band.print[n]
+                                                                                           : 0);
         });
         if (!finite)
             throw NumericsError(

@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <array>
 #include <bitset>
 #include <cmath>
 #include <cstdint>
@@ -60,15 +61,23 @@ class Keeper {
     std::vector<Place> beside(std::size_t n) const {
         std::vector<Place> places;
         if (nodes_[n].overgrown.none() || !releases_near(n)) return places;
-        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+        const openvdb::Coord origin = leaves_[n]->origin();
+        std::array<int, 10> own_x, own_y;  // of the nodes -1 .. 8 of the leaf
+        for (int k = 0; k < 10; ++k) {
+            own_x[static_cast<std::size_t>(k)] = domain_.source_node(0, origin.x() + k - 1);
+            own_y[static_cast<std::size_t>(k)] = domain_.source_node(1, origin.y() + k - 1);
+        }
+        for (std::size_t i = 0; i < Leaf::SIZE; ++i) {
             if (!nodes_[n].overgrown[i]) continue;
-            const openvdb::Coord c = leaves_[n]->offsetToGlobalCoord(i);
-            for (int k = 0; k < 27; ++k) {
-                const openvdb::Coord q(domain_.source_node(0, c.x() + k / 9 - 1),
-                                       domain_.source_node(1, c.y() + k / 3 % 3 - 1), c.z() + k % 3 - 1);
-                const std::int32_t leaf = table_.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
+            const std::size_t x = i >> 6, y = i >> 3 & 7;
+            const int z = origin.z() + static_cast<int>(i & 7);
+            for (std::size_t k = 0; k < 27; ++k) {
+                const openvdb::Coord q(own_x[x + k / 9], own_y[y + k / 3 % 3],
+                                       z + static_cast<int>(k % 3) - 1);
+                const bool here = (q & ~7) == origin;
+                const std::int32_t leaf = here ? 0 : table_.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
                 if (leaf < 0) continue;
-                const auto m = static_cast<std::size_t>(leaf);
+                const std::size_t m = here ? n : static_cast<std::size_t>(leaf);
                 const openvdb::Index node = Leaf::coordToOffset(q);
                 if (nodes_[m].released && nodes_[m].layer->getValue(node) == mark_ && old(m, node) < 0.0f)
                     places.emplace_back(m, node);

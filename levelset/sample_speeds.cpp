@@ -96,10 +96,11 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
 
 SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Scheme scheme, double duration) {
     using Way = SampleSpeeds::Way;
-    SampleSpeeds speeds{stack, motion, scheme, duration, {}, {}, {}};
+    SampleSpeeds speeds{stack, motion, scheme, duration, {}, {}, {}, false};
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
-    speeds.first.resize(count);
+    speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
+    speeds.all_constant = !motion.depends_on_normal;
     if (!motion.depends_on_normal) {
         const auto ask = [&](std::size_t n, std::size_t layer) {
             return motion.speed(n, layer, Vec3::UnitZ());

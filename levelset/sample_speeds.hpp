@@ -23,7 +23,8 @@ struct SampleSpeeds {
     Scheme scheme;
     double duration;
     std::vector<Way> way;              ///< by sample
-    std::vector<float> first, second;  ///< by sample
+    std::vector<float> first, second;  ///< by sample; the first ones are 0 where V is, and never empty
+    bool all_constant = false;         ///< every way is still or constant
 
     bool moves(std::int32_t sample) const {
         return sample >= 0 && way[static_cast<std::size_t>(sample)] != Way::still;

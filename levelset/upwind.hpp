@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 // One-sided differences and Hamiltonians for eight neighbouring nodes at once: plain loops that compilers
 // vectorise.
@@ -10,20 +12,30 @@ namespace sidewall::levelset {
 inline constexpr int kLanes = 8;
 using Row = std::array<float, kLanes>;
 
+/// Which of a row's eight nodes are meant: all bits set or none.
+using LaneMask = std::array<std::int32_t, kLanes>;
+
+/// By the row's bits. Loaded whole: masks made lane by lane stall the loads that follow.
+inline constexpr auto kLaneMasks = [] {
+    std::array<LaneMask, 256> table{};
+    for (std::size_t bits = 0; bits < table.size(); ++bits)
+        for (std::size_t z = 0; z < kLanes; ++z) table[bits][z] = (bits >> z & 1) != 0 ? -1 : 0;
+    return table;
+}();
+
+/// Writes the values of the nodes that are meant.
+inline void blend(const Row& values, const LaneMask& where, float* to) {
+    LaneMask from, kept;
+    std::memcpy(from.data(), values.data(), sizeof from);
+    std::memcpy(kept.data(), to, sizeof kept);
+    for (std::size_t z = 0; z < kLanes; ++z) kept[z] ^= (kept[z] ^ from[z]) & where[z];
+    std::memcpy(to, kept.data(), sizeof kept);
+}
+
 /// Differences (not yet divided by dx) towards the lower and the higher neighbour along one axis.
 struct OneSided {
     Row minus, plus;
 };
-
-/// First order. \p v points at the first node of the row; \p stride is the distance in memory between
-/// neighbours along the axis.
-inline void one_sided_1(const float* v, int stride, OneSided& d) {
-    for (int z = 0; z < kLanes; ++z) {
-        const auto n = static_cast<std::size_t>(z);
-        d.minus[n] = v[z] - v[z - stride];
-        d.plus[n] = v[z + stride] - v[z];
-    }
-}
 
 // Weights' guard against 0/0, for differences of order 1 (phi is scaled by dx).
 inline constexpr float kWenoEpsilon = 1e-6f;
@@ -53,39 +65,46 @@ inline float weno5(float a, float b, float c, float d, float e) {
     return (w0 * q0 + w1 * q1 + w2 * q2) / (w0 + w1 + w2);
 }
 
-/// As one_sided_1, by WENO3; \p inv_dx scales to slopes of order 1, so that the weights do not depend on
-/// units.
-inline void one_sided_3(const float* v, int stride, float inv_dx, float dx, OneSided& d) {
-    for (int z = 0; z < kLanes; ++z) {
-        const auto n = static_cast<std::size_t>(z);
-        const auto slope = [&](int k) { return (v[z + (k + 1) * stride] - v[z + k * stride]) * inv_dx; };
-        const float m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1);
-        d.minus[n] = dx * weno3(m2, m1, p0);
-        d.plus[n] = dx * weno3(p1, p0, m1);
-    }
-}
-
-/// As one_sided_3, by WENO5.
-inline void one_sided_5(const float* v, int stride, float inv_dx, float dx, OneSided& d) {
-    for (int z = 0; z < kLanes; ++z) {
-        const auto n = static_cast<std::size_t>(z);
-        const auto slope = [&](int k) { return (v[z + (k + 1) * stride] - v[z + k * stride]) * inv_dx; };
-        const float m3 = slope(-3), m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1),
-                    p2 = slope(2);
-        d.minus[n] = dx * weno5(m3, m2, m1, p0, p1);
-        d.plus[n] = dx * weno5(p2, p1, p0, m1, m2);
-    }
-}
-
-/// Adds one axis to the squared upwind gradient, for speeds of either sign. Engquist and Osher, Math. Comput.
-/// 36 (1981) 321, sum both upwind differences; Godunov takes the larger.
-inline void add_upwind_square(const OneSided& d, bool godunov, Row& growing, Row& etching) {
+/// One-sided differences of a row's nodes and their squared upwind gradients for speeds of either sign. Of first order
+/// (R = 1) after Engquist and Osher, Math. Comput. 36 (1981) 321, who sum both upwind differences; Godunov takes the
+/// larger, by WENO3 (R = 2) or WENO5 (R = 3) of phi scaled by dx, so that the weights do not depend on units.
+///
+/// \param v        the row's first node.
+/// \param strides  distances in memory between neighbours along the axes.
+/// One loop for all, in the caller: else compilers make single nodes of it.
+template <int R>
+[[gnu::always_inline]] inline void differences(const float* v, const int (&strides)[3], float dx,
+                                               std::array<OneSided, 3>& d, Row& growing, Row& etching) {
+    const float inv_dx = 1.0f / dx;
     for (std::size_t n = 0; n < kLanes; ++n) {
-        const float mp = std::max(d.minus[n], 0.0f), mn = std::min(d.minus[n], 0.0f);
-        const float pp = std::max(d.plus[n], 0.0f), pn = std::min(d.plus[n], 0.0f);
-        const float g0 = mp * mp, g1 = pn * pn, e0 = mn * mn, e1 = pp * pp;
-        growing[n] += godunov ? std::max(g0, g1) : g0 + g1;
-        etching[n] += godunov ? std::max(e0, e1) : e0 + e1;
+        float grow = 0.0f, etch = 0.0f;
+        for (std::size_t a = 0; a < 3; ++a) {
+            const auto at = [&](int k) { return v[static_cast<std::ptrdiff_t>(n) + k * strides[a]]; };
+            const auto slope = [&](int k) { return (at(k + 1) - at(k)) * inv_dx; };
+            float minus, plus;
+            if constexpr (R == 1) {
+                minus = at(0) - at(-1);
+                plus = at(1) - at(0);
+            } else if constexpr (R == 2) {
+                const float m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1);
+                minus = dx * weno3(m2, m1, p0);
+                plus = dx * weno3(p1, p0, m1);
+            } else {
+                const float m3 = slope(-3), m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1),
+                            p2 = slope(2);
+                minus = dx * weno5(m3, m2, m1, p0, p1);
+                plus = dx * weno5(p2, p1, p0, m1, m2);
+            }
+            d[a].minus[n] = minus;
+            d[a].plus[n] = plus;
+            const float mp = std::max(minus, 0.0f), mn = std::min(minus, 0.0f);
+            const float pp = std::max(plus, 0.0f), pn = std::min(plus, 0.0f);
+            const float g0 = mp * mp, g1 = pn * pn, e0 = mn * mn, e1 = pp * pp;
+            grow += R > 1 ? std::max(g0, g1) : g0 + g1;
+            etch += R > 1 ? std::max(e0, e1) : e0 + e1;
+        }
+        growing[n] = grow;
+        etching[n] = etch;
     }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/sample_index.hpp"
 #include "tests/levelset/grids.hpp"
 
 using namespace sidewall;
@@ -39,7 +40,7 @@ Excess excess(const Grid& grid, const Domain& domain, const TriangleMesh& mesh) 
         most.near = std::max(most.near, (point_of(mesh, s) - node).norm() - nearest);
     }
     for (auto it = grid.cbeginValueOn(); it; ++it) {
-        const std::int32_t k = extension.sample_of->getValue(it.getCoord());
+        const std::int32_t k = extension.sample_of->at(it.getCoord());
         REQUIRE(k >= 0);
         const double d =
             (point_of(mesh, extension.samples[static_cast<std::size_t>(k)]) - world(domain, it.getCoord()))
