@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "flux/lambert8.hpp"
 #include "flux/random.hpp"
 #include "flux/sampling.hpp"
 #include "flux/species.hpp"
@@ -30,9 +29,7 @@ inline double energy_peak(const Reflection& reflection, double theta) {
 /// A normal number of mean 0 and variance 1 (Box and Muller 1958).
 inline double sample_normal(Stream& random) {
     const double radius = std::sqrt(-2.0 * std::log(random.uniform()));
-    float sine = 0.0f, cosine = 0.0f;
-    sine_cosine(static_cast<float>(random.uniform()), sine, cosine);
-    return radius * static_cast<double>(cosine);
+    return radius * std::cos(2.0 * std::numbers::pi * random.uniform());
 }
 
 /// normal(mean, sigma) truncated to [0, most], by rejection.

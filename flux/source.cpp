@@ -123,17 +123,7 @@ double unit_double(std::uint32_t word) {
     return (word + 0.5) * 0x1p-32;
 }
 
-// sample_cosine_power, its azimuth in single precision.
-Vec3 beam_direction(const Vec3& axis, double exponent, double u1, double u2) {
-    const auto [s, t] = basis_around(axis);
-    const double squared = -std::expm1(2.0 * std::log(u1) / (exponent + 1.0)), out = std::sqrt(squared);
-    float sine = 0.0f, cosine = 0.0f;
-    sine_cosine(static_cast<float>(u2), sine, cosine);
-    return out * static_cast<double>(cosine) * s + out * static_cast<double>(sine) * t +
-           std::sqrt(1.0 - squared) * axis;
-}
-
-// Any beam.
+// Any beam, in double precision.
 void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& rays) {
     const double horizontal = std::hypot(species.beam.x(), species.beam.y());
     const auto set = [&](std::size_t row, const Vec3& d, double energy) {
@@ -170,12 +160,10 @@ void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& 
             set(row, d, 0.0);
             continue;
         }
-        Vec3 d =
-            beam_direction(axis, species.source_exponent, unit_double(pair.first), unit_double(pair.second));
-        while (!(d.z() < -1e-6)) {
-            const double u1 = random.uniform();
-            d = beam_direction(axis, species.source_exponent, u1, random.uniform());
-        }
+        Vec3 d = sample_cosine_power(axis, species.source_exponent, unit_double(pair.first),
+                                     unit_double(pair.second));
+        while (!(d.z() < -1e-6))
+            d = sample_cosine_power(axis, species.source_exponent, random.uniform(), random.uniform());
         double energy = species.energy.mean;
         if (species.energy.sigma > 0.0) do
                 energy = species.energy.mean + species.energy.sigma * sample_normal(random);
