@@ -71,40 +71,46 @@ inline float weno5(float a, float b, float c, float d, float e) {
 ///
 /// \param v        the row's first node.
 /// \param strides  distances in memory between neighbours along the axes.
-/// One loop for all, in the caller: else compilers make single nodes of it.
+/// Inline, as Rows that others could see are written node by node.
 template <int R>
 [[gnu::always_inline]] inline void differences(const float* v, const int (&strides)[3], float dx,
                                                std::array<OneSided, 3>& d, Row& growing, Row& etching) {
     const float inv_dx = 1.0f / dx;
-    for (std::size_t n = 0; n < kLanes; ++n) {
-        float grow = 0.0f, etch = 0.0f;
-        for (std::size_t a = 0; a < 3; ++a) {
-            const auto at = [&](int k) { return v[static_cast<std::ptrdiff_t>(n) + k * strides[a]]; };
-            const auto slope = [&](int k) { return (at(k + 1) - at(k)) * inv_dx; };
-            float minus, plus;
-            if constexpr (R == 1) {
-                minus = at(0) - at(-1);
-                plus = at(1) - at(0);
-            } else if constexpr (R == 2) {
-                const float m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1);
-                minus = dx * weno3(m2, m1, p0);
-                plus = dx * weno3(p1, p0, m1);
-            } else {
-                const float m3 = slope(-3), m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1),
-                            p2 = slope(2);
-                minus = dx * weno5(m3, m2, m1, p0, p1);
-                plus = dx * weno5(p2, p1, p0, m1, m2);
-            }
-            d[a].minus[n] = minus;
-            d[a].plus[n] = plus;
-            const float mp = std::max(minus, 0.0f), mn = std::min(minus, 0.0f);
-            const float pp = std::max(plus, 0.0f), pn = std::min(plus, 0.0f);
-            const float g0 = mp * mp, g1 = pn * pn, e0 = mn * mn, e1 = pp * pp;
-            grow += R > 1 ? std::max(g0, g1) : g0 + g1;
-            etch += R > 1 ? std::max(e0, e1) : e0 + e1;
+    const auto add_axis = [&](std::size_t a, std::size_t n, float& grow, float& etch) {
+        const auto at = [&](int k) { return v[static_cast<std::ptrdiff_t>(n) + k * strides[a]]; };
+        const auto slope = [&](int k) { return (at(k + 1) - at(k)) * inv_dx; };
+        float minus, plus;
+        if constexpr (R == 1) {
+            minus = at(0) - at(-1);
+            plus = at(1) - at(0);
+        } else if constexpr (R == 2) {
+            const float m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1);
+            minus = dx * weno3(m2, m1, p0);
+            plus = dx * weno3(p1, p0, m1);
+        } else {
+            const float m3 = slope(-3), m2 = slope(-2), m1 = slope(-1), p0 = slope(0), p1 = slope(1),
+                        p2 = slope(2);
+            minus = dx * weno5(m3, m2, m1, p0, p1);
+            plus = dx * weno5(p2, p1, p0, m1, m2);
         }
-        growing[n] = grow;
-        etching[n] = etch;
+        d[a].minus[n] = minus;
+        d[a].plus[n] = plus;
+        const float mp = std::max(minus, 0.0f), mn = std::min(minus, 0.0f);
+        const float pp = std::max(plus, 0.0f), pn = std::min(plus, 0.0f);
+        const float g0 = mp * mp, g1 = pn * pn, e0 = mn * mn, e1 = pp * pp;
+        grow += R > 1 ? std::max(g0, g1) : g0 + g1;
+        etch += R > 1 ? std::max(e0, e1) : e0 + e1;
+    };
+    growing.fill(0.0f);
+    etching.fill(0.0f);
+    // Loops of a size that compilers vectorise: a short one they unroll to single nodes, a long one they
+    // leave.
+    if constexpr (R == 1) {
+        for (std::size_t n = 0; n < kLanes; ++n)
+            for (std::size_t a = 0; a < 3; ++a) add_axis(a, n, growing[n], etching[n]);
+    } else {
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t n = 0; n < kLanes; ++n) add_axis(a, n, growing[n], etching[n]);
     }
 }
 

@@ -9,9 +9,10 @@
 namespace sidewall::app {
 
 double crystal_rate(const Vec3& normal, const CrystalAxes& axes, const CrystalRates& r) {
-    std::array<double, 3> n{};
-    for (std::size_t k = 0; k < 3; ++k) n[k] = std::abs(normal.dot(axes[k]));
-    std::sort(n.begin(), n.end(), std::greater<>());
+    const double a = std::abs(normal.dot(axes[0])), b = std::abs(normal.dot(axes[1])),
+                 c = std::abs(normal.dot(axes[2])), low = std::min(a, b), high = std::max(a, b);
+    const std::array<double, 3> n{std::max(high, c), std::max(low, std::min(high, c)),
+                                  std::min(low, c)};  // in descending order
     if (!(n[0] > 0.0)) return 0.0;
     if (-n[0] + n[1] + 2.0 * n[2] < 0.0)
         return (r.r100 * (n[0] - n[1] - 2.0 * n[2]) + r.r110 * (n[1] - n[2]) + 3.0 * r.r311 * n[2]) / n[0];
