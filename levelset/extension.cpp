@@ -255,6 +255,14 @@ void share_samples(const LeafData& phi, float background, const Domain& domain,
     });
 }
 
+// Off the band nodes are far from the front.
+std::uint32_t count_near(const Leaf& leaf, float near) {
+    const float* v = leaf.buffer().data();
+    std::int32_t count = 0;
+    for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) count += std::abs(v[k]) <= near;
+    return static_cast<std::uint32_t>(count);
+}
+
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
 // \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
@@ -273,10 +281,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
             if (still[n]) continue;
-            const float* v = leaves[n]->buffer().data();  // off the band far from the front
-            std::int32_t count = 0;
-            for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) count += std::abs(v[k]) <= near;
-            first[n + 1] = static_cast<std::uint32_t>(count);
+            first[n + 1] = count_near(*leaves[n], near);
         }
     });
     const auto any_still = std::find(still.begin(), still.end(), 1);
