@@ -266,8 +266,7 @@ std::uint32_t count_near(const Leaf& leaf, float near) {
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
 // \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
-// top layer
-//                    stays where it is.
+//                    top layer stays where it is.
 Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
                 bool everywhere = true) {
     Extension extension;
