@@ -11,6 +11,7 @@
 #include "levelset/divide.hpp"
 #include "levelset/extract.hpp"
 #include "levelset/fronts.hpp"
+#include "levelset/large_vector.hpp"
 #include "surface/marching_cubes.hpp"
 
 namespace sidewall::levelset {
@@ -338,6 +339,7 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
 }  // namespace
 
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
+    drop_kept_memory();  // of time steps
     const std::size_t top = stack.layers.size() - 1;
     const Fronts fronts(stack);
     StackMeshes meshes;

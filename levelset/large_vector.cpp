@@ -23,12 +23,14 @@ std::size_t whole_pages(std::size_t bytes) {
     return (bytes + kLargePage - 1) / kLargePage * kLargePage;
 }
 
-// What has been given back: as much as a time step has at a time, and no block that twice as small ones would
-// do for.
+// What has been given back, the largest blocks of a time step: more of them make it no faster, but take a
+// half more memory. A block is not taken for what half of it would do for.
 class Kept {
   public:
-    ~Kept() {
-        for (const Block& block : blocks_) std::free(block.memory);
+    ~Kept() { drop(); }
+    void drop() {
+        const std::lock_guard lock(mutex_);
+        for (Block& block : blocks_) std::free(std::exchange(block, Block{}).memory);
     }
     void* take(std::size_t size) {
         const std::lock_guard lock(mutex_);
@@ -56,7 +58,7 @@ class Kept {
         std::size_t size = 0;
     };
     std::mutex mutex_;
-    std::array<Block, 12> blocks_;
+    std::array<Block, 4> blocks_;
 };
 
 Kept& kept() {
@@ -88,6 +90,10 @@ void give_back_memory(void* memory, std::size_t bytes) {
         std::free(memory);
     else
         kept().keep(memory, whole_pages(bytes));
+}
+
+void drop_kept_memory() {
+    kept().drop();
 }
 
 }  // namespace sidewall::levelset

@@ -12,6 +12,8 @@ namespace sidewall::levelset {
 void* take_memory(std::size_t bytes);
 /// \param bytes  as it was taken for.
 void give_back_memory(void* memory, std::size_t bytes);
+/// Gives the system what is kept: before work that takes much by itself.
+void drop_kept_memory();
 
 template <class T>
 struct LargeAllocator {
