@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <span>
@@ -96,7 +95,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
             }
             blend(values, kLaneMasks[active], out + first);
         }
-        if (std::memcmp(out, phi, Leaf::SIZE * sizeof(float)) != 0) stages.changed[n] = 1;
+        if (!std::equal(out, out + Leaf::SIZE, phi)) stages.changed[n] = 1;
     });
     each_leaf([&](std::size_t n) {
         if (stages.moved[n] && stages.changed[n])
