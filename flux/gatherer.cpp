@@ -129,12 +129,7 @@ void Gatherer::draw(const Job& job, Block& block) const {
             block.target[row] = target.triangle;
             block.image[row] = target.image;
         }
-        r.x[row] = static_cast<float>(position.x());
-        r.y[row] = static_cast<float>(position.y());
-        r.z[row] = static_cast<float>(position.z());
-        r.dx[row] = static_cast<float>(direction.x());
-        r.dy[row] = static_cast<float>(direction.y());
-        r.dz[row] = static_cast<float>(direction.z());
+        set_flight(r, row, position, direction);
         r.from[row] = triangle;
         ++r.count;
     }

@@ -50,15 +50,6 @@ Vec3 reemitted(Reemission kind, const Reflection& reflection, const Hit& hit, St
     return sample_lambertian(hit.normal, u, random.uniform());
 }
 
-void send_off(Rays& r, std::size_t row, const Hit& hit, const Vec3& direction) {
-    r.x[row] = static_cast<float>(hit.point.x());
-    r.y[row] = static_cast<float>(hit.point.y());
-    r.z[row] = static_cast<float>(hit.point.z());
-    r.dx[row] = static_cast<float>(direction.x());
-    r.dy[row] = static_cast<float>(direction.y());
-    r.dz[row] = static_cast<float>(direction.z());
-}
-
 // Y of a hit. In a hollow corner the facet must not run ahead of the faces that it stands for, nor of a face
 // that would open between them towards the particle, were they to run ahead of that.
 double yield_at(const Trace& trace, const Yield& yield, const Hit& hit, std::uint32_t triangle) {
@@ -90,7 +81,7 @@ void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint
     const std::uint64_t sputtered = weight_of(weight, yield_at(trace, re.yield, hit, triangle));
     if (sputtered == 0) return;
     const std::size_t row = secondaries.count++;
-    send_off(secondaries, row, hit, reemitted(re.direction, trace.species.reflection, hit, random));
+    set_flight(secondaries, row, hit.point, reemitted(re.direction, trace.species.reflection, hit, random));
     secondaries.from[row] = triangle;
     secondaries.ray[row] = ray;
     secondaries.weight[row] = sputtered;
@@ -156,7 +147,7 @@ void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
         if (rest > 0) rest = play_roulette(rest, trace.roulette, roulette, *bundle.ledger);
         if (rest == 0) continue;
         // Go on.
-        send_off(r, kept, hit, reemitted(species.reflection.kind, species.reflection, hit, random));
+        set_flight(r, kept, hit.point, reemitted(species.reflection.kind, species.reflection, hit, random));
         r.ray[kept] = ray;
         r.from[kept] = triangle;
         bundle.weight[kept] = rest;

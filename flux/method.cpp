@@ -37,9 +37,9 @@ double rays_needed(double target, const TriangleMesh& mesh, const surface::RaySc
 
 // The statistical error that leaves \p target of both, or, where hardly any would, that target.
 double target_of_rays(double target, double discretisation) {
-    constexpr double kHelps = 0.9;
-    return discretisation < kHelps * target ? std::sqrt(target * target - discretisation * discretisation)
-                                            : target;
+    return discretisation < kElementsAlone * target
+               ? std::sqrt(target * target - discretisation * discretisation)
+               : target;
 }
 
 }  // namespace

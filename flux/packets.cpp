@@ -80,12 +80,7 @@ void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double fre
     }
     counts.rescued += flight.rescued;
     const Vec3 point = hit_point(geometry, flight);
-    rays.x[row] = static_cast<float>(point.x());
-    rays.y[row] = static_cast<float>(point.y());
-    rays.z[row] = static_cast<float>(point.z());
-    rays.dx[row] = static_cast<float>(flight.direction.x());
-    rays.dy[row] = static_cast<float>(flight.direction.y());
-    rays.dz[row] = static_cast<float>(flight.direction.z());
+    set_flight(rays, row, point, flight.direction);
     rays.triangle[row] = flight.triangle;
     rays.u[row] = static_cast<float>(flight.u);
     rays.v[row] = static_cast<float>(flight.v);

@@ -153,6 +153,9 @@ void look_where_expected(Exchange& exchange, std::span<const RadiosityFlux> flux
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options = {});
 
+/// Share of a relative error asked for above which the linear elements leave rays nothing to mend.
+inline constexpr double kElementsAlone = 0.9;
+
 /// Gathers until the relative_error of every one of \p species is at most its target, or rays or memory are
 /// spent; the results' relative_error tells which. Where the elements alone are off by nearly the target, rays do not help: then
 /// until the statistical_error is. Solves no closer than a two-hundredth of the least target.

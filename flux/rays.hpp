@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "surface/vec3.hpp"
+
 namespace sidewall::flux {
 
 /// Particles that are traced together, at most. Enough to fill packets to the end of long histories, few
@@ -29,6 +31,16 @@ struct alignas(64) Rays {
     Column<float> nx, ny, nz;        ///< its outward normal, any length; zero if it has no area
     Column<float> distance;          ///< along the last segment
 };
+
+/// Where a row's flight starts and which way it goes.
+inline void set_flight(Rays& rays, std::size_t row, const Vec3& point, const Vec3& direction) {
+    rays.x[row] = static_cast<float>(point.x());
+    rays.y[row] = static_cast<float>(point.y());
+    rays.z[row] = static_cast<float>(point.z());
+    rays.dx[row] = static_cast<float>(direction.x());
+    rays.dy[row] = static_cast<float>(direction.y());
+    rays.dz[row] = static_cast<float>(direction.z());
+}
 
 constexpr std::uint32_t kLeaked = 0xfffffffeu;
 constexpr std::uint32_t kCollided = 0xfffffffdu;  ///< its free path ended first: fly_block_within

@@ -53,12 +53,7 @@ void aim(const Geometry& geometry, const RayDensities& densities, RandomKey key,
                                                         : sample_lambertian(facet.normal, first, second);
             for (const Vec3& point : points) {
                 const std::size_t row = rays.count++;
-                rays.x[row] = static_cast<float>(point.x());
-                rays.y[row] = static_cast<float>(point.y());
-                rays.z[row] = static_cast<float>(point.z());
-                rays.dx[row] = static_cast<float>(direction.x());
-                rays.dy[row] = static_cast<float>(direction.y());
-                rays.dz[row] = static_cast<float>(direction.z());
+                set_flight(rays, row, point, direction);
                 rays.from[row] = edge.triangle;
             }
         }

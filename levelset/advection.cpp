@@ -1,13 +1,11 @@
 #include "levelset/advection.hpp"
 
-#include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
 #include <tbb/tick_count.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -25,8 +23,6 @@
 
 namespace sidewall::levelset {
 namespace {
-
-using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
 
 // The surface's leaves in a time step.
 struct Stages {

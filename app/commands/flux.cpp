@@ -19,6 +19,7 @@
 #include "app/common/timing.hpp"
 #include "flux/leaks.hpp"
 #include "flux/mend.hpp"
+#include "flux/radiosity.hpp"
 #include "flux/single.hpp"
 #include "surface/error.hpp"
 #include "surface/mesh_io.hpp"
@@ -236,7 +237,7 @@ void run_flux(const FluxArguments& arguments) {
             "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: {} or ask for less",
             arguments.mesh, error, outcome.emitted, *arguments.relative_error,
             arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)",
-            json.value("discretisation_error", 0.0) > 0.9 * *arguments.relative_error
+            json.value("discretisation_error", 0.0) > flux::kElementsAlone * *arguments.relative_error
                 ? fmt::format("{:.3g} of it are the linear elements, so give a finer mesh",
                               json["discretisation_error"].get<double>())
                 : "allow more rays with --rays"));

@@ -11,6 +11,7 @@
 #include "app/process/radiosity.hpp"
 #include "flux/averaging.hpp"
 #include "flux/leaks.hpp"
+#include "flux/radiosity.hpp"
 #include "flux/smoothing.hpp"
 
 namespace sidewall::app {
@@ -22,8 +23,7 @@ constexpr double kSingleLeaks = 10.0;
 
 // What lowers a relative error above the one asked for.
 std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method) {
-    constexpr double kHelps = 0.9;  // as in flux::solve_fluxes_to, rays where the elements leave them room
-    if (result.discretisation_error > kHelps * *recipe.flux.relative_error)
+    if (result.discretisation_error > flux::kElementsAlone * *recipe.flux.relative_error)
         return fmt::format(
             "{:.3g} of it are the traced mesh's linear elements, so make grid_spacing or "
             "simplify.l_max smaller",

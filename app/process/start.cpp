@@ -1,5 +1,4 @@
 #include "app/process/start.hpp"
-#include "app/process/levels.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/process/levels.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
