@@ -23,13 +23,13 @@ Mask mask_of(const Leaf& leaf) {
 }
 
 // How far a re-distancing reads: two sweeps, each two nodes.
-constexpr int kReach = 4;
+constexpr int kReadReach = 4;
 
 // Leaf coordinates along an axis of all leaves whose nodes one of the leaf at `origin` may read.
 std::vector<int> read_along(const Domain& domain, int axis, int origin) {
     const int last = std::min(origin + 7, domain.last_node(axis));
     std::vector<int> list;
-    for (const int node : {origin - kReach, origin - 1, origin, last, last + 1, last + kReach})
+    for (const int node : {origin - kReadReach, origin - 1, origin, last, last + 1, last + kReadReach})
         list.push_back(domain.source_node(axis, node) >> 3);
     std::sort(list.begin(), list.end());
     list.erase(std::unique(list.begin(), list.end()), list.end());

@@ -5,7 +5,7 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr int kReach = 2;  // nodes, from the one nearest to the foot point
+constexpr int kSampleReach = 2;  // nodes, from the one nearest to the foot point
 
 // Beyond a periodic side lie the voxels of the other one: there all counts as near.
 bool beside_periodic_side(const Domain& domain, const openvdb::Coord& origin, int margin) {
@@ -64,7 +64,7 @@ LayersBelow::LayersBelow(const MaterialStack& stack, const openvdb::Coord& origi
         const auto from = near_;
         for (int x = -1; x <= 8; ++x)
             for (int y = -kMargin; y < 8 + kMargin; ++y)
-                for (int step = -kReach; step <= kReach; ++step) {
+                for (int step = -kSampleReach; step <= kSampleReach; ++step) {
                     const int i = x + step * dx, j = y + step * dy;
                     if (j >= -kMargin && j < 8 + kMargin) near_[row(x, y)] |= from[row(i, j)];
                 }

@@ -17,9 +17,9 @@ constexpr float kUnlimited = std::numeric_limits<float>::infinity();
 using Values = std::array<float, Leaf::SIZE>;
 
 // How far the bodies below the surface let it recede.
-class Bodies {
+class BodyLimits {
   public:
-    Bodies(const MaterialStack& stack, const Motion& motion, double duration)
+    BodyLimits(const MaterialStack& stack, const Motion& motion, double duration)
         : stack_(stack), motion_(motion), duration_(duration) {}
 
     // What phi may be after the time step at the nodes of a leaf, by the bodies that they lie in; nothing if
@@ -183,7 +183,7 @@ Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<s
         });
     };
     std::vector<std::unique_ptr<Values>> own(band.leaves.size());
-    const Bodies bodies(stack, motion, duration);
+    const BodyLimits bodies(stack, motion, duration);
     const std::vector<std::uint8_t> limiting = with_readers(band, stack.domain, moved);
     const std::vector<std::uint8_t> asked = with_readers(band, stack.domain, limiting);
     each(own.size(), [&](std::size_t n) {

@@ -10,7 +10,7 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr double kReach = 5.5;         // sigmas; 4e-8 lies beyond
+constexpr double kBlurReach = 5.5;     // sigmas; 4e-8 lies beyond
 constexpr double kLeastCoarser = 2.0;  // pixels in one, along an axis: fewer are not worth it
 
 // How many of a raster's pixels along an axis make one that a Gaussian needs; 1 if the raster's own are as
@@ -22,7 +22,7 @@ double times_coarser(double sigma, double pixel) {
 
 // What a Gaussian at a pixel's centre has over the pixels beside it, up to those 5.5 sigma away.
 std::vector<float> weights_of(double sigma, double pixel) {
-    const int reach = static_cast<int>(std::ceil(kReach * sigma / pixel));
+    const int reach = static_cast<int>(std::ceil(kBlurReach * sigma / pixel));
     std::vector<double> exact;
     exact.reserve(static_cast<std::size_t>(2 * reach + 1));
     for (int k = -reach; k <= reach; ++k)
@@ -136,7 +136,7 @@ int source_pixel(const Raster& raster, const Domain& domain, std::size_t axis, i
 
 double blur_work(double sigma, double pixel) {
     const double times = times_coarser(sigma, pixel);
-    return 4.0 * kReach * sigma / (pixel * times * times * times) + (times > 1.0 ? 2.0 : 0.0);
+    return 4.0 * kBlurReach * sigma / (pixel * times * times * times) + (times > 1.0 ? 2.0 : 0.0);
 }
 
 // A wide Gaussian is as exact on pixels of a fifth of its own sigma, so that all cost alike.

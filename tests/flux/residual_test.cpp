@@ -10,7 +10,7 @@ using namespace sidewall::flux;
 
 namespace {
 
-constexpr double kDepth = 4.0;
+constexpr double kTubeDepth = 4.0;
 constexpr std::size_t kParts = 8;  // of a triangle's edge, each way
 
 std::vector<double> equal_cuts(std::size_t parts) {
@@ -23,14 +23,14 @@ std::vector<double> equal_cuts(std::size_t parts) {
 // A trench of width 1 with so many elements down each wall, and half as many across its floor.
 TriangleMesh coarse_trench(std::size_t cells) {
     return extrude(
-        trench_profile(kDepth, 0.5, equal_cuts(cells), equal_cuts(std::max<std::size_t>(1, cells / 2))), 0.5,
-        std::max<std::size_t>(1, cells / 4));
+        trench_profile(kTubeDepth, 0.5, equal_cuts(cells), equal_cuts(std::max<std::size_t>(1, cells / 2))),
+        0.5, std::max<std::size_t>(1, cells / 4));
 }
 
 double trench_exact_at(const TrenchFlux& exact, const Vec3& p) {
     if (p.z() > -1e-9) return 1.0;
-    return p.z() < -kDepth + 1e-9 ? at_position(exact.floor, p.x() + 0.5)
-                                  : at_position(exact.wall, -p.z() / kDepth);
+    return p.z() < -kTubeDepth + 1e-9 ? at_position(exact.floor, p.x() + 0.5)
+                                      : at_position(exact.wall, -p.z() / kTubeDepth);
 }
 
 // sum(area * rms difference from the exact flux) / sum(area * flux), as discretisation_error.
@@ -68,7 +68,7 @@ TEST_CASE("what linear elements are off by is told as it is, and falls with the 
     // off by.
     const auto [sticking, sides] = GENERATE(
         table<double, std::array<Boundary, 2>>({{1.0, kReflective}, {0.2, kReflective}, {0.2, kProfile}}));
-    const TrenchFlux exact = trench_flux(kDepth, sticking, 800, 200);
+    const TrenchFlux exact = trench_flux(kTubeDepth, sticking, 800, 200);
     double coarser = 0.0;
     for (const std::size_t cells : {2, 4}) {
         const Cavity cavity(coarse_trench(cells), sides);
@@ -104,7 +104,7 @@ TEST_CASE("what linear elements are off by is told as it is, and falls with the 
 TEST_CASE("a relative error asked for is met against the exact flux, elements included") {
     const double sticking = 1.0;
     const Cavity cavity(coarse_trench(4), kReflective);
-    const TrenchFlux exact = trench_flux(kDepth, sticking, 400, 200);
+    const TrenchFlux exact = trench_flux(kTubeDepth, sticking, 400, 200);
     const std::vector<double> everywhere(cavity.wedges.count(), sticking);
     const DiffuseSpecies species{.sticking = everywhere};
     constexpr int kSeeds = 6;
