@@ -143,6 +143,7 @@ Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, s
         }
         stage<R>(stages, samples, grid, *speeds, kept_shares(options.time_integration)[k]);
     }
+    stages.next = {};  // whose memory re-distancing takes
     return stages;
 }
 

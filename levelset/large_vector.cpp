@@ -6,7 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <new>
 #include <utility>
@@ -19,8 +22,19 @@ constexpr std::size_t kLargePage = std::size_t{1} << 21;
 // Less than this malloc keeps by itself.
 constexpr std::size_t kLeastKept = 2 * kLargePage;
 
-std::size_t whole_pages(std::size_t bytes) {
-    return (bytes + kLargePage - 1) / kLargePage * kLargePage;
+// A block begins with its size, in this many bytes, which keep the rest aligned for vector instructions.
+constexpr std::size_t kHeader = 64;
+
+// An eighth or less above what is asked for, so that a block serves again when a grid has grown. What is
+// never touched takes no memory.
+std::size_t block_size(std::size_t bytes) {
+    const std::size_t part = std::max(kLargePage, std::bit_floor(bytes) / 8);
+    return (bytes + part - 1) / part * part;
+}
+
+void* inside(void* block, std::size_t size) {
+    std::memcpy(block, &size, sizeof size);
+    return static_cast<std::byte*>(block) + kHeader;
 }
 
 // What has been given back, the largest blocks of a time step: more of them make it no faster, but take a
@@ -32,13 +46,16 @@ class Kept {
         const std::lock_guard lock(mutex_);
         for (Block& block : blocks_) std::free(std::exchange(block, Block{}).memory);
     }
+    // nullptr if none is large enough.
     void* take(std::size_t size) {
         const std::lock_guard lock(mutex_);
         Block* best = nullptr;
         for (Block& block : blocks_)
             if (block.size >= size && block.size / 2 <= size && (best == nullptr || block.size < best->size))
                 best = &block;
-        return best ? std::exchange(*best, Block{}).memory : nullptr;
+        if (best == nullptr) return nullptr;
+        const Block taken = std::exchange(*best, Block{});
+        return inside(taken.memory, taken.size);
     }
     void keep(void* memory, std::size_t size) {
         Block block{memory, size};
@@ -69,27 +86,27 @@ Kept& kept() {
 }  // namespace
 
 void* take_memory(std::size_t bytes) {
-    void* memory = nullptr;
     if (bytes < kLeastKept) {
-        memory = std::malloc(std::max(bytes, std::size_t{1}));
-    } else {
-        const std::size_t size = whole_pages(bytes);
-        memory = kept().take(size);
-        if (memory != nullptr) return memory;
-        memory = std::aligned_alloc(kLargePage, size);
-#ifdef MADV_HUGEPAGE
-        if (memory != nullptr) madvise(memory, size, MADV_HUGEPAGE);  // in vain is no harm
-#endif
+        void* memory = std::malloc(std::max(bytes, std::size_t{1}));
+        if (memory == nullptr) throw std::bad_alloc();
+        return memory;
     }
-    if (memory == nullptr) throw std::bad_alloc();
-    return memory;
+    const std::size_t size = block_size(bytes + kHeader);
+    if (void* memory = kept().take(size)) return memory;
+    void* block = std::aligned_alloc(kLargePage, size);
+    if (block == nullptr) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+    madvise(block, size, MADV_HUGEPAGE);  // in vain is no harm
+#endif
+    return inside(block, size);
 }
 
 void give_back_memory(void* memory, std::size_t bytes) {
-    if (bytes < kLeastKept)
-        std::free(memory);
-    else
-        kept().keep(memory, whole_pages(bytes));
+    if (bytes < kLeastKept) return std::free(memory);
+    void* block = static_cast<std::byte*>(memory) - kHeader;
+    std::size_t size = 0;
+    std::memcpy(&size, block, sizeof size);
+    kept().keep(block, size);
 }
 
 void drop_kept_memory() {

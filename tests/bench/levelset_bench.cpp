@@ -48,16 +48,15 @@ int main(int argc, char** argv) {
             const double t0 = cpu_seconds();
             Extension extension = extend(stack.top(), domain, scene);
             const double t1 = cpu_seconds();
-            const auto motion = make_motion(stack, std::move(extension), nullptr, false);
-            auto with_speed = motion;
-            with_speed.speed = [&](std::size_t k, std::size_t, const Vec3&) {
+            Motion motion = make_motion(stack, std::move(extension), nullptr, false);
+            motion.speed = [&](std::size_t k, std::size_t, const Vec3&) {
                 const SurfaceSample& s = motion.extension.samples[k];
                 const auto [a, b, c] = mesh.triangles[s.triangle];
                 return static_cast<double>((1.0f - s.u - s.v) * speed[a] + s.u * speed[b] + s.v * speed[c]);
             };
-            const double dt = 0.5 / max_speed(stack, with_speed);
+            const double dt = 0.5 / max_speed(stack, motion);
             const double t2 = cpu_seconds();
-            advect(stack, with_speed, dt, {row.scheme, TimeIntegration::euler, 0.5});
+            advect(stack, motion, dt, {row.scheme, TimeIntegration::euler, 0.5});
             const double t3 = cpu_seconds();
             const double scale = 1e6 / static_cast<double>(points);
             extend_times.push_back((t1 - t0) * scale);
