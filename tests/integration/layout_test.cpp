@@ -5,6 +5,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -137,4 +138,28 @@ TEST_CASE("a source of the product has one subject: no more than 400 lines") {
             CAPTURE(file.string());
             CHECK(lines <= 400);
         }
+}
+
+// A release build joins sources of a folder: a constant in one's unnamed namespace would stand for that of a
+// header in all of them, and the program mean another value than one whose sources are compiled alone.
+TEST_CASE("no source's own constant has the name of one in a header of its folder") {
+    const std::regex constant(R"(^(?:inline |static )?constexpr [^=(]*\b(k[A-Z]\w*))");
+    std::map<std::string, std::map<std::string, std::string>> of_header,
+        of_source;  // file by name, by folder
+    for (const auto& [folder, allowed] : kLibraries)
+        for (const fs::path& file : sources(folder)) {
+            auto& names = (file.extension() == ".hpp" ? of_header : of_source)[file.parent_path().string()];
+            std::ifstream in(file);
+            std::smatch match;
+            for (std::string line; std::getline(in, line);)
+                if (std::regex_search(line, match, constant)) names[match[1]] = file.filename().string();
+        }
+    std::size_t compared = 0;
+    for (const auto& [folder, names] : of_source)
+        for (const auto& [name, file] : names) {
+            CAPTURE(folder, name, file);
+            CHECK(!of_header[folder].contains(name));
+            ++compared;
+        }
+    CHECK(compared > 100);
 }
