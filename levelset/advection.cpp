@@ -189,7 +189,7 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
     for (const Motion& motion : motions) of_level.push_back(&motion);
     AdvectionSeconds sum;
     for (MaterialStack* level = &stack; level != nullptr; level = level->coarser.get()) {
-        const bool empty = level->coarser && level->top().empty();  // it counts nowhere
+        const bool empty = level->coarser && level->top().tree().leafCount() == 0;  // it counts nowhere
         const AdvectionSeconds more =
             empty ? AdvectionSeconds{} : move_level(*level, of_level, count, duration, options);
         sum.advect += more.advect;

@@ -50,10 +50,10 @@ double cover(const Fronts& fronts, const GridEdge& edge, std::size_t of, std::si
     const double f[] = {fronts.continued(layer, edge, 0), fronts.continued(layer, edge, 1)};
     const double height = (f[0] + edge.t * (f[1] - f[0])) / dx, fall = g[0] - g[1];
     // How fast the layer's front comes nearer on the way into the mesh's: -1 where both run alike (less than
-    // kExposed between them is nothing), 1 where the mesh is the underside of what lies on the layer. An edge
-    // along the mesh tells nothing of it.
+    // thinnest_film between them is nothing), 1 where the mesh is the underside of what lies on the layer. An
+    // edge along the mesh tells nothing of it.
     const double slope = std::clamp((f[1] - f[0]) * fall / (fall * fall + kAlong * dx * dx), -1.0, 1.0);
-    return height + slope * (slope > 0.0 ? kUnderside : kExposed);
+    return height + slope * (slope > 0.0 ? kUnderside : fronts.touching(edge));
 }
 
 using Segments = std::vector<std::array<Vec3, 2>>;
@@ -268,7 +268,7 @@ std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer,
         if (f[out] <= 0.0 || f[in] > 0.0) continue;
         const double here = f[in] / (f[in] - f[out]);
         // Fronts that lie on each other count as the upper one.
-        if (here > least + kExposed) continue;
+        if (here > least + fronts.touching(edge)) continue;
         least = here;
         met = k;
         t = f[0] / (f[0] - f[1]);

@@ -53,7 +53,7 @@ class KnownValues {
     bool load(const Grid& layer, const Grid& next, const Domain& domain, const openvdb::Coord& origin) {
         const auto own = layer.getConstUnsafeAccessor(), above = next.getConstUnsafeAccessor();
         dx_ = static_cast<float>(domain.spacing);
-        const auto touching = static_cast<float>(kExposed * domain.spacing);
+        const auto touching = static_cast<float>(thinnest_film(domain));
         bool any = false;
         std::size_t n = 0;
         for (int x = -kBuriedAround; x < 8 + kBuriedAround; ++x)

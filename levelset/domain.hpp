@@ -21,6 +21,7 @@ struct Domain {
     std::array<int, 2> cells{};   ///< whole cells along x and y
     double spacing = 0.0;         ///< dx
     std::array<Side, 2> side{};   ///< lateral boundary condition, per axis
+    int times_finest = 1;         ///< dx in those of the finest level (levelset/levels.hpp)
 
     /// Own node whose value a node at \p index along \p axis (0 = x, 1 = y) repeats: mirrored about a side's
     /// node or wrapped; the identity for own nodes. Any distance from the box is allowed.
@@ -36,6 +37,7 @@ struct Domain {
         const auto a = static_cast<std::size_t>(axis);
         return side[a] == Side::periodic ? cells[a] - 1 : cells[a];
     }
+    double finest_spacing() const { return spacing / times_finest; }
     bool owns(int i, int j) const { return i >= 0 && j >= 0 && i <= last_node(0) && j <= last_node(1); }
 
     /// World coordinate of node \p index; the sides are hit to the last bit.

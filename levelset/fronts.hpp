@@ -38,6 +38,10 @@ class Fronts {
         return static_cast<double>(levels_[edge.level].continued[layer].getValue(edge.node[end]));
     }
     double spacing(const GridEdge& edge) const { return levels_[edge.level].stack->domain.spacing; }
+    /// In cells of the edge's level, what lies so near to a front lies on it.
+    double touching(const GridEdge& edge) const {
+        return kExposed / levels_[edge.level].stack->domain.times_finest;
+    }
 
   private:
     struct Level {

@@ -88,7 +88,7 @@ class LeafValues {
     // Whether all layers are bare.
     bool bare(const openvdb::Coord& node) const {
         const std::size_t n = at(node);
-        const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
+        const auto touching = static_cast<float>(thinnest_film(stack_.domain));
         return active(node) && std::all_of(layers_.begin(), layers_.end(), [&](const Values& layer) {
                    return layer[n] - top_[n] <= touching;
                });
@@ -200,8 +200,7 @@ openvdb::Coord low_corner(const Vec3& point) {
 
 class LayerDepths::Reader {
   public:
-    explicit Reader(const MaterialStack& stack)
-        : stack_(stack), dx_(static_cast<float>(stack.domain.spacing)), grid_(stack), near_(stack) {}
+    explicit Reader(const MaterialStack& stack) : stack_(stack), grid_(stack), near_(stack) {}
 
     void at(const Vec3& point, std::span<float> depth) const {
         find(grid_, cell_of(grid_, point), point, depth);
@@ -230,7 +229,9 @@ class LayerDepths::Reader {
     float depth_of(const Reading& reading) const;
 
     const MaterialStack& stack_;
-    float dx_;
+    const float dx_ = static_cast<float>(stack_.domain.spacing);
+    const float touching_ =  // thinnest_film
+        static_cast<float>(kExposed) * static_cast<float>(stack_.domain.finest_spacing());
     GridValues grid_;
     LeafValues near_;
 };
@@ -266,9 +267,7 @@ float LayerDepths::Reader::cover_outside(const Source& values, std::size_t layer
         const float weight = cell.weights[n] + cell.outside[n];
         if (weight < kLeastWeight) continue;
         const float here = values.layer(layer, cell.corners[n]);
-        if (cell.outside[n] > 0.0f &&
-            here - values.top(cell.corners[n]) <= static_cast<float>(kExposed) * dx_)
-            return 0.0f;
+        if (cell.outside[n] > 0.0f && here - values.top(cell.corners[n]) <= touching_) return 0.0f;
         depth += weight * here;
     }
     return depth > kThinFilm * dx_ ? depth : 0.0f;
@@ -280,7 +279,7 @@ Reading LayerDepths::Reader::read(const Source& values, std::size_t layer, const
     const float layer_value = values.layer(layer, node), surface = values.top(node),
                 thickness = layer_value - surface;
     Reading reading;
-    if (thickness <= static_cast<float>(kExposed) * dx_) return reading;  // exposed
+    if (thickness <= touching_) return reading;  // exposed
     reading.depth = layer_value;
     for (int axis = 0; axis < 3; ++axis) {
         // From neighbours inside alone, on both sides or on one.
@@ -323,13 +322,12 @@ Reading LayerDepths::Reader::mean_reading(const Source& values, std::size_t laye
 }
 
 float LayerDepths::Reader::depth_of(const Reading& reading) const {
-    const float touching = static_cast<float>(kExposed) * dx_;
-    if (reading.depth > touching) return reading.depth;
+    if (reading.depth > touching_) return reading.depth;
     // In a layer, or at its end where the surface leaves it straight into the next one?
     const float length = reading.surface_rise.norm();
     const float along = length > 0.0f ? -reading.rise.dot(reading.surface_rise) / (length * dx_) : 0.0f;
     if (along <= kStraight) return 0.0f;
-    return reading.depth < -touching ? reading.depth / along : 2.0f * touching;
+    return reading.depth < -touching_ ? reading.depth / along : 2.0f * touching_;
 }
 
 void LayerDepths::Reader::at(const Vec3& point, const openvdb::Coord& node, std::span<float> depth) {
@@ -358,17 +356,16 @@ void LayerDepths::Reader::find(const Source& values, const Cell& cell, const Vec
             depth[k] = static_cast<float>(distance_at(*stack_.layers[k].phi, domain, world) - surface);
         return;
     }
-    const float touching = static_cast<float>(kExposed) * dx_;
     for (std::size_t k = 0; k < depth.size(); ++k) {
         depth[k] = depth_of(mean_reading(values, k, cell, point));
         // What covers it there is the film on all; lower layers meet at corners that marching cubes fills.
-        if (k + 1 == depth.size() && depth[k] <= touching)
+        if (k + 1 == depth.size() && depth[k] <= touching_)
             depth[k] = std::max(depth[k], cover_outside(values, k, cell));
     }
     // No layer lies above the one over it. Where several materials meet under a film, each by itself is
     // harder to tell than all of them together.
     for (std::size_t k = depth.size(); k-- > 1;)
-        if (depth[k] > touching) depth[k - 1] = std::max(depth[k - 1], depth[k]);
+        if (depth[k] > touching_) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }
 
 LayerDepths::LayerDepths(const MaterialStack& stack) : reader_(std::make_unique<Reader>(stack)) {}
@@ -389,7 +386,7 @@ std::size_t exposed_layer(const MaterialStack& levels, const Vec3& point) {
     std::vector<float> depth(stack.layers.size() - 1);
     LayerDepths(stack).at(stack.domain.to_index(point), depth);
     for (std::size_t k = 0; k < depth.size(); ++k)
-        if (static_cast<double>(depth[k]) <= kExposed * stack.domain.spacing) return k;
+        if (static_cast<double>(depth[k]) <= thinnest_film(stack.domain)) return k;
     return stack.layers.size() - 1;
 }
 

@@ -17,7 +17,7 @@ class LayerDepths {
     LayerDepths& operator=(LayerDepths&&) noexcept;
 
     /// Depth of each lower layer below \p point (index space, on the surface), world units, to \p depth (one
-    /// value a layer but the last): at most kExposed dx where the layer is exposed. Where the surface leaves
+    /// value a layer but the last): at most thinnest_film where the layer is exposed. Where the surface leaves
     /// an exposed layer straight into the one above, as under a mask, it is minus what is left of the layer
     /// there.
     ///

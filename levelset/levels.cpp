@@ -142,6 +142,7 @@ LevelColumns all_columns(const Domain& domain) {
 Domain coarser_domain(const Domain& domain) {
     Domain coarser = domain;
     coarser.spacing = 2.0 * domain.spacing;
+    coarser.times_finest = 2 * domain.times_finest;
     for (int& cells : coarser.cells) cells /= 2;
     return coarser;
 }

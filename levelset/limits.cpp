@@ -53,7 +53,7 @@ class BodyLimits {
     float limit(const std::vector<const Leaf*>& layers, std::size_t sample, openvdb::Index node,
                 float was) const {
         float least = kUnlimited;
-        const auto touching = static_cast<float>(kExposed * stack_.domain.spacing);
+        const auto touching = static_cast<float>(thinnest_film(stack_.domain));
         for (std::size_t k = 1; k <= layers.size(); ++k) {
             if (!layers[k - 1] || !layers[k - 1]->isValueOn(node)) continue;
             if (k < layers.size() && (!layers[k] || !layers[k]->isValueOn(node))) continue;

@@ -19,7 +19,7 @@ namespace sidewall::levelset {
 
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
     const std::size_t below = stack.layers.size() - 1;
-    const auto touching = static_cast<float>(kExposed * stack.domain.spacing);
+    const auto touching = static_cast<float>(thinnest_film(stack.domain));
     for (std::size_t k = 0; k < below; ++k)
         if (motion.thickness[sample * below + k] <= touching) return k;
     return below;

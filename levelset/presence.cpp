@@ -30,7 +30,8 @@ double weight(const Domain& domain, const openvdb::Coord& node) {
 double volume_left(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start) {
     const Grid& own = *stack.layers[layer].phi;
     const Grid* below = layer > 0 ? stack.layers[layer - 1].phi.get() : nullptr;
-    const auto dx = static_cast<float>(stack.domain.spacing);
+    const auto dx = static_cast<float>(stack.domain.spacing),
+               touching = static_cast<float>(thinnest_film(stack.domain));
     const double cell = std::pow(stack.domain.spacing, 3);
     std::vector<const Leaf*> leaves;
     own.tree().getNodes(leaves);
@@ -46,7 +47,7 @@ double volume_left(const MaterialStack& stack, std::size_t layer, double enough,
             if (std::abs(*value) > 1.5f * dx) continue;
             const float lower =
                 under != nullptr ? under->getValue(value.pos()) : std::numeric_limits<float>::max();
-            if (lower - *value <= static_cast<float>(kExposed) * dx) continue;
+            if (lower - *value <= touching) continue;
             here += weight(stack.domain, value.getCoord()) *
                     static_cast<double>(share(*value, dx) - share(lower, dx));
         }

@@ -111,7 +111,7 @@ void prolongate_layer(MaterialStack& stack, std::size_t layer, const LeafColumns
     const Domain &domain = stack.domain, &coarse_domain = stack.coarser->domain;
     const Grid& coarse = *stack.coarser->layers[layer].phi;
     const bool has_above = layer + 1 < stack.layers.size();
-    const auto snap = static_cast<float>(kExposed * domain.spacing);
+    const auto snap = static_cast<float>(thinnest_film(domain));
     std::vector<const Leaf*> leaves;
     coarse.tree().getNodes(leaves);
     const surface::LeafTable table(leaves);

@@ -30,7 +30,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         moved = std::max(moved, depth);
         --layer;
         // Layers that have no thickness here are not met.
-        const double touching = kExposed * stack.domain.spacing;
+        const double touching = thinnest_film(stack.domain);
         while (layer > 0 &&
                static_cast<double>(motion.thickness[sample * below + layer - 1]) <= moved + touching)
             --layer;

@@ -28,7 +28,7 @@ constexpr double kTouching = 1e-3;
 
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
 void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grown) {
-    const auto snap = static_cast<float>(kExposed * domain.spacing);
+    const auto snap = static_cast<float>(thinnest_film(domain));
     const float background = phi.background();
     std::vector<const Leaf*> above;
     surface.tree().getNodes(above);

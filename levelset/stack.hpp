@@ -46,9 +46,15 @@ struct MaterialStack {
     const Grid& top() const { return *layers.back().phi; }
 };
 
-/// A layer counts as exposed where it lies at most this far (in dx) below the surface: thinner films cannot be
-/// told from none, as re-distancing leaves slopes alone that are off by 2 %.
+/// A layer counts as exposed where it lies at most this far below the surface, in cells of the finest level: there thinner
+/// films cannot be told from none, as re-distancing leaves slopes alone that are off by 2 %. What a film of many cycles
+/// loses by it is the same on all levels.
 inline constexpr double kExposed = 0.02;
+
+/// The same as a length.
+inline double thinnest_film(const Domain& domain) {
+    return kExposed * domain.finest_spacing();
+}
 
 /// The stack of the given bodies, bottom up, each united with all below.
 /// \throws GeometryError for a shape that makes no surface in the domain, FileError for a mesh file that
@@ -64,7 +70,7 @@ void begin_film(MaterialStack& stack, int material);
 
 struct Grown;  // levelset/release.hpp
 
-/// Cuts every layer by the surface after it moved. Layers nearer to it than kExposed coincide with it from
+/// Cuts every layer by the surface after it moved. Layers nearer to it than thinnest_film coincide with it from
 /// then on, but for \p grown nodes: a film may grow by less than that in a time step.
 void cut_layers(MaterialStack& stack, const Grown* grown = nullptr);
 

@@ -39,7 +39,7 @@ double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, 
         const levelset::MaterialStack& here_counts = levelset::level_at(stack, centroid);
         const auto coarser =
             static_cast<std::size_t>(levelset::level_count(stack) - levelset::level_count(here_counts));
-        const double touching = levelset::kExposed * here_counts.domain.spacing;
+        const double touching = levelset::thinnest_film(here_counts.domain);
         depths[coarser].at(here_counts.domain.to_index(centroid), depth);
         for (std::size_t k = 0; k < stack.layers.size(); ++k) {
             const double here = k < depth.size() ? static_cast<double>(depth[k]) : 0.0;

@@ -38,7 +38,7 @@ double on_walls(const Cuts& cuts, int material, double z) {
     const auto [left, right] = widest_opening(cuts.surface(), z);
     if (!std::isfinite(right - left)) return kNone;
     const Stretches own = cuts.of_material(material, [&](const Profile& p) { return solid_at(p, z); });
-    const double touching = levelset::kExposed * cuts.stack.domain.spacing;
+    const double touching = levelset::thinnest_film(cuts.stack.domain);
     const double sum = behind(own, left, true, touching) + behind(own, right, false, touching);
     return std::isfinite(sum) ? 0.5 * sum : kNone;
 }
@@ -48,7 +48,7 @@ double on_walls(const Cuts& cuts, int material, double z) {
 // where an opening begins that is still less than 80 degrees steep, does not count.
 template <class Cuts>
 double recess(const Cuts& cuts, int material) {
-    const double dx = cuts.stack.domain.spacing, touching = levelset::kExposed * dx;
+    const double dx = cuts.stack.domain.spacing, touching = levelset::thinnest_film(cuts.stack.domain);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     cuts.surface().each_segment([&](const Vec3& p, const Vec3& q) {
         low = std::min({low, p.z(), q.z()});
@@ -157,7 +157,7 @@ struct FigureReader::Cuts {
         }
         std::sort(all.begin(), all.end());
         // Layers of one material that touch are one.
-        const double touching = levelset::kExposed * stack.domain.spacing;
+        const double touching = levelset::thinnest_film(stack.domain);
         Stretches joined;
         for (const auto& [from, to] : all)
             if (!joined.empty() && from <= joined.back().second + touching)

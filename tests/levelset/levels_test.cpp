@@ -208,6 +208,41 @@ TEST_CASE("a sharp corner and a thin film stay as on one level where levels meet
     CHECK(10 * voxels_by_level(stack)[0] < 8 * voxels_by_level(fine)[0]);
 }
 
+TEST_CASE("a film that comes and goes costs the layer below the same on cells four times coarser",
+          "[levels]") {
+    // Each cycle grows 0.5 cells of film and etches 0.66: the film first, then the layer at a fifth of the
+    // rate. By time steps of 0.22 cells there are 0.06 cells of film before the last one, more than counts as
+    // none.
+    const double film = 0.5, etch = 0.66, slower = 0.2;
+    const int cycles = 10;
+    const auto height = [&](int levels) {
+        MaterialStack stack = stack_of(
+            test::unit_domain(64), [](const Vec3& p) { return p.z() - 0.3; }, -20, 20);
+        if (levels > 1) make_levels(stack, levels, 1);
+        AdvectionOptions options;
+        options.cfl = etch / 3.0;
+        const auto none = [](int) { return std::vector<LevelColumns>(); };
+        begin_film(stack, 1);
+        for (int n = 0; n < cycles; ++n) {
+            move_levels(
+                stack, film, options, [](std::size_t, const Vec3&) { return 1.0; }, none);
+            move_levels(
+                stack, etch, options,
+                [=](std::size_t layer, const Vec3&) { return layer == 0 ? -slower : -1.0; }, none);
+        }
+        CHECK((levels == 1 || voxels_by_level(stack)[0] == 0));
+        double sum = 0.0;
+        const TriangleMesh mesh = extract_surface(stack);
+        for (const Vec3& p : mesh.vertices) sum += p.z() / static_cast<double>(mesh.vertices.size());
+        return sum;
+    };
+    const double exact = 0.3 - cycles * slower * (etch - film);
+    for (const int levels : {1, 2, 3}) {
+        INFO(levels << " levels");
+        CHECK(height(levels) == Approx(exact).margin(1e-3));
+    }
+}
+
 TEST_CASE("columns chosen at random for a thousand time steps leave no edge open", "[levels][slow]") {
     std::mt19937 random(7);
     const Domain domain = test::unit_domain(64, Side::periodic);
