@@ -16,6 +16,7 @@
 #include "levelset/levels.hpp"
 #include "levelset/limits.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/prolongation.hpp"
 #include "levelset/redistance.hpp"
 #include "levelset/release.hpp"
 #include "levelset/sample_index.hpp"
@@ -33,6 +34,7 @@ struct Stages {
     std::vector<std::uint8_t>
         moved;  // by leaf: in this stage or in one before, whether or not values changed
     std::vector<std::uint8_t> changed;
+    const LevelColumns* deep = nullptr;  // of these leaves' columns, those that do not move; null: all do
 };
 
 // Of leaves that an extension does not have.
@@ -68,6 +70,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
     each_leaf([&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
         const std::int32_t* sample = samples[n];
+        if (stages.deep && stages.deep->at(leaf.origin().x() >> 3, leaf.origin().y() >> 3)) return;
         if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
         if (!stages.moved[n]) return;
         Block<R> block;
@@ -114,10 +117,11 @@ std::span<const float> kept_shares(TimeIntegration scheme) {
 }
 
 template <int R>
-Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t count,
-                 double duration, const AdvectionOptions& options) {
+Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const Motion* const> motions,
+                 std::size_t count, double duration, const AdvectionOptions& options) {
     Grid& grid = stack.top();
     Stages stages;
+    stages.deep = deep;
     grid.tree().getNodes(stages.leaves);
     stages.table = surface::LeafTable(stages.leaves);
     const std::size_t values = stages.leaves.size() * Leaf::SIZE;
@@ -147,26 +151,33 @@ Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, s
     return stages;
 }
 
-Stages integrate(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t stages,
-                 double duration, const AdvectionOptions& options) {
+Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const Motion* const> motions,
+                 std::size_t stages, double duration, const AdvectionOptions& options) {
     switch (options.scheme) {
         case Scheme::weno5:
-            return integrate<3>(stack, motions, stages, duration, options);
+            return integrate<3>(stack, deep, motions, stages, duration, options);
         case Scheme::lax_friedrichs:
             if (motions.front()->dissipation.empty()) break;
             [[fallthrough]];
         case Scheme::engquist_osher:
-            return integrate<1>(stack, motions, stages, duration, options);
+            return integrate<1>(stack, deep, motions, stages, duration, options);
         case Scheme::weno3:
             break;
     }
-    return integrate<2>(stack, motions, stages, duration, options);
+    return integrate<2>(stack, deep, motions, stages, duration, options);
 }
 
-AdvectionSeconds move_level(MaterialStack& stack, std::span<const Motion* const> motions, std::size_t count,
-                            double duration, const AdvectionOptions& options) {
+AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
+                            std::span<const Motion* const> motions, std::size_t count, double duration,
+                            const AdvectionOptions& options) {
     const tbb::tick_count start = tbb::tick_count::now();
-    const Stages stages = integrate(stack, motions, count, duration, options);
+    LevelColumns deep;
+    if (finer != nullptr) {
+        deep = deep_columns(*finer);
+        inject(*finer, deep);
+    }
+    const Stages stages =
+        integrate(stack, finer != nullptr ? &deep : nullptr, motions, count, duration, options);
     Band band(stack.top(), stack.domain, stages.changed);
     std::optional<Limits> limits;
     std::optional<Grown> grown;
@@ -188,10 +199,11 @@ AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motion
     std::vector<const Motion*> of_level;
     for (const Motion& motion : motions) of_level.push_back(&motion);
     AdvectionSeconds sum;
-    for (MaterialStack* level = &stack; level != nullptr; level = level->coarser.get()) {
+    MaterialStack* finer = nullptr;
+    for (MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
         const bool empty = level->coarser && level->top().tree().leafCount() == 0;  // it counts nowhere
         const AdvectionSeconds more =
-            empty ? AdvectionSeconds{} : move_level(*level, of_level, count, duration, options);
+            empty ? AdvectionSeconds{} : move_level(*level, finer, of_level, count, duration, options);
         sum.advect += more.advect;
         sum.redistance += more.redistance;
         for (const Motion*& motion : of_level) motion = motion->coarser.get();

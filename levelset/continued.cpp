@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "levelset/levels.hpp"
 #include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
@@ -167,7 +168,7 @@ class KnownValues {
 
 }  // namespace
 
-std::vector<GridPtr> continued_fronts(const MaterialStack& stack) {
+std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const MaterialStack* finer) {
     std::vector<GridPtr> fronts;
     const float near = kNearFront * static_cast<float>(stack.domain.spacing),
                 deep = -stack.top().background();
@@ -175,6 +176,7 @@ std::vector<GridPtr> continued_fronts(const MaterialStack& stack) {
         fronts.push_back(stack.layers[k].phi->deepCopy());
         openvdb::tree::LeafManager<Grid::TreeType> leaves(fronts.back()->tree());
         leaves.foreach ([&](Leaf& leaf, std::size_t) {
+            if (!counts_in(stack, finer, leaf.origin().x(), leaf.origin().y())) return;
             KnownValues values;
             const bool any =
                 values.load(*stack.layers[k].phi, *stack.layers[k + 1].phi, stack.domain, leaf.origin());

@@ -14,8 +14,9 @@ namespace sidewall::levelset {
 /// beyond, the layer goes on by these nodes alone, no higher than the values that are there. The greatest of the
 /// continued fronts of a layer and of all above it is that layer's level set.
 ///
+/// \param finer  the next finer level, where there is one: of several levels, fronts go on where the stack's own counts.
 /// \returns by layer but the last one, each with the voxels of the layer's own grid.
 /// \note O(n), parallel.
-std::vector<GridPtr> continued_fronts(const MaterialStack& stack);
+std::vector<GridPtr> continued_fronts(const MaterialStack& stack, const MaterialStack* finer = nullptr);
 
 }  // namespace sidewall::levelset

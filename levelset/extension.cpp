@@ -265,10 +265,11 @@ std::uint32_t count_near(const Leaf& leaf, float near) {
 
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
+// \param left_out  columns of leaves that have no samples; nullptr: none.
 // \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
 //                    top layer stays where it is.
 Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
-                bool everywhere = true) {
+                const LevelColumns* left_out, bool everywhere = true) {
     Extension extension;
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNearCells * dx);
@@ -276,8 +277,12 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     grid.tree().getNodes(leaves);
     std::vector<std::uint32_t> first(leaves.size() + 1, 0);
     std::vector<std::uint8_t> still(leaves.size(), 0);
+    const auto is_left_out = [&](const Leaf& leaf) {
+        return left_out && left_out->at(leaf.origin().x() >> 3, leaf.origin().y() >> 3);
+    };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            if (is_left_out(*leaves[n])) continue;
             still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
             if (still[n]) continue;
             first[n + 1] = count_near(*leaves[n], near);
@@ -305,6 +310,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
             const Leaf& leaf = *leaves[n];
             std::int32_t* entry = index->of(n);
             std::fill_n(entry, Leaf::SIZE, SampleIndex::kNone);
+            if (is_left_out(leaf)) continue;
             if (still[n]) {
                 share_first(leaf, near, entry);
                 continue;
@@ -349,16 +355,18 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
 
 }  // namespace
 
-Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene) {
+Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
+                 const LevelColumns* left_out) {
     const Surface surface(scene);
-    return build(grid, domain, &surface, nullptr);
+    return build(grid, domain, &surface, nullptr, left_out);
 }
 
-Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert) {
+Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert,
+                          const LevelColumns* left_out) {
     const MaterialStack* under = stack.layers.size() > 1 ? &stack : nullptr;
-    if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under, !top_is_inert);
+    if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under, left_out, !top_is_inert);
     const Surface surface(*mesh);
-    return build(stack.top(), stack.domain, &surface, under, !top_is_inert);
+    return build(stack.top(), stack.domain, &surface, under, left_out, !top_is_inert);
 }
 
 Extension extend_alike(const Grid& grid) {
@@ -373,7 +381,7 @@ Extension extend_alike(const Grid& grid) {
 }
 
 Extension extend_without_mesh(const Grid& grid, const Domain& domain) {
-    return build(grid, domain, nullptr, nullptr);
+    return build(grid, domain, nullptr, nullptr, nullptr);
 }
 
 }  // namespace sidewall::levelset

@@ -10,6 +10,7 @@
 
 namespace sidewall::levelset {
 
+struct LevelColumns;
 struct MaterialStack;
 
 /// The surface point that a node next to the front belongs to.
@@ -38,14 +39,17 @@ struct Extension {
 /// next to their own foot point.
 ///
 /// \param scene  the mesh that carries the fluxes, within half a cell of the front.
+/// \param left_out  columns of leaves without samples; null: none.
 /// \note Parallel, deterministic.
-Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene);
+Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
+                 const LevelColumns* left_out = nullptr);
 
 /// The same of a stack's surface for speeds that depend on no flux.
 ///
 /// \param mesh          the surface as extracted, if samples need their triangles; else nullptr.
 /// \param top_is_inert  the top layer stays where it is: samples on it that have no other near are given no triangle.
-Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert);
+Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert,
+                          const LevelColumns* left_out = nullptr);
 
 /// One sample for all of the band: for a speed that is the same all over the surface.
 Extension extend_alike(const Grid& grid);

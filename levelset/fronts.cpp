@@ -8,8 +8,9 @@
 namespace sidewall::levelset {
 
 Fronts::Fronts(const MaterialStack& stack) {
-    for (const MaterialStack* at = &stack; at != nullptr; at = at->coarser.get()) {
-        Level level{at, continued_fronts(*at), {}, {}};
+    const MaterialStack* finer = nullptr;
+    for (const MaterialStack* at = &stack; at != nullptr; finer = at, at = at->coarser.get()) {
+        Level level{at, continued_fronts(*at, finer), {}, {}};
         for (const Layer& layer : at->layers) level.own.push_back(layer.phi->getConstUnsafeAccessor());
         for (const GridPtr& front : level.grids) level.continued.push_back(front->getConstUnsafeAccessor());
         level.continued.push_back(at->top().getConstUnsafeAccessor());

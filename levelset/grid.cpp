@@ -47,7 +47,8 @@ GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&
 }
 
 GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance,
-                    const DistanceNear& near, double z_min, double z_max, const std::function<bool()>& stop) {
+                    const DistanceNear& near, double z_min, double z_max, const std::function<bool()>& stop,
+                    const LeafChoice& where) {
     GridPtr grid = make_grid(domain);
     const double dx = domain.spacing, band = kHalfWidth * dx, leaf_side = 8.0 * dx;
     const float background = grid->background();
@@ -76,6 +77,7 @@ GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&
     };
     std::atomic<bool> stopped{false};
     tbb::parallel_for(0, columns[0] * columns[1], [&](int n) {
+        if (where && !where(n / columns[1], n % columns[1])) return;
         for (int k = first; k <= last && !stopped; ++k) {
             if (stop && stop()) stopped = true;
             const openvdb::Coord origin(8 * (n / columns[1]), 8 * (n % columns[1]), 8 * k);

@@ -87,13 +87,15 @@ class LevelCells {
     LevelCells(const MaterialStack& level, const MaterialStack* finer)
         : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
         const auto [nx, ny] = domain_.cells;
-        meshed.resize(static_cast<std::size_t>(nx * ny));
+        meshed.resize(static_cast<std::size_t>(nx * ny), 0);
         seam.resize(meshed.size(), 0);
         for (int i = 0; i < nx; ++i)
-            for (int j = 0; j < ny; ++j) {
+            for (int j = 0; j < ny; j += 8) {  // alike in a leaf
                 const bool own = (!level.coarser || level.columns.of_node(i, j)) && !is_finer(i, j);
-                if (own && touches_finer(i, j)) seam[at(i, j)] = 1;
-                meshed[at(i, j)] = own && !seam[at(i, j)];
+                for (int k = j; own && k < std::min(j + 8, ny); ++k) {
+                    seam[at(i, k)] = touches_finer(i, k);
+                    meshed[at(i, k)] = !seam[at(i, k)];
+                }
             }
     }
     std::size_t at(int i, int j) const { return static_cast<std::size_t>(i * domain_.cells[1] + j); }
@@ -116,6 +118,7 @@ class LevelCells {
 
   private:
     bool touches_finer(int i, int j) const {
+        if (finer_ == nullptr) return false;
         for (int n = 0; n < 9; ++n)
             if (is_finer(i + n / 3 - 1, j + n % 3 - 1)) return true;
         return false;
@@ -288,6 +291,37 @@ void drop_unused_vertices(TriangleMesh& mesh) {
         for (std::uint32_t& v : t) v = place[v];
 }
 
+// The columns of leaves of a level with vertices that seam cells may ask for: its own ones and those of the
+// coarser level.
+class BesideSeam {
+  public:
+    BesideSeam(const Domain& domain, const std::vector<SeamCell>& own, const std::vector<SeamCell>* coarser)
+        : domain_(domain), rows_((domain.cells[1] >> 3) + 1) {
+        flags_.resize(static_cast<std::size_t>(((domain.cells[0] >> 3) + 1) * rows_), 0);
+        for (const SeamCell& seam : own) mark(seam.cell.x(), seam.cell.y(), 1);
+        if (coarser != nullptr)
+            for (const SeamCell& seam : *coarser) mark(2 * seam.cell.x(), 2 * seam.cell.y(), 2);
+    }
+    bool has(const Vec3& point) const {
+        const Vec3 index = domain_.to_index(point);
+        return flags_[at(static_cast<int>(index.x()), static_cast<int>(index.y()))] != 0;
+    }
+
+  private:
+    // A node more on each side, so that rounding does not matter.
+    void mark(int x, int y, int size) {
+        for (const int i : {x - 1, x + size + 1})
+            for (const int j : {y - 1, y + size + 1}) flags_[at(i, j)] = 1;
+    }
+    std::size_t at(int i, int j) const {
+        const int x = std::clamp(i, 0, domain_.cells[0]) >> 3, y = std::clamp(j, 0, domain_.cells[1]) >> 3;
+        return static_cast<std::size_t>(x * rows_ + y);
+    }
+    const Domain& domain_;
+    int rows_;
+    std::vector<std::uint8_t> flags_;
+};
+
 }  // namespace
 
 TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
@@ -313,7 +347,9 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
             surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box);
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
         EdgeVertices coarse, fine;
+        const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);
         for (std::size_t v = 0; v < own.vertices.size(); ++v) {
+            if (!beside.has(own.vertices[v])) continue;
             Coord low;
             const std::uint64_t key = edge_of(domain, own.vertices[v], low);
             const std::uint32_t vertex = first + static_cast<std::uint32_t>(v);
@@ -325,6 +361,7 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
                 fine.emplace(key, vertex);
         }
         mesh.vertices.insert(mesh.vertices.end(), own.vertices.begin(), own.vertices.end());
+        mesh.triangles.reserve(mesh.triangles.size() + own.triangles.size());
         for (Triangle t : own.triangles) {
             for (std::uint32_t& v : t) v += first;
             mesh.triangles.push_back(t);

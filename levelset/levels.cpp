@@ -92,6 +92,34 @@ void set_columns(MaterialStack& stack, LevelColumns columns) {
     prolongate(stack, leaves);
 }
 
+// The columns with those around them.
+LevelColumns widened(const Domain& domain, const LevelColumns& columns) {
+    LevelColumns result = columns;
+    const auto column = [&](int axis, int x) { return domain.source_node(axis, kNodes * x) >> kShift; };
+    for (int x = 0; x < columns.count[0]; ++x)
+        for (int y = 0; y < columns.count[1]; ++y)
+            for (int n = 0; n < 9 && columns.at(x, y); ++n)
+                result.at(column(0, x + n / 3 - 1), column(1, y + n % 3 - 1)) = 1;
+    return result;
+}
+
+// Each level sampled around what the coarser one shows. The finest one is not made distances of yet.
+MaterialStack sample_levels(const Domain& domain, int levels, int margin, const StackSampler& sample) {
+    if (levels == 1) return sample(domain, {});
+    MaterialStack stack{domain, {}};
+    stack.coarser =
+        std::make_shared<MaterialStack>(sample_levels(coarser_domain(domain), levels - 1, margin, sample));
+    stack.columns = all_columns(domain);
+    // A column more, for what finer levels read beyond their own ones.
+    stack.columns = widened(domain, columns_of_features(stack));
+    stack.margin = 2;  // the leaves in which distances will be off
+    const LeafColumns leaves = leaf_columns(stack, stack.columns);
+    stack.layers = sample(domain, [&](int x, int y) { return leaves.at(x, y) != LeafColumn::none; }).layers;
+    stack.margin = margin;
+    make_distances(*stack.coarser);
+    return stack;
+}
+
 // The level set of twice the spacing with the same front. Its narrow band is twice as wide: what lies beyond
 // the finer one's is the distance to the front as a mesh.
 GridPtr coarser_grid(const Grid& grid, const Domain& domain) {
@@ -122,7 +150,8 @@ std::shared_ptr<MaterialStack> made_coarser(const MaterialStack& stack) {
 }
 
 void inject_all(MaterialStack& stack) {
-    for (MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) inject(*level);
+    for (MaterialStack* level = &stack; level->coarser; level = level->coarser.get())
+        inject(*level, level->columns);
 }
 
 void prolongate_margins(MaterialStack& stack) {
@@ -167,16 +196,22 @@ int margin_for(const AdvectionOptions& options) {
     return static_cast<int>(stage_count(options.time_integration)) * reach + 4 < 8 ? 1 : 2;
 }
 
-void make_levels(MaterialStack& stack, int levels, int margin, const StackMaker& make) {
+void make_levels(MaterialStack& stack, int levels, int margin) {
     MaterialStack* level = &stack;
     for (int n = 1; n < levels; ++n, level = level->coarser.get()) {
         level->margin = margin;
         level->columns = all_columns(level->domain);
-        level->coarser = make ? std::make_shared<MaterialStack>(make(coarser_domain(level->domain)))
-                              : made_coarser(*level);
-        inject(*level);
+        level->coarser = made_coarser(*level);
+        inject(*level, level->columns);
     }
     choose_columns(stack, {});
+}
+
+MaterialStack make_levels(const Domain& domain, int levels, int margin, const StackSampler& sample) {
+    MaterialStack stack = sample_levels(domain, levels, margin, sample);
+    make_distances(stack);
+    choose_columns(stack, {});
+    return stack;
 }
 
 MaterialStack on_one_level(const MaterialStack& stack) {
@@ -191,11 +226,18 @@ MaterialStack on_one_level(const MaterialStack& stack) {
 }
 
 void exchange_levels(MaterialStack& stack) {
-    inject_all(stack);
+    for (MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) {
+        LevelColumns rest = level->columns;
+        const LevelColumns deep = deep_columns(*level);
+        for (std::size_t n = 0; n < rest.own.size(); ++n)
+            if (deep.own[n] != 0) rest.own[n] = 0;
+        inject(*level, rest);
+    }
     prolongate_margins(stack);
 }
 
 void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wanted) {
+    inject_all(stack);
     std::vector<MaterialStack*> levels;
     for (MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) levels.push_back(level);
     std::vector<LevelColumns> chosen;
@@ -208,6 +250,32 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
         chosen.push_back(std::move(columns));
     }
     for (std::size_t n = levels.size(); n-- > 0;) set_columns(*levels[n], chosen[n]);
+}
+
+LevelColumns deep_columns(const MaterialStack& finer) {
+    const Domain& domain = finer.coarser->domain;
+    LevelColumns deep = finer.columns;
+    for (int x = 0; x < deep.count[0]; ++x)
+        for (int y = 0; y < deep.count[1]; ++y)
+            for (int i = -finer.margin; i <= finer.margin; ++i)
+                for (int j = -finer.margin; j <= finer.margin; ++j)
+                    for (const int side : {0, 7})
+                        for (const int other : {0, 7})
+                            if (!std::as_const(finer.columns)
+                                     .at(domain.source_node(0, 8 * (x + i) + side) >> 3,
+                                         domain.source_node(1, 8 * (y + j) + other) >> 3))
+                                deep.at(x, y) = 0;
+    return deep;
+}
+
+bool counts_in(const MaterialStack& level, const MaterialStack* finer, int x, int y) {
+    const Domain& domain = level.domain;
+    for (const int i : {domain.source_node(0, x - 1), x})
+        for (const int j : {domain.source_node(1, y - 1), y}) {
+            const bool own = !level.coarser || level.columns.of_node(i, j);
+            if (own && (finer == nullptr || !std::as_const(finer->columns).at(i >> 3, j >> 3))) return true;
+        }
+    return false;
 }
 
 const MaterialStack& level_at(const MaterialStack& stack, const Vec3& point) {

@@ -3,14 +3,15 @@
 #include <vector>
 
 #include "levelset/advection.hpp"
+#include "levelset/sample.hpp"
 #include "levelset/stack.hpp"
 
 /// Levels of a stack: the same materials at the finest spacing, at twice, at four times it. The finest one counts in
 /// columns where the wafer has features that a coarser one cannot hold; a level's grids are kept in its own columns
-/// and a margin around them, the coarsest one's everywhere. Every level moves by itself, with its margin; afterwards
-/// levels give each other values: a coarser one takes the finer one's at the nodes they share (injection), and a
-/// margin those of the coarser level, interpolated by cubics (prolongation). What a time step or a re-distancing
-/// reads lies within the margin.
+/// and a margin around them, the coarsest one's everywhere. Every level moves by itself, with its margin, but for what
+/// lies deep under a finer one and takes its values instead; afterwards levels give each other values: a coarser one
+/// takes the finer one's at the nodes they share (injection), and a margin those of the coarser level, interpolated by
+/// cubics (prolongation). What a time step or a re-distancing reads lies within the margin.
 ///
 ///           | margin | own columns of the finer level  | margin |
 ///     ------+--------+---------------------------------+--------+------    coarser level, everywhere
@@ -33,19 +34,22 @@ int most_levels(const Domain& domain);
 /// Leaves that a margin has to be wide for a scheme and the re-distancing after it.
 int margin_for(const AdvectionOptions& options);
 
-/// A stack of the same materials on a coarser domain.
-using StackMaker = std::function<MaterialStack(const Domain& coarser)>;
-
 /// Gives a stack of one level \p levels of them, the finest as it is where there are features.
-/// \param make  what the coarser ones are at first, if that is to be had for less than by distances to the fronts; their
-///              layers must be those of the stack.
 /// \pre levels <= most_levels
-void make_levels(MaterialStack& stack, int levels, int margin, const StackMaker& make = {});
+void make_levels(MaterialStack& stack, int levels, int margin);
+
+/// Samples a stack, always of the same layers, on a domain of any spacing in some columns (levelset/sample.hpp).
+using StackSampler = std::function<MaterialStack(const Domain& domain, const LeafChoice& where)>;
+
+/// A stack of several levels, each made where it counts and little beyond.
+/// \param domain  of the finest level.
+/// \pre 2 <= levels <= most_levels
+MaterialStack make_levels(const Domain& domain, int levels, int margin, const StackSampler& sample);
 
 /// The stack with its finest level everywhere and no other: what lies in the coarser ones' columns is interpolated.
 MaterialStack on_one_level(const MaterialStack& stack);
 
-/// After all levels have moved: injection, then prolongation.
+/// After all levels have moved: injection but for deep_columns, then prolongation.
 void exchange_levels(MaterialStack& stack);
 
 /// By level but the coarsest: columns in which the speed changes by more along the surface than kSpeedChange of the
@@ -61,6 +65,14 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
 /// Time steps, each of at most half a cell of the finest level, after which the columns are to be chosen anew: the front
 /// moves two of the kReach cells of the coarser level.
 inline constexpr int kTimeStepsBetweenChoices = 8;
+
+/// The leaves of the next coarser level, by columns of \p finer, that nothing outside of these columns reads within a time
+/// step: there the coarser level need not move but takes the values of \p finer.
+LevelColumns deep_columns(const MaterialStack& finer);
+
+/// Whether a leaf of a level, by its first node, has nodes of a cell in which the level counts.
+/// \param finer  the next finer level, or null.
+bool counts_in(const MaterialStack& level, const MaterialStack* finer, int x, int y);
 
 /// The level that counts at a world point.
 const MaterialStack& level_at(const MaterialStack& stack, const Vec3& point);

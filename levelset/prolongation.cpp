@@ -215,18 +215,18 @@ void prolongate(MaterialStack& stack, const LeafColumns& columns) {
     for (std::size_t k = stack.layers.size(); k-- > 0;) prolongate_layer(stack, k, columns);
 }
 
-void inject(MaterialStack& stack) {
+void inject(MaterialStack& stack, const LevelColumns& columns) {
     MaterialStack& to = *stack.coarser;
     for (std::size_t k = 0; k < stack.layers.size(); ++k) {
         const Grid& fine = *stack.layers[k].phi;
         Grid& coarse = *to.layers[k].phi;
-        make_missing(fine, stack.columns, to.domain, coarse);
+        make_missing(fine, columns, to.domain, coarse);
         std::vector<Leaf*> leaves;
         coarse.tree().getNodes(leaves);
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n) {
                 const openvdb::Coord o = leaves[n]->origin();
-                if (stack.columns.at(o.x() >> 3, o.y() >> 3)) inject_leaf(fine, to.domain, *leaves[n]);
+                if (columns.at(o.x() >> 3, o.y() >> 3)) inject_leaf(fine, to.domain, *leaves[n]);
             }
         });
     }

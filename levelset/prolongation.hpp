@@ -28,8 +28,8 @@ struct LeafColumns {
 /// \note Parallel; O(n) in the leaves made.
 void prolongate(MaterialStack& stack, const LeafColumns& columns);
 
-/// Gives stack.coarser the values of this level in this level's columns. Where the coarser one's narrow band is wider it
-/// keeps its own, on the side where this level has the front.
-void inject(MaterialStack& stack);
+/// Gives stack.coarser the values of this level in \p columns of this level. Where the coarser one's narrow band is wider
+/// it keeps its own, on the side where this level has the front.
+void inject(MaterialStack& stack, const LevelColumns& columns);
 
 }  // namespace sidewall::levelset

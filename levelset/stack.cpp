@@ -127,7 +127,8 @@ struct Union {
 
 }  // namespace
 
-MaterialStack make_stack(const Domain& domain, const Bodies& bodies, const std::function<bool()>& stop) {
+MaterialStack sample_stack(const Domain& domain, const Bodies& bodies, const std::function<bool()>& stop,
+                           const LeafChoice& where) {
     MaterialStack stack{domain, {}};
     std::vector<Body> body;
     body.reserve(bodies.size());
@@ -155,14 +156,24 @@ MaterialStack make_stack(const Domain& domain, const Bodies& bodies, const std::
         for (std::size_t k = 0; k < std::max(n + 1, cuts_end); ++k)
             if (k <= n || bodies[k].second.subtract) united.parts.push_back(k);
         const auto near = [&](const Vec3& centre, double radius) { return united.near(centre, radius); };
-        Layer layer{material, sample_grid(domain, united, near, low - margin, high + margin, stop)};
-        if (layer.phi->activeVoxelCount() == 0)
+        Layer layer{material, sample_grid(domain, united, near, low - margin, high + margin, stop, where)};
+        if (!where && layer.phi->activeVoxelCount() == 0)
             throw GeometryError(
                 "a layer has no surface inside the domain: check its shape, position and size");
-        redistance(*layer.phi, domain, kSweepsAnew);
         stack.layers.push_back(layer);
     }
+    return stack;
+}
+
+void make_distances(MaterialStack& stack) {
+    for (const Layer& layer : stack.layers)
+        if (layer.phi->activeVoxelCount() > 0) redistance(*layer.phi, stack.domain, kSweepsAnew);
     cut_layers(stack);
+}
+
+MaterialStack make_stack(const Domain& domain, const Bodies& bodies, const std::function<bool()>& stop) {
+    MaterialStack stack = sample_stack(domain, bodies, stop, {});
+    make_distances(stack);
     return stack;
 }
 

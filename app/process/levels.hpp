@@ -5,7 +5,10 @@
 namespace sidewall::app {
 
 /// Gives a stack of one level those that the recipe asks for.
-/// \param make  as in levelset::make_levels.
-void give_levels(const Recipe& recipe, levelset::MaterialStack& stack, const levelset::StackMaker& make = {});
+void give_levels(const Recipe& recipe, levelset::MaterialStack& stack);
+
+/// The stack of what \p sample samples, on the levels that the recipe asks for.
+levelset::MaterialStack stack_on_levels(const Recipe& recipe, const levelset::Domain& domain,
+                                        const levelset::StackSampler& sample);
 
 }  // namespace sidewall::app

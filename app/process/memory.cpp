@@ -79,7 +79,7 @@ double estimated_memory(const Recipe& recipe, const levelset::Domain& domain) {
         const double parts = std::ceil(2.0 * std::numbers::sqrt2 * domain.spacing / recipe.flux.averaging);
         cell += 2.0 * parts * parts * kPerSample;  // of two triangles
     }
-    // The finest level is everywhere before columns are chosen.
+    // After another run or a geometric step the finest level is everywhere before columns are chosen.
     return (counted * cell + (area - counted) * kPerLayer * layers) / (domain.spacing * domain.spacing);
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "levelset/extension.hpp"
+#include "levelset/levels.hpp"
 #include "levelset/voids.hpp"
 
 namespace sidewall::app {
@@ -146,16 +147,17 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
 }
 
 levelset::Motion motion_of_level(const Model& model, const levelset::MaterialStack& stack,
-                                 const TracedSurface& surface, Timing& timing) {
+                                 const TracedSurface& surface, Timing& timing,
+                                 const levelset::LevelColumns* left_out) {
     levelset::Extension extension;
     {
         const PhaseClock clock(timing.extend);
         // Where nothing is traced, only line of sight asks for points on the mesh.
-        extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene)
+        extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene, left_out)
                     : grows_alike(model, stack, surface)
                         ? levelset::extend_alike(stack.top())
                         : levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
-                                                    is_inert(model, stack.layers.back().material));
+                                                    is_inert(model, stack.layers.back().material), left_out);
     }
     const PhaseClock clock(timing.rates);
     const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
@@ -191,15 +193,24 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
     return motion;
 }
 
+// \param left_out  columns of leaves without speeds; null: none.
+levelset::Motion motion_of_levels(const Model& model, const levelset::MaterialStack& stack,
+                                  const TracedSurface& surface, Timing& timing, bool everywhere,
+                                  const levelset::LevelColumns* left_out) {
+    levelset::Motion motion = motion_of_level(model, stack, surface, timing, left_out);
+    if (!stack.coarser) return motion;
+    levelset::LevelColumns deep;
+    if (!everywhere) deep = levelset::deep_columns(stack);
+    motion.coarser = std::make_shared<const levelset::Motion>(
+        motion_of_levels(model, *stack.coarser, surface, timing, everywhere, everywhere ? nullptr : &deep));
+    return motion;
+}
+
 }  // namespace
 
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
-                                const TracedSurface& surface, Timing& timing) {
-    levelset::Motion motion = motion_of_level(model, stack, surface, timing);
-    if (stack.coarser)
-        motion.coarser =
-            std::make_shared<const levelset::Motion>(surface_motion(model, *stack.coarser, surface, timing));
-    return motion;
+                                const TracedSurface& surface, Timing& timing, bool everywhere) {
+    return motion_of_levels(model, stack, surface, timing, everywhere, nullptr);
 }
 
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,

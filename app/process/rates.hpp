@@ -11,8 +11,10 @@ namespace sidewall::app {
 
 /// Fluxes to speeds on the grid: the motion of the next time step. Voids that the wafer has closed keep their
 /// shape in steps without particles.
+/// \param everywhere  coarser levels have speeds also where they do not move (levelset::deep_columns), for
+///                    columns_of_speed to see.
 levelset::Motion surface_motion(const Model& model, const levelset::MaterialStack& stack,
-                                const TracedSurface& surface, Timing& timing);
+                                const TracedSurface& surface, Timing& timing, bool everywhere = true);
 
 /// Fluxes and coverages at a point of a triangle, barycentric weights \p u and \p v: first all tallies, then
 /// all coverages.

@@ -208,7 +208,7 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
                            return levelset::max_speed(state.stack, motion) > 0.0;
                        });
     if (!moves) return state.advance(next.dt, next.until);
-    const bool anew = state.stack.coarser && state.time_step % levelset::kTimeStepsBetweenChoices == 0;
+    const bool anew = state.chooses_columns();
     std::vector<levelset::LevelColumns> wanted;
     if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
     const auto seconds = levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
@@ -249,7 +249,8 @@ void make_steps(const Run& run, RunState& state) {
                 stopped_by = key;
                 break;
             }
-            levelset::Motion motion = surface_motion(model, state.stack, surface, state.timing);
+            levelset::Motion motion =
+                surface_motion(model, state.stack, surface, state.timing, state.chooses_columns());
             if (run.folder.due(state)) {
                 run.folder.save(state, model, surface);
                 run.folder.checkpoint(state);

@@ -1,5 +1,4 @@
 #include "app/process/state.hpp"
-#include "app/process/levels.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +12,7 @@
 #include "app/common/text.hpp"
 #include "app/process/events.hpp"
 #include "app/process/extension.hpp"
+#include "app/process/levels.hpp"
 #include "app/process/start.hpp"
 #include "app/recipe/differences.hpp"
 #include "app/recipe/layers.hpp"
@@ -54,6 +54,10 @@ void RunState::advance(double dt, double stop) {
     ++time_steps[step];
 }
 
+bool RunState::chooses_columns() const {
+    return stack.coarser && time_step % levelset::kTimeStepsBetweenChoices == 0;
+}
+
 void RunState::enter(std::size_t next) {
     step = next;
     step_start = time;
@@ -67,10 +71,10 @@ levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::functio
     std::vector<std::pair<int, levelset::Shape>> bodies;
     for (const MaterialLayer& layer : expanded_layers(recipe))
         bodies.emplace_back(layer.material, layer.shape);
-    levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), bodies, stop);
-    give_levels(recipe, stack,
-                [&](const levelset::Domain& coarser) { return levelset::make_stack(coarser, bodies, stop); });
-    return stack;
+    return stack_on_levels(recipe, domain_of(recipe),
+                           [&](const levelset::Domain& domain, const levelset::LeafChoice& where) {
+                               return levelset::sample_stack(domain, bodies, stop, where);
+                           });
 }
 
 std::vector<InputFile> inputs_of(const Recipe& recipe) {

@@ -58,6 +58,8 @@ struct RunState {
     bool begins_step() const { return time == step_start; }
     /// The surface of this time is saved.
     bool is_saved() const { return !files.empty() && files.back().time == time; }
+    /// The time step at hand ends with a choice of all levels' columns.
+    bool chooses_columns() const;
     /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
     /// it exactly.
     void advance(double dt, double stop);

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "levelset/checkpoint.hpp"
+#include "levelset/openvdb_grid.hpp"
 #include "levelset/shapes.hpp"
 #include "surface/distance.hpp"
 #include "tests/folder.hpp"
@@ -241,6 +242,47 @@ TEST_CASE("a film that comes and goes costs the layer below the same on cells fo
         INFO(levels << " levels");
         CHECK(height(levels) == Approx(exact).margin(1e-3));
     }
+}
+
+TEST_CASE("levels that are made where they count are those of a stack made everywhere", "[levels]") {
+    // The fin is thinner than a cell of the second level and lies between nodes of both coarser ones.
+    const Domain domain = make_domain({512.0, 128.0}, 1.0, {Side::reflective, Side::periodic});
+    Shape fin, film;
+    fin.kind = ShapeKind::fin;
+    fin.position = {1.0, 0.0};
+    fin.width = 1.7;
+    fin.height = 9.0;
+    film.kind = ShapeKind::hole;
+    film.top = 3.3;
+    film.depth = 3.3;
+    film.radius = 11.0;
+    film.position = {100.0, 20.0};
+    const std::vector<std::pair<int, Shape>> bodies{{0, fin}, {1, film}};
+    MaterialStack whole = make_stack(domain, bodies);
+    make_levels(whole, 3, 1);
+    std::size_t made = 0;  // of the finest level
+    const MaterialStack part = make_levels(domain, 3, 1, [&](const Domain& level, const LeafChoice& where) {
+        MaterialStack stack = sample_stack(level, bodies, {}, where);
+        if (level.spacing == domain.spacing) made = voxels_by_level(stack)[0];
+        return stack;
+    });
+    CHECK(part.columns.own == whole.columns.own);
+    CHECK(part.coarser->columns.own == whole.coarser->columns.own);
+    CHECK(2 * made < voxels_by_level(make_stack(domain, bodies))[0]);
+    int different = 0, compared = 0;
+    for (std::size_t k = 0; k < 2; ++k)
+        for (auto leaf = whole.layers[k].phi->tree().cbeginLeaf(); leaf; ++leaf) {
+            if (!whole.columns.of_node(leaf->origin().x(), leaf->origin().y())) continue;
+            const Leaf* other = part.layers[k].phi->tree().probeConstLeaf(leaf->origin());
+            const bool same = other != nullptr && leaf->getValueMask() == other->getValueMask() &&
+                              leaf->buffer() == other->buffer();
+            different += same ? 0 : 1, ++compared;
+        }
+    CHECK(compared > 100);
+    CHECK(different == 0);
+    const surface::TwoSidedDistance between =
+        surface::two_sided_distance(extract_surface(whole), extract_surface(part));
+    CHECK(between.max < 0.01);
 }
 
 TEST_CASE("columns chosen at random for a thousand time steps leave no edge open", "[levels][slow]") {
