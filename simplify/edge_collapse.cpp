@@ -50,12 +50,17 @@ bool keeps_shape(const CollapseMesh& mesh, std::uint32_t v0, std::uint32_t v1, c
                  Surroundings& s) {
     double worst = kSliver;
     std::size_t at_start = 0;
+    const int planes = mesh.state[v0].constraint.planes | mesh.state[v1].constraint.planes;
     s.count = 0;
     for (const auto& [v, other, ring] : {std::tuple{v0, v1, &s.start}, {v1, v0, &s.end}}) {
         const Vec3& from = mesh.position(v);
         for (std::uint32_t i = 0; i < ring->triangles; ++i) {
             const std::uint32_t u = ring->neighbours[i], w = ring->neighbours[i + 1 < ring->size ? i + 1 : 0];
             if (u == other || w == other) continue;
+            // All in one side plane it would close the side: nothing arrives there.
+            if (const int side = mesh.state[u].constraint.planes & mesh.state[w].constraint.planes & planes;
+                side != 0 && (side & mesh.state[v].constraint.planes) == 0)
+                return false;
             const Vec3 &p = mesh.position(u), &q = mesh.position(w);
             const Vec3 before = (p - from).cross(q - from), after = (p - place).cross(q - place);
             const double angle = least_angle(after, place, p, q);

@@ -35,8 +35,8 @@ struct Surroundings {
 };
 
 /// Whether an edge can go to \p place without damage: the link condition holds, no triangle turns by 90
-/// degrees or more, none becomes a sliver or a worse one, no neighbours fold that did not before. Fills in
-/// the surroundings, all but the plan. O(degree).
+/// degrees or more, none becomes a sliver or a worse one or comes to lie in a side plane, no neighbours fold that
+/// did not before. Fills in the surroundings, all but the plan. O(degree).
 bool can_collapse(const CollapseMesh& mesh, std::uint32_t halfedge, const Vec3& place, Surroundings& around);
 
 /// Collapses it: its start moves to \p place, its end and the one or two triangles beside it go, all sums

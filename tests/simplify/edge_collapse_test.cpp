@@ -41,7 +41,30 @@ bool rises(double from, double to) {
     return false;
 }
 
+// Whether the only inner vertex may collapse onto a vertex of the side at y = 0, whose third of five is a
+// bump.
+bool goes_to_side(std::uint32_t vertex) {
+    TriangleMesh mesh;
+    mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0.3}, {3, 0, 0}, {4, 0, 0},
+                     {2, 1, 0}, {0, 2, 0}, {2, 2, 0},   {4, 2, 0}};
+    mesh.triangles = {{1, 2, 5}, {2, 3, 5}, {3, 8, 5}, {8, 7, 5}, {7, 6, 5}, {6, 1, 5}, {0, 1, 6}, {3, 4, 8}};
+    const CollapseMesh collapse(mesh);
+    for (std::uint32_t h = 0; h < collapse.corner.size(); ++h) {
+        if (collapse.start(h) != 5 || collapse.end(h) != vertex) continue;
+        Surroundings around;
+        return can_collapse(collapse, h, collapse.position(vertex), around);
+    }
+    FAIL("no such edge");
+    return false;
+}
+
 }  // namespace
+
+TEST_CASE("a collapse leaves no triangle in a side plane") {
+    CHECK(goes_to_side(2));
+    CHECK_FALSE(goes_to_side(1));  // 1, 2 and 3 would be one
+    CHECK_FALSE(goes_to_side(3));
+}
 
 TEST_CASE("a collapse may not fold neighbours onto each other, unless they are folded already") {
     CHECK(rises(60.0, 60.0));
