@@ -15,6 +15,7 @@
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
 #include "app/process/simulation.hpp"
+#include "app/study/five_ways.hpp"
 #include "app/study/study_flux.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
@@ -207,8 +208,9 @@ Json measure_raw(const Surface& surface, const FluxTruth& truth, const StudyOpti
 using BeforeTurn = std::function<void(const std::string&)>;  // told before each turn
 
 // All methods at one removal, in turns, so that times of one set were taken side by side.
+// \param kept  gets the meshes that the five ways are compared on.
 Json measure_set(const Surface& surface, const FluxTruth& truth, double removal, const StudyOptions& options,
-                 const BeforeTurn& before_turn) {
+                 const BeforeTurn& before_turn, std::vector<SimplifiedMesh>& kept) {
     const std::string set = fmt::format("{:.0f} %", 100.0 * removal);
     std::vector<Trial> trials;
     for (const Method& method : kMethods) trials.push_back({&method, {}, {}, {}, {}});
@@ -234,7 +236,24 @@ Json measure_set(const Surface& surface, const FluxTruth& truth, double removal,
     Json rows = Json::array();
     for (const Trial& trial : trials)
         rows.push_back(measure(surface, truth, trial, raw.pair, removal, options));
+    for (Trial& trial : trials)
+        if (trial.method->traced && trial.method->weights.shape == 0.0 && removal == options.removals.back())
+            kept.push_back({fmt::format("{}, {:.0f} %", trial.method->name, 100.0 * removal),
+                            std::move(trial.mesh), median(trial.features) + median(trial.collapse)});
     return rows;
+}
+
+FiveWaysOptions five_ways_options(const StudyOptions& options, const FluxTruth& truth,
+                                  const BeforeTurn& before_turn) {
+    constexpr double kShareOfRays = 0.25, kReferenceRays = 6.0;  // enough for noise, and times a trace's
+    FiveWaysOptions ways{.rays = kShareOfRays * options.rays,
+                         .stickings = {options.sticking},
+                         .target = options.flux_error,
+                         .reference_rays = kReferenceRays * options.rays,
+                         .long_run = &truth.flux,
+                         .before_turn = before_turn};
+    if (options.low_sticking < options.sticking) ways.stickings.push_back(options.low_sticking);
+    return ways;
 }
 
 double turns_of_a_set(const StudyOptions& options) {
@@ -278,6 +297,7 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
 void save(const Json& study, const std::filesystem::path& folder) {
     write_json((folder / "study.json").string(), study);
     write_file(folder / "study.csv", study_csv(study));
+    write_file(folder / "five_ways.csv", five_ways_csv(study));
 }
 
 }  // namespace
@@ -291,7 +311,9 @@ Json run_study(const StudyOptions& options) {
         study["surfaces"].emplace_back();
         Json& json = study["surfaces"].back();
         const Surface surface = grow(number, options, json);
-        const double turns = 1.0 + static_cast<double>(options.removals.size()) * turns_of_a_set(options);
+        constexpr double kTurnsOfFiveWays = 100.0;  // about; radiosity takes as many as it needs
+        const double turns =
+            1.0 + static_cast<double>(options.removals.size()) * turns_of_a_set(options) + kTurnsOfFiveWays;
         ProgressBar progress(fmt::format("surface {}", number), turns, "turns", !options.quiet);
         progress.update(0.0, "reference flux");
         constexpr double kTruthRays = 4.0;
@@ -308,14 +330,19 @@ Json run_study(const StudyOptions& options) {
         };
         const auto before_turn = [&](const std::string& what) {
             end_if_interrupted();
-            progress.update(done++, what);
+            progress.update(std::min(turns, done++), what);
         };
+        std::vector<SimplifiedMesh> kept;
         for (const double removal : options.removals) {
-            Json rows = measure_set(surface, truth, removal, options, before_turn);
+            Json rows = measure_set(surface, truth, removal, options, before_turn, kept);
             end_if_interrupted();  // whose last turn was cut short
             for (Json& row : rows) json["rows"].push_back(std::move(row));
             save(study, options.output);
         }
+        json["five_ways"] =
+            five_ways(surface.mesh, surface.box, kept, five_ways_options(options, truth, before_turn));
+        end_if_interrupted();
+        save(study, options.output);
     }
     for (const auto& [name, svg] : study_figures(study)) write_file(options.output / name, svg);
     write_file(options.output / "report.md", study_report(study));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "app/pictures/svg_plot.hpp"
+#include "app/study/five_ways.hpp"
 #include "app/study/study.hpp"
 #include "app/study/study_values.hpp"
 
@@ -55,6 +56,7 @@ std::vector<std::pair<std::string, std::string>> study_figures(const Json& study
                 plot.series.push_back(std::move(series));
             }
         figures.emplace_back(fmt::format("surface{}_exceedance.svg", n), svg_plot(plot));
+        for (auto& figure : five_ways_figures(surface)) figures.push_back(std::move(figure));
     }
     return figures;
 }

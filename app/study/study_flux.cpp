@@ -19,11 +19,13 @@
 namespace sidewall::app {
 namespace {
 
-surface::RayScene timed_scene(const TriangleMesh& mesh, double& seconds) {
+// What make() returns, and the CPU seconds that it takes.
+template <class Make>
+auto timed(double& seconds, Make&& make) {
     const double start = cpu_seconds();
-    surface::RayScene scene(mesh);
+    auto made = make();
     seconds = cpu_seconds() - start;
-    return scene;
+    return made;
 }
 
 // The flux by wedge; its rays are added to \p pair.
@@ -52,7 +54,9 @@ std::vector<double> solved(const TriangleMesh& mesh, const surface::RayScene& sc
         {.seed = seed, .most_bytes = flux::exchange_bytes(rays + 1), .stop = interrupted});
     const flux::DiffuseSpecies species{.sticking = everywhere};
     flux::gather_for({&species, 1}, exchange, rays, {.stop = interrupted});
-    flux::RadiosityFlux result = flux::solve_flux(exchange, species, {.stop = interrupted});
+    constexpr double kTolerance = 1e-4;  // as solve_fluxes_to takes for 2 %
+    flux::RadiosityFlux result =
+        flux::solve_flux(exchange, species, {.tolerance = kTolerance, .stop = interrupted});
     pair.rays += static_cast<double>(exchange.rays());
     pair.segments += static_cast<double>(exchange.segments());
     return std::move(result.wedge.flux);
@@ -81,8 +85,8 @@ struct Sums {
 PairTrace::PairTrace(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box)
     : mesh_(mesh),
       box_(box),
-      scene_(timed_scene(mesh, pair.bvh_seconds)),
-      wedges_(flux::make_wedges(mesh)),
+      scene_(timed(pair.bvh_seconds, [&] { return surface::RayScene(mesh); })),
+      wedges_(timed(pair.wedge_seconds, [&] { return flux::make_wedges(mesh); })),
       feet_(surface.vertices.size()) {
     tbb::parallel_for(std::size_t{0}, feet_.size(), [&](std::size_t n) {
         const auto hit = scene_.closest_point(surface.vertices[n], std::numeric_limits<double>::infinity());
@@ -97,10 +101,19 @@ void PairTrace::turn(double rays, double sticking, std::uint64_t seed, bool radi
         radiosity ? solved(mesh_, scene_, box_, wedges_, half, sticking, seed, pair)
                   : traced_flux(mesh_, scene_, box_, wedges_, half, sticking, seed, pair);
     pair.trace_seconds += cpu_seconds() - start;
-    std::vector<double>& values = pair.first.empty() ? pair.first : pair.second;
-    values.resize(feet_.size());
+    (pair.first.empty() ? pair.first : pair.second) = at_vertices(flux);
+}
+
+FluxPair PairTrace::take() {
+    FluxPair next{.bvh_seconds = pair.bvh_seconds, .wedge_seconds = pair.wedge_seconds};
+    return std::exchange(pair, std::move(next));
+}
+
+std::vector<double> PairTrace::at_vertices(std::span<const double> by_wedge) const {
+    std::vector<double> values(feet_.size());
     for (std::size_t n = 0; n < feet_.size(); ++n)
-        values[n] = flux::interpolate(wedges_, flux, feet_[n].triangle, feet_[n].u, feet_[n].v);
+        values[n] = flux::interpolate(wedges_, by_wedge, feet_[n].triangle, feet_[n].u, feet_[n].v);
+    return values;
 }
 
 FluxPair trace_pair(const TriangleMesh& mesh, const TriangleMesh& surface, const flux::LateralBox& box,
@@ -120,31 +133,36 @@ FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, d
     return truth;
 }
 
-FluxPair smoothed(const FluxPair& pair, const TriangleMesh& surface, int rounds) {
+std::vector<double> smoothed(std::vector<double> values, const TriangleMesh& surface, int rounds) {
     const std::vector<Vec3> normals = triangle_normals(surface);
-    FluxPair result = pair;
     // A triangle passes values on only where it is in line with the vertex: creases stay sharp.
     std::vector<Vec3> vertex_normal(surface.vertices.size(), Vec3::Zero());
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
         for (const std::uint32_t v : surface.triangles[t]) vertex_normal[v] += area_vector(surface, t);
     for (Vec3& n : vertex_normal) n.normalize();
     constexpr double kInLine = 0.766;  // cos 40 degrees
-    for (auto* values : {&result.first, &result.second})
-        for (int round = 0; round < rounds; ++round) {
-            std::vector<double> sum(values->size(), 0.0), weight(values->size(), 0.0);
-            for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-                const auto [a, b, c] = surface.triangles[t];
-                const double area = triangle_area(surface, t);
-                const double mean = ((*values)[a] + (*values)[b] + (*values)[c]) / 3.0;
-                for (const std::uint32_t v : {a, b, c}) {
-                    if (vertex_normal[v].dot(normals[t]) < kInLine) continue;
-                    sum[v] += area * mean;
-                    weight[v] += area;
-                }
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<double> sum(values.size(), 0.0), weight(values.size(), 0.0);
+        for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+            const auto [a, b, c] = surface.triangles[t];
+            const double area = triangle_area(surface, t);
+            const double mean = (values[a] + values[b] + values[c]) / 3.0;
+            for (const std::uint32_t v : {a, b, c}) {
+                if (vertex_normal[v].dot(normals[t]) < kInLine) continue;
+                sum[v] += area * mean;
+                weight[v] += area;
             }
-            for (std::size_t v = 0; v < values->size(); ++v)
-                if (weight[v] > 0.0) (*values)[v] = sum[v] / weight[v];
         }
+        for (std::size_t v = 0; v < values.size(); ++v)
+            if (weight[v] > 0.0) values[v] = sum[v] / weight[v];
+    }
+    return values;
+}
+
+FluxPair smoothed(const FluxPair& pair, const TriangleMesh& surface, int rounds) {
+    FluxPair result = pair;
+    for (auto* values : {&result.first, &result.second})
+        *values = smoothed(std::move(*values), surface, rounds);
     return result;
 }
 

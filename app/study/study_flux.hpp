@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "app/common/json_fwd.hpp"
@@ -15,6 +16,7 @@ namespace sidewall::app {
 struct FluxPair {
     std::vector<double> first, second;
     double bvh_seconds = 0.0;
+    double wedge_seconds = 0.0;  ///< to find creases
     double trace_seconds = 0.0;  ///< of both
     double rays = 0.0;           ///< of both
     double segments = 0.0;       ///< of both
@@ -39,6 +41,15 @@ class PairTrace {
     /// \param rays       of both together.
     /// \param radiosity  gathers the rays between points of the mesh and solves; the seconds are of both.
     void turn(double rays, double sticking, std::uint64_t seed, bool radiosity = false);
+    /// Gives the pair away and begins another; it keeps the seconds of hierarchy and creases.
+    FluxPair take();
+
+    const TriangleMesh& mesh() const { return mesh_; }
+    const flux::LateralBox& box() const { return box_; }
+    const surface::RayScene& scene() const { return scene_; }
+    const flux::Wedges& wedges() const { return wedges_; }
+    /// A quantity by wedge, at the vertices of the surface.
+    std::vector<double> at_vertices(std::span<const double> by_wedge) const;
 
     FluxPair pair;
 
@@ -64,7 +75,8 @@ FluxTruth make_truth(const TriangleMesh& surface, const flux::LateralBox& box, d
 
 /// Averages each vertex's values with its neighbours', area-weighted, \p rounds times; creases are not
 /// crossed.
-FluxPair smoothed(const FluxPair& pair, const TriangleMesh& surface, int rounds);
+std::vector<double> smoothed(std::vector<double> values, const TriangleMesh& surface, int rounds);
+FluxPair smoothed(const FluxPair& pair, const TriangleMesh& surface, int rounds);  ///< both
 
 /// Error of a flux against the truth, relative L2 over the surface, split without bias: the mean of the
 /// product of two independent errors is the squared bias, half the mean squared difference of two runs the

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "app/study/five_ways.hpp"
 #include "app/study/study.hpp"
 #include "app/study/study_values.hpp"
 
@@ -219,8 +220,11 @@ std::string study_report(const Json& study) {
                      : "a uniform grid where the chapter's come from a hierarchical one",
         study["version"].get<std::string>(), study["threads"].get<int>(), study["rays"].get<double>(),
         study["sticking"].get<double>(), study["repeats"].get<int>());
-    text += verdicts(study);
-    for (const Json& surface : study["surfaces"]) text += surface_report(surface, target);
+    text += verdicts(study) + five_ways_verdicts(study);
+    for (const Json& surface : study["surfaces"]) {
+        text += surface_report(surface, target);
+        for (const Json& entry : surface.value("five_ways", Json::array())) text += five_ways_report(entry);
+    }
     return text;
 }
 

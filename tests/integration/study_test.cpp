@@ -1,6 +1,8 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 
 #include "tests/folder.hpp"
 #include "tests/integration/program.hpp"
@@ -26,10 +28,13 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
     const auto outcome = run_program(folder.path, "study --quick --rays 20000 --recipes . -o out", 240);
     INFO(outcome.output);
     REQUIRE(outcome.exit_code == 0);
-    CHECK(outcome.output.find("Verdicts") != std::string::npos);
+    for (const char* text :
+         {"Verdicts", "simplification pays", "Five ways to 2 % at every depth, sticking 0.01"})
+        CHECK(outcome.output.find(text) != std::string::npos);
     for (const char* file :
          {"report.md", "study.csv", "surface1_distance_mean.svg", "surface2_time_to_error.svg",
-          "surface2_exceedance.svg", "surface1_region_simplified.vtp"})
+          "surface2_exceedance.svg", "surface1_region_simplified.vtp", "five_ways.csv",
+          "surface1_five_ways_0.1.svg", "surface2_five_ways_0.01.svg"})
         CHECK(std::filesystem::exists(folder.path / "out" / file));
     const auto study = nlohmann::json::parse(std::ifstream(folder.path / "out" / "study.json"));
     REQUIRE(study["surfaces"].size() == 2);
@@ -47,6 +52,13 @@ TEST_CASE("study compares every method at equal numbers of vertices and writes i
             if (row.contains("trace")) CHECK(row["trace"]["seconds"]["raw"].get<double>() > 0.0);
         }
         CHECK(surface["raw"]["smoothed"].size() == 4);
+        REQUIRE(surface["five_ways"].size() == 2);  // stickings
+        for (const auto& entry : surface["five_ways"]) {
+            std::set<std::string> ways;
+            for (const auto& way : entry["ways"])
+                if (way["best"].get<bool>()) ways.insert(way["way"]);
+            CHECK(ways.size() == 5);
+        }
     }
 }
 
