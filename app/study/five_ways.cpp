@@ -175,8 +175,8 @@ Way radiosity_way(const Case& c, std::size_t m) {
     const TracedMesh& mesh = c.meshes[m];
     Way way{m == 0 ? "raw radiosity" : "simplified radiosity", mesh.name, {}};
     const auto unknowns = static_cast<double>(mesh.trace->wedges().count());
-    for (double rays = kFirstRadiosityRays * unknowns; way.levels.empty() || rays <= kMostGathered;
-         rays *= 2.0) {
+    for (double rays = kFirstRadiosityRays * unknowns;
+         way.levels.empty() || rays <= kMostGathered * c.options.rays; rays *= 2.0) {
         for (std::uint64_t seed = 1; seed <= 2; ++seed) {
             c.options.before_turn(fmt::format("five ways, {}, radiosity", label(mesh)));
             mesh.trace->turn(2.0 * rays, c.sticking, seed, true);

@@ -10,6 +10,8 @@
 namespace sidewall::app {
 namespace {
 
+constexpr double kNoticeableFactor = 1.1;  // times scatter by as much
+
 std::string full_name(const Json& way) {
     const auto variant = way["variant"].get<std::string>();
     return way["way"].get<std::string>() + (variant.empty() ? "" : fmt::format(" ({})", variant));
@@ -65,8 +67,10 @@ std::string five_ways_verdicts(const Json& study) {
             std::string verdict = raw == nullptr && simplified != nullptr ? "yes" : "no";
             if (raw != nullptr && simplified != nullptr) {
                 const double ratio = (*raw)["seconds"].get<double>() / (*simplified)["seconds"].get<double>();
-                verdict = fmt::format("{}: {:.2g} times as {}", ratio > 1.0 ? "yes" : "no",
-                                      std::max(ratio, 1.0 / ratio), ratio > 1.0 ? "fast" : "slow");
+                const double factor = std::max(ratio, 1.0 / ratio);
+                verdict = factor < kNoticeableFactor ? "even"
+                          : ratio > 1.0              ? fmt::format("yes: {:.2g} times as fast", factor)
+                                                     : fmt::format("no: {:.2g} times as slow", factor);
             }
             rows += table_line({std::to_string(surface["surface"].get<int>()),
                                 fmt::format("{:.3g}", entry["sticking"].get<double>()), told(raw),
