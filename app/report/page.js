@@ -174,10 +174,13 @@
     }
   document.title = `${data.title} (${data.kind})`;
   build(document.getElementById("page"));
-  // After the charts have got their widths.
-  if (location.hash === "#selftest") setTimeout(() => {
+  // After the charts have got their widths, which a busy browser gives late.
+  const drawn = () => [...document.querySelectorAll(".plot, .matrix")].every((chart) => chart.childElementCount > 0);
+  const test = (waits) => {
+    if (waits > 0 && !drawn()) return setTimeout(test, 100, waits - 1);
     try { selftest(); } catch (error) {
       document.body.append(el("pre", { id: "selftest", hidden: "" }, JSON.stringify({ errors: [String(error.stack)] })));
     }
-  }, 300);
+  };
+  if (location.hash === "#selftest") setTimeout(test, 300, 150);
 })();

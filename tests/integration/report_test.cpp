@@ -40,7 +40,7 @@ bool has_browser() {
 // What the page says of itself.
 Json selftest(const Folder& folder, const std::string& page, const std::string& options) {
     const Outcome outcome = run_command(
-        folder.path, "timeout -k 1 300 " + kBrowser + "--virtual-time-budget=5000 --dump-dom " + options +
+        folder.path, "timeout -k 1 300 " + kBrowser + "--virtual-time-budget=20000 --dump-dom " + options +
                          " 'file://" + (folder.path / page).string() + "#selftest' 2>browser.log");
     const std::string start = "<pre id=\"selftest\" hidden=\"\">";
     const std::size_t begin = outcome.output.find(start);
