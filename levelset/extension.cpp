@@ -263,6 +263,12 @@ std::uint32_t count_near(const Leaf& leaf, float near) {
     return static_cast<std::uint32_t>(count);
 }
 
+// The first sample stands for all nodes of leaves that stay still.
+void set_still_sample(const openvdb::Coord& origin, Extension& extension) {
+    extension.samples.front() = {0, 0.0f, 0.0f, {origin.x(), origin.y(), origin.z()}};
+    extension.alone.front() = 1;
+}
+
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
 // \param left_out  columns of leaves that have no samples; nullptr: none.
@@ -293,11 +299,8 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     for (std::size_t n = 0; n < leaves.size(); ++n) first[n + 1] += first[n];
     extension.samples.resize(first.back());
     extension.alone.resize(under ? first.back() : 0);
-    if (first[0] == 1) {
-        const openvdb::Coord c = leaves[static_cast<std::size_t>(any_still - still.begin())]->origin();
-        extension.samples.front() = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}};
-        extension.alone.front() = 1;
-    }
+    if (first[0] == 1)
+        set_still_sample(leaves[static_cast<std::size_t>(any_still - still.begin())]->origin(), extension);
     std::optional<CellTriangles> cells;
     if (surface) cells.emplace(leaves, domain, surface->vertices, surface->triangles);
     const auto index = std::make_shared<SampleIndex>(leaves);

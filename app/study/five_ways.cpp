@@ -70,6 +70,7 @@ std::vector<Limits> limits_on(const TracedMesh& mesh, const FiveWaysOptions& opt
     std::vector<Values> everywhere;
     for (const double sticking : options.stickings) everywhere.emplace_back(trace.wedges().count(), sticking);
     std::vector<flux::DiffuseSpecies> species;
+    species.reserve(everywhere.size());
     for (const Values& sticking : everywhere) species.push_back({.sticking = sticking});
     const auto rays = static_cast<std::uint64_t>(
         std::min(options.reference_rays, kMostLimitRays * static_cast<double>(trace.wedges().count())) /

@@ -42,6 +42,7 @@ std::vector<DepthBin> depth_bins(const TriangleMesh& surface) {
     const Box3 box = bounding_box(surface);
     const double step = box.size().z() / kTenths;
     std::vector<DepthBin> bins;
+    bins.reserve(kTenths + 1);
     for (int tenth = 0; tenth < kTenths; ++tenth)
         bins.push_back({fmt::format("{} to {} %", 10 * tenth, 10 * (tenth + 1)),
                         box.max.z() - step * (tenth + 1),
