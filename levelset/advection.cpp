@@ -184,7 +184,7 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
     if (stack.layers.size() > 1) {
         limits.emplace(stack, band, stages.moved, stages.before.data(), *motions.front(), duration);
         limits->keep(stack.top());
-        grown = release_exposed(stack, stages.leaves, stages.before.data());
+        grown.emplace(release_exposed(stack, stages.leaves, stages.table, stages.before.data()));
     }
     const tbb::tick_count moved = tbb::tick_count::now();
     redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 namespace sidewall::levelset {
 namespace {
@@ -20,6 +21,13 @@ Mask mask_of(const Leaf& leaf) {
     Mask mask;
     for (openvdb::Index x = 0; x < 8; ++x) mask[x] = leaf.getValueMask().getWord<std::uint64_t>(x);
     return mask;
+}
+
+template <class Use>
+void parallel(std::size_t count, Use&& use) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 64), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
+    });
 }
 
 // How far a re-distancing reads: two sweeps, each two nodes.
@@ -97,17 +105,17 @@ std::vector<openvdb::Coord> across_sides(const Band& band, const Domain& domain)
     for (int axis = 0; axis < 2; ++axis) {
         if (domain.side[static_cast<std::size_t>(axis)] != Side::periodic) continue;
         const int last = domain.last_node(axis);
-        for (const std::uint32_t n : band.awake) {
-            const Leaf& leaf = *band.leaves[n];
-            const int low = leaf.origin()[axis];
-            if (low > 0 && low + 7 < last) continue;
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                openvdb::Coord c = it.getCoord();
-                for (const auto& [from, to] : {std::pair{0, last}, {last, 0}})
-                    if (it.getCoord()[axis] == from) {
-                        c[axis] = to;
-                        wrapped.push_back(c);
-                    }
+        for (const auto& [from, to] : {std::pair{0, last}, {last, 0}}) {
+            const Nodes side = nodes_in_plane(axis, from & 7);
+            for (const std::uint32_t n : band.awake) {
+                const Leaf& leaf = *band.leaves[n];
+                if (leaf.origin()[axis] != (from & ~7)) continue;
+                const Nodes on_side = leaf.getValueMask() & side;
+                for (auto it = on_side.beginOn(); it; ++it) {
+                    openvdb::Coord c = leaf.offsetToGlobalCoord(it.pos());
+                    c[axis] = to;
+                    wrapped.push_back(c);
+                }
             }
         }
     }
@@ -116,27 +124,32 @@ std::vector<openvdb::Coord> across_sides(const Band& band, const Domain& domain)
 
 // Makes the leaves that the band grows into, and lists all anew.
 void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector<openvdb::Coord>& wrapped) {
-    std::vector<openvdb::Coord> missing;
-    for (const std::uint32_t n : band.awake) {
-        const openvdb::Coord o = band.leaves[n]->origin();
-        const unsigned faces = faces_touched(mask_of(*band.leaves[n]));
+    const auto beside = [&](std::uint32_t leaf, std::size_t face) {
+        return band.leaves[leaf]->origin().offsetBy(8 * kFaces[face][0], 8 * kFaces[face][1],
+                                                    8 * kFaces[face][2]);
+    };
+    std::vector<std::uint8_t> grows(band.awake.size());  // over which faces, as bits, to where no leaf is
+    parallel(grows.size(), [&](std::size_t k) {
+        const unsigned faces = faces_touched(mask_of(*band.leaves[band.awake[k]]));
         for (std::size_t f = 0; f < 6; ++f) {
-            const openvdb::Coord to = o.offsetBy(8 * kFaces[f][0], 8 * kFaces[f][1], 8 * kFaces[f][2]);
-            if ((faces >> f & 1) && domain.owns(to.x(), to.y()) &&
-                band.table.find(to.x() >> 3, to.y() >> 3, to.z() >> 3) < 0)
-                missing.push_back(to);
+            if ((faces >> f & 1) == 0) continue;
+            const openvdb::Coord to = beside(band.awake[k], f);
+            if (domain.owns(to.x(), to.y()) && band.table.find(to.x() >> 3, to.y() >> 3, to.z() >> 3) < 0)
+                grows[k] = static_cast<std::uint8_t>(grows[k] | 1u << f);
         }
-    }
+    });
+    std::vector<openvdb::Coord> missing;
+    for (std::size_t k = 0; k < grows.size(); ++k)
+        for (std::size_t f = 0; grows[k] != 0 && f < 6; ++f)
+            if (grows[k] >> f & 1) missing.push_back(beside(band.awake[k], f));
     for (const openvdb::Coord& c : wrapped)
         if (band.table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3) < 0) missing.push_back(c & ~7);
     if (missing.empty()) return;
     for (const openvdb::Coord& origin : missing) grid.tree().touchLeaf(origin);
 
-    const Band before = band;
+    const Band before = std::exchange(band, Band());
     std::vector<std::uint8_t> awake(before.leaves.size(), 0);
     for (const std::uint32_t n : before.awake) awake[n] = 1;
-    band.leaves.clear();
-    band.awake.clear();
     grid.tree().getNodes(band.leaves);
     band.table = surface::LeafTable(band.leaves);
     band.print.assign(band.leaves.size(), 0);
@@ -210,11 +223,6 @@ void grow(Band& band, Grid& grid, const Domain& domain) {
     const std::vector<openvdb::Coord> wrapped = across_sides(band, domain);
     make_leaves(band, grid, domain, wrapped);
     std::vector<Mask> before(band.leaves.size());
-    const auto parallel = [](std::size_t count, auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 64), [&](const auto& range) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
-        });
-    };
     parallel(before.size(), [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
     parallel(band.awake.size(), [&](std::size_t k) {
         const std::size_t n = band.awake[k];

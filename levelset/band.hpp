@@ -22,6 +22,7 @@ struct Band {
     std::vector<std::uint32_t> awake;  ///< numbers of the leaves that are not at rest, ascending
     std::vector<std::uint8_t> made;    ///< by leaf: it was made by growing the band, and has no distance yet
 
+    Band() = default;
     /// \param changed  by leaf: known to have changed since the last re-distancing, which saves looking. Empty: of none.
     Band(Grid& grid, const Domain& domain, std::span<const std::uint8_t> changed);
 };

@@ -83,7 +83,7 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
             for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
         });
     };
-    parallel(vertices.size(), 4096,
+    parallel(vertices.size(), 1024,
              [&](std::size_t v) { vertices_[v] << domain.to_index(vertices[v]).cast<float>(), 0.0f; });
     // Nearly all triangles of an extracted surface lie in one cell, which is found once, and many in a row in
     // one leaf.
@@ -101,7 +101,7 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
             if (leaf_of[t] != kNowhere) use(t, static_cast<std::uint32_t>(end - t));
         }
     };
-    const tbb::blocked_range<std::size_t> all(0, triangles.size(), 4096);
+    const tbb::blocked_range<std::size_t> all(0, triangles.size(), 1024);
     tbb::parallel_for(all, [&](const auto& range) {
         for (std::size_t t = range.begin(); t != range.end(); ++t) {
             const Cells cells(vertices_, triangles[t]);

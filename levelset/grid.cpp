@@ -143,24 +143,27 @@ std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain) {
     return {box.min().z() * domain.spacing, box.max().z() * domain.spacing};
 }
 
+bool trim_leaf(Leaf& leaf, const Domain& domain, float background) {
+    float* value = leaf.buffer().data();
+    const openvdb::Coord origin = leaf.origin();
+    const bool all_own = domain.owns(origin.x(), origin.y()) && domain.owns(origin.x() + 7, origin.y() + 7);
+    for (auto it = leaf.beginValueOn(); it; ++it) {
+        const openvdb::Index n = it.pos();
+        const bool own = all_own || domain.owns(origin.x() + static_cast<int>(n >> 6),
+                                                origin.y() + static_cast<int>(n >> 3 & 7));
+        if (own && std::abs(value[n]) < background) continue;
+        value[n] = std::copysign(background, value[n]);
+        leaf.setValueOff(n);
+    }
+    return !leaf.isEmpty();
+}
+
 void trim_band(Grid& grid, const Domain& domain) {
     const float background = grid.background();
     openvdb::tree::LeafManager<Grid::TreeType> leaves(grid.tree());
     std::atomic<bool> any_empty{false};
     leaves.foreach ([&](Leaf& leaf, std::size_t) {
-        float* value = leaf.buffer().data();
-        const openvdb::Coord origin = leaf.origin();
-        const bool all_own =
-            domain.owns(origin.x(), origin.y()) && domain.owns(origin.x() + 7, origin.y() + 7);
-        for (auto it = leaf.beginValueOn(); it; ++it) {
-            const openvdb::Index n = it.pos();
-            const bool own = all_own || domain.owns(origin.x() + static_cast<int>(n >> 6),
-                                                    origin.y() + static_cast<int>(n >> 3 & 7));
-            if (own && std::abs(value[n]) < background) continue;
-            value[n] = std::copysign(background, value[n]);
-            leaf.setValueOff(n);
-        }
-        if (leaf.isEmpty()) any_empty = true;
+        if (!trim_leaf(leaf, domain, background)) any_empty = true;
     });
     if (any_empty) openvdb::tools::pruneInactive(grid.tree());
 }

@@ -30,13 +30,14 @@ GridLeaves::GridLeaves(const Grid& grid, const Domain& domain, const NodeValues&
 
 NodeValues GridLeaves::images(int axis, int cells) const {
     NodeValues images;
+    const Nodes low_side = nodes_in_plane(axis, 0);
     for (const Leaf* leaf : list_) {
         if (leaf->origin()[axis] != 0) continue;
-        for (auto it = leaf->cbeginValueOn(); it; ++it) {
-            openvdb::Coord c = it.getCoord();
-            if (c[axis] != 0) continue;
+        const Nodes on_side = leaf->getValueMask() & low_side;
+        for (auto it = on_side.beginOn(); it; ++it) {
+            openvdb::Coord c = leaf->offsetToGlobalCoord(it.pos());
             c[axis] = cells;
-            images.emplace_back(c, *it);
+            images.emplace_back(c, leaf->getValue(it.pos()));
         }
     }
     return images;
@@ -45,9 +46,20 @@ NodeValues GridLeaves::images(int axis, int cells) const {
 void GridLeaves::set(const NodeValues& values) {
     if (values.empty()) return;
     std::map<openvdb::Coord, Leaf*> to;  // by origin
+    openvdb::CoordBBox box;              // of their leaves
     for (const auto& leaf : own_) to[leaf->origin()] = leaf.get();
-    for (const auto& [c, v] : values) to.try_emplace(c & ~7, nullptr);
+    for (const auto& [c, v] : values) box.expand(c & ~7);
+    // Most have the leaf of the one before.
+    const auto each = [&](auto&& use) {
+        auto at = to.end();
+        for (const auto& [c, v] : values) {
+            if (at == to.end() || at->first != (c & ~7)) at = to.try_emplace(c & ~7, nullptr).first;
+            use(at->second, c, v);
+        }
+    };
+    each([](Leaf*, const openvdb::Coord&, float) {});
     for (const Leaf*& leaf : list_) {
+        if (!box.isInside(leaf->origin())) continue;
         const auto copied = to.find(leaf->origin());
         if (copied == to.end() || copied->second != nullptr) continue;
         leaf = copied->second = own_.emplace_back(std::make_unique<Leaf>(*leaf)).get();
@@ -56,7 +68,7 @@ void GridLeaves::set(const NodeValues& values) {
         if (leaf == nullptr)
             list_.push_back(leaf =
                                 own_.emplace_back(std::make_unique<Leaf>(origin, background_, false)).get());
-    for (const auto& [c, v] : values) to.at(c & ~7)->setValueOn(c, v);
+    each([](Leaf* leaf, const openvdb::Coord& c, float v) { leaf->setValueOn(c, v); });
 }
 
 }  // namespace sidewall::levelset

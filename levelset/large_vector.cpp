@@ -32,7 +32,7 @@ std::size_t block_size(std::size_t bytes) {
     return (bytes + part - 1) / part * part;
 }
 
-void* inside(void* block, std::size_t size) {
+void* behind_header(void* block, std::size_t size) {
     std::memcpy(block, &size, sizeof size);
     return static_cast<std::byte*>(block) + kHeader;
 }
@@ -55,7 +55,7 @@ class Kept {
                 best = &block;
         if (best == nullptr) return nullptr;
         const Block taken = std::exchange(*best, Block{});
-        return inside(taken.memory, taken.size);
+        return behind_header(taken.memory, taken.size);
     }
     void keep(void* memory, std::size_t size) {
         Block block{memory, size};
@@ -98,7 +98,7 @@ void* take_memory(std::size_t bytes) {
 #ifdef MADV_HUGEPAGE
     madvise(block, size, MADV_HUGEPAGE);  // in vain is no harm
 #endif
-    return inside(block, size);
+    return behind_header(block, size);
 }
 
 void give_back_memory(void* memory, std::size_t bytes) {

@@ -9,8 +9,10 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "levelset/kinds.hpp"
 #include "levelset/layer_depths.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
@@ -31,16 +33,14 @@ namespace {
 // bare.
 bool grows_alike(const MaterialStack& stack, const Motion& motion) {
     if (motion.kind.empty() || motion.depends_on_normal) return false;
-    std::array<std::uint8_t, 256> asked{};
-    for (std::size_t n = 0; n < motion.kind.size(); ++n) {
-        if (asked[motion.kind[n]] != 0) continue;
-        asked[motion.kind[n]] = 1;
+    return std::ranges::all_of(first_of_kinds(motion.kind), [&](std::size_t n) {
+        if (n == motion.kind.size()) return true;
         const double v = motion.speed(n, 0, Vec3::UnitZ());
         if (!(v >= 0.0)) return false;
         for (std::size_t k = 1; k < stack.layers.size(); ++k)
             if (motion.speed(n, k, Vec3::UnitZ()) != v) return false;
-    }
-    return true;
+        return true;
+    });
 }
 
 }  // namespace
@@ -124,26 +124,16 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
         return finer == nullptr || !finer->at(c.x() >> 3, c.y() >> 3);
     };
     const std::vector<Vec3> normals = bounding_normals(motion);
-    const std::size_t count = motion.extension.samples.size(), layers = stack.layers.size();
-    if (!motion.kind.empty()) {
-        constexpr std::size_t kKinds = 256;
-        std::vector<std::uint8_t> asked(kKinds * layers, 0);
-        double most = 0.0;
-        for (std::size_t n = 0; n < count; ++n)
-            if (counts(n))
-                each_reachable(stack, motion, n, [&](std::size_t k) {
-                    std::uint8_t& done = asked[motion.kind[n] * layers + k];
-                    if (!done) most = std::max(most, fastest(stack, motion, normals, n, k));
-                    done = 1;
-                });
-        return most;
-    }
+    const std::size_t layers = stack.layers.size();
+    const bool by_kind = !motion.kind.empty();
     return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, count, 1024), 0.0,
+        tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 512), 0.0,
         [&](const auto& range, double most) {
+            std::vector<std::uint8_t> asked(by_kind ? kKinds * layers : 0, 0);
             for (std::size_t n = range.begin(); n != range.end(); ++n)
                 if (counts(n))
                     each_reachable(stack, motion, n, [&](std::size_t k) {
+                        if (by_kind && std::exchange(asked[motion.kind[n] * layers + k], 1) != 0) return;
                         most = std::max(most, fastest(stack, motion, normals, n, k));
                     });
             return most;

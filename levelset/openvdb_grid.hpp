@@ -18,6 +18,20 @@ namespace sidewall::levelset {
 static_assert(std::is_same_v<GridPtr, Grid::Ptr>);
 
 using Leaf = Grid::TreeType::LeafNodeType;
+using Nodes = Leaf::NodeMaskType;  ///< some of a leaf's
+
+/// The nodes of a leaf in the plane \p local (0 .. 7) across an axis.
+inline Nodes nodes_in_plane(int axis, int local) {
+    const int shift = 6 - 3 * axis;
+    Nodes nodes;
+    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
+        if (static_cast<int>(n >> shift & 7) == local) nodes.setOn(n);
+    return nodes;
+}
+
+/// Takes nodes out of a leaf's band that have come to the background or lie outside the domain.
+/// \returns whether any are left.
+bool trim_leaf(Leaf& leaf, const Domain& domain, float background);
 
 /// Whether own node \p ijk lies inside, wherever it is: far from the band the answer is read from the nearest
 /// leaf above (materials rest on an unbounded substrate, and gas is above all).

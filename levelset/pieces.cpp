@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -17,7 +18,7 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 // Vertices or triangles that one task looks at.
-constexpr std::size_t kGrain = 4096;
+constexpr std::size_t kGrain = 512;
 
 // A vertex on a periodic side by where it is along that side.
 struct SideVertex {
@@ -27,22 +28,31 @@ struct SideVertex {
     bool operator<(const SideVertex& o) const { return place() < o.place(); }
 };
 
-std::vector<SideVertex> on_side(const TriangleMesh& surface, int axis, double side, double unit) {
-    std::vector<SideVertex> list;
-    for (std::uint32_t v = 0; v < surface.vertices.size(); ++v) {
-        const Vec3& p = surface.vertices[v];
-        if (p[axis] == side)
-            list.push_back({std::llround(p[1 - axis] / unit), std::llround(p.z() / unit), v});
-    }
-    std::sort(list.begin(), list.end());
-    return list;
-}
-
 template <class Use>
 void parallel(std::size_t count, Use&& use) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(static_cast<std::uint32_t>(n));
     });
+}
+
+// Those on the low and on the high side of an axis, sorted.
+std::array<std::vector<SideVertex>, 2> on_sides(const TriangleMesh& surface, int axis, const Domain& domain) {
+    const double unit = 1e-5 * domain.spacing;
+    const std::array ends{domain.min[static_cast<std::size_t>(axis)],
+                          domain.max[static_cast<std::size_t>(axis)]};
+    std::array<std::vector<SideVertex>, 2> list;
+    std::vector<std::uint8_t> side(surface.vertices.size());  // 1 and 2; 0: on neither
+    parallel(side.size(), [&](std::uint32_t v) {
+        const double at = surface.vertices[v][axis];
+        side[v] = at == ends[0] ? 1 : at == ends[1] ? 2 : 0;
+    });
+    for (std::uint32_t v = 0; v < side.size(); ++v) {
+        if (side[v] == 0) continue;
+        const Vec3& p = surface.vertices[v];
+        list[side[v] - 1u].push_back({std::llround(p[1 - axis] / unit), std::llround(p.z() / unit), v});
+    }
+    for (std::vector<SideVertex>& one : list) std::sort(one.begin(), one.end());
+    return list;
 }
 
 surface::SharedSets connected(const TriangleMesh& surface) {
@@ -60,9 +70,7 @@ void join_across_sides(const TriangleMesh& surface, const Domain& domain, surfac
     for (int axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<std::size_t>(axis);
         if (domain.side[a] != Side::periodic) continue;
-        const double unit = 1e-5 * domain.spacing;
-        const auto low = on_side(surface, axis, domain.min[a], unit),
-                   high = on_side(surface, axis, domain.max[a], unit);
+        const auto [low, high] = on_sides(surface, axis, domain);
         auto from = low.begin();
         for (const SideVertex& v : high) {
             while (from != low.end() && *from < v) ++from;

@@ -34,8 +34,6 @@ bool has_distance(const Leaf& leaf, float background) {
     return std::any_of(v, v + Leaf::SIZE, [&](float value) { return !(std::abs(value) >= background); });
 }
 
-using Nodes = openvdb::util::NodeMask<Leaf::LOG2DIM>;
-
 // The active nodes of a new leaf that lie inside, by their neighbours of the old band in other leaves.
 Nodes nodes_inside(const Leaf& leaf, const Band& band, float background, const Domain& domain) {
     const openvdb::Coord origin = leaf.origin();
@@ -283,6 +281,9 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
         });
         move_to(false);
     }
+    // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
+    // have been empty before.
+    std::vector<std::uint8_t> empty(band.leaves.size(), 0), gone(band.leaves.size(), 0);
     for (int left = sweeps; left > 0; --left) {
         const bool to_leaf = left % 2 != 0;
         each([&](std::size_t k, std::size_t n, Leaf& leaf) {
@@ -295,6 +296,8 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
             sweep(leaf, block, dx, background, left == sweeps, out);
             if (left > 1) return;
             drop_far(leaf, out, background);
+            empty[n] = leaf.isEmpty();
+            gone[n] = empty[n] && !band.made[n];
             leaf.setTransientData(band.print[n] != 0 && fingerprint(leaf) == band.print[n] ? band.print[n]
                                                                                            : 0);
         });
@@ -303,21 +306,13 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
         move_to(to_leaf);
     }
-    // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
-    // have been empty before.
-    std::vector<std::uint8_t> gone(band.leaves.size(), 0);
-    bool any_gone = false;
-    for (const std::uint32_t n : band.awake) {
-        gone[n] = band.leaves[n]->isEmpty() && !band.made[n];
-        any_gone = any_gone || gone[n];
-    }
-    if (any_gone) {
+    if (std::find(gone.begin(), gone.end(), 1) != gone.end()) {
         const std::vector<std::uint8_t> readers = with_readers(band, domain, gone);
         for (std::size_t n = 0; n < readers.size(); ++n)
             if (readers[n]) band.leaves[n]->setTransientData(0);
     }
-    for (const std::uint32_t n : band.awake)
-        if (band.leaves[n]->isEmpty()) grid.tree().addTile(1, band.leaves[n]->origin(), background, false);
+    for (std::size_t n = 0; n < empty.size(); ++n)
+        if (empty[n]) grid.tree().addTile(1, band.leaves[n]->origin(), background, false);
 }
 
 }  // namespace sidewall::levelset

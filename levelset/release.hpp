@@ -1,22 +1,25 @@
 #pragma once
-#include <bitset>
+#include <array>
+#include <cstdint>
 #include <span>
-#include <vector>
 
+#include "levelset/large_vector.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/stack.hpp"
 #include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 
+/// Some nodes of a leaf: bit z of row 8 x + y.
+using RowBits = std::array<std::uint8_t, 64>;
+
 /// Nodes of a surface that moved outwards in a time step.
 struct Grown {
-    using Nodes = std::bitset<Leaf::SIZE>;
-    surface::LeafTable table;  ///< of the surface's leaves
-    std::vector<Nodes> nodes;  ///< by leaf
+    const surface::LeafTable& table;  ///< of the surface's leaves
+    LargeVector<RowBits> nodes;       ///< by leaf
 
     /// Of the leaf at an origin, null if it was none of the surface's.
-    const Nodes* in(const openvdb::Coord& origin) const {
+    const RowBits* in(const openvdb::Coord& origin) const {
         const std::int32_t leaf = table.find(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
         return leaf < 0 ? nullptr : &nodes[static_cast<std::size_t>(leaf)];
     }
@@ -27,9 +30,11 @@ struct Grown {
 /// their layer's front that a film grows over: the surface leaves it, and the layer's front stays.
 ///
 /// \param leaves  of the surface, which has moved and is not re-distanced yet.
+/// \param table   of the leaves, kept by the result.
 /// \param before  their values at the time step's start, Leaf::SIZE a leaf.
 /// \returns the nodes that grew.
 /// \note Parallel; O(n) in voxels.
-Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const float* before);
+Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
+                      const float* before);
 
 }  // namespace sidewall::levelset

@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
+
+#include "levelset/kinds.hpp"
 
 namespace sidewall::levelset {
 
@@ -60,11 +61,10 @@ class ByKind {
     template <class Ask>
     ByKind(const MaterialStack& stack, const Motion& motion, Ask&& ask)
         : motion_(motion), layers_(stack.layers.size()) {
-        std::array<std::size_t, 256> first;
-        first.fill(std::numeric_limits<std::size_t>::max());
-        for (std::size_t n = motion.kind.size(); n-- > 0;) first[motion.kind[n]] = n;
-        table_.resize(first.size() * layers_);
-        for (std::size_t kind = 0; kind < first.size(); ++kind)
+        if (motion.kind.empty()) return;
+        const std::array<std::size_t, kKinds> first = first_of_kinds(motion.kind);
+        table_.resize(kKinds * layers_);
+        for (std::size_t kind = 0; kind < kKinds; ++kind)
             for (std::size_t k = 0; k < layers_ && first[kind] < motion.kind.size(); ++k)
                 table_[kind * layers_ + k] = ask(first[kind], k);
     }

@@ -1,10 +1,11 @@
 #include "levelset/stack.hpp"
 
+#include <openvdb/tools/Prune.h>
 #include <openvdb/tools/SignedFloodFill.h>
-#include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -26,56 +27,67 @@ constexpr double kMargin = 2.0 * kHalfWidth;
 // thickness is left between them.
 constexpr double kTouching = 1e-3;
 
+// Makes the leaves of the surface's band that lie inside the layer and that it has none for.
+// \returns their origins, in ascending order.
+std::vector<openvdb::Coord> make_exposed_leaves(Grid& phi, const Grid& surface) {
+    std::vector<const Leaf*> above;
+    surface.tree().getNodes(above);
+    std::vector<std::uint8_t> missing(above.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, above.size(), 64), [&](const auto& range) {
+        const auto layer = phi.getConstUnsafeAccessor();
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const openvdb::Coord& origin = above[n]->origin();
+            // A missing leaf lies wholly on one side.
+            missing[n] = !layer.probeConstLeaf(origin) && inside(phi, above[n]->cbeginValueOn().getCoord());
+        }
+    });
+    std::vector<openvdb::Coord> made;
+    for (std::size_t n = 0; n < above.size(); ++n)
+        if (missing[n]) made.push_back(above[n]->origin());
+    for (const openvdb::Coord& origin : made) phi.tree().touchLeaf(origin);
+    std::sort(made.begin(), made.end());
+    return made;
+}
+
+// A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it stays
+// out.
+void expose(Leaf& leaf, const Leaf& above, bool made) {
+    Nodes added = above.getValueMask();
+    added -= leaf.getValueMask();
+    for (auto it = added.beginOn(); it; ++it)
+        if (made || leaf.getValue(it.pos()) < 0.0f) leaf.setValueOn(it.pos(), above.getValue(it.pos()));
+}
+
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
 void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grown) {
     const auto snap = static_cast<float>(thinnest_film(domain));
     const float background = phi.background();
-    std::vector<const Leaf*> above;
-    surface.tree().getNodes(above);
-    std::vector<std::uint8_t> differs(above.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, above.size(), 64), [&](const auto& range) {
-        const auto layer = phi.getConstUnsafeAccessor();
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const Leaf* own = layer.probeConstLeaf(above[n]->origin());
-            // A missing leaf lies wholly on one side.
-            differs[n] = own ? own->getValueMask() != above[n]->getValueMask()
-                             : inside(phi, above[n]->cbeginValueOn().getCoord());
-        }
-    });
-    // A node of the surface's band that the layer has no voxel for yet: inside, it becomes one; outside, it
-    // stays out.
-    std::vector<std::pair<openvdb::Coord, float>> exposed;
-    std::vector<openvdb::Coord> made;  // origins of the leaves they are in that are new, in ascending order
-    const auto layer = phi.getConstUnsafeAccessor();
-    for (std::size_t n = 0; n < above.size(); ++n) {
-        if (!differs[n]) continue;
-        const Leaf* own = layer.probeConstLeaf(above[n]->origin());
-        if (!own) made.push_back(above[n]->origin());
-        for (auto it = above[n]->cbeginValueOn(); it; ++it)
-            if (!own || (!own->isValueOn(it.pos()) && own->getValue(it.pos()) < 0.0f))
-                exposed.emplace_back(it.getCoord(), *it);
-    }
-    auto writer = phi.getAccessor();
-    for (const auto& [c, v] : exposed) writer.setValueOn(c, v);
-    std::sort(made.begin(), made.end());
-    openvdb::tree::LeafManager<Grid::TreeType> leaves(phi.tree());
+    const std::vector<openvdb::Coord> made = make_exposed_leaves(phi, surface);
+    std::vector<Leaf*> leaves;
+    phi.tree().getNodes(leaves);
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(phi.tree());
-    leaves.foreach ([&](Leaf& leaf, std::size_t) {
-        // A leaf made just now has the outside background everywhere else.
-        if (std::binary_search(made.begin(), made.end(), leaf.origin())) flood(leaf);
+    std::atomic<bool> any_empty{false};
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
         const auto top = surface.getConstUnsafeAccessor();
-        const Leaf* above = top.probeConstLeaf(leaf.origin());
-        const auto first = leaf.cbeginValueOn();
-        if (!first) return;
-        const float far = !above && inside(surface, first.getCoord()) ? -background : background;
-        const Grown::Nodes* grew = grown ? grown->in(leaf.origin()) : nullptr;
-        float* value = leaf.buffer().data();
-        for (auto it = leaf.beginValueOn(); it; ++it) {
-            const openvdb::Index n = it.pos();
-            const float s = above ? above->getValue(n) : far;
-            if (value[n] < (grew && grew->test(n) ? s : s + snap)) value[n] = s;
+        for (std::size_t k = range.begin(); k != range.end(); ++k) {
+            Leaf& leaf = *leaves[k];
+            const Leaf* above = top.probeConstLeaf(leaf.origin());
+            const bool is_made = std::binary_search(made.begin(), made.end(), leaf.origin());
+            if (above) expose(leaf, *above, is_made);
+            if (is_made) flood(leaf);  // it has the outside background everywhere else
+            const auto first = leaf.cbeginValueOn();
+            const float far = !above && first && inside(surface, first.getCoord()) ? -background : background;
+            const RowBits* grew = grown ? grown->in(leaf.origin()) : nullptr;
+            float* value = leaf.buffer().data();
+            for (auto it = leaf.beginValueOn(); it; ++it) {
+                const openvdb::Index n = it.pos();
+                const float s = above ? above->getValue(n) : far;
+                if (value[n] < (grew && ((*grew)[n >> 3] >> (n & 7) & 1) ? s : s + snap)) value[n] = s;
+            }
+            if (!trim_leaf(leaf, domain, background)) any_empty = true;
         }
     });
+    if (any_empty) openvdb::tools::pruneInactive(phi.tree());
 }
 
 using Bodies = std::vector<std::pair<int, Shape>>;
@@ -196,10 +208,8 @@ void begin_film(MaterialStack& stack, int material) {
 
 void cut_layers(MaterialStack& stack, const Grown* grown) {
     const Grid& surface = stack.top();
-    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k) {
+    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
         cut(*stack.layers[k].phi, surface, stack.domain, grown);
-        trim_band(*stack.layers[k].phi, stack.domain);
-    }
 }
 
 }  // namespace sidewall::levelset

@@ -35,7 +35,7 @@ bool covers(const std::array<Vec3, 3>& t, const Vec3& p) {
 
 // The triangles that look down.
 std::vector<std::array<Vec3, 3>> faces_down(const TriangleMesh& mesh) {
-    constexpr std::size_t kGrain = 4096;
+    constexpr std::size_t kGrain = 1024;
     std::vector<std::vector<std::array<Vec3, 3>>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
         const std::size_t end = std::min(mesh.triangles.size(), (part + 1) * kGrain);

@@ -257,6 +257,7 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
         Signs all;
         all.load(part, leaves[n]->origin(), box);
         if (!mark_crossings(all, leaves[n]->origin(), box, edges[n])) complete = false;
+        edges[n].vertices = edges[n].count();
     });
     if (!complete)
         throw NumericsError(
@@ -266,7 +267,6 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
     for (LeafEdges& leaf : edges) {
         leaf.first_vertex = vertex_count;
         leaf.first_triangle = triangle_count;
-        leaf.vertices = leaf.count();
         vertex_count += leaf.vertices;
         triangle_count += leaf.triangles;
     }

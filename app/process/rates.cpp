@@ -29,9 +29,11 @@ struct SamplePoints {
     std::vector<std::uint8_t> kinds() const {
         if (stride != 0 || !positions.empty()) return {};
         std::vector<std::uint8_t> kind(count);
-        for (std::size_t n = 0; n < count; ++n)
-            kind[n] = static_cast<std::uint8_t>((visible.empty() || visible[n] != 0 ? 1 : 0) |
-                                                (is_sealed(n) ? 2 : 0));
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 16384), [&](const auto& range) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n)
+                kind[n] = static_cast<std::uint8_t>((visible.empty() || visible[n] != 0 ? 1 : 0) |
+                                                    (is_sealed(n) ? 2 : 0));
+        });
         return kind;
     }
     SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
