@@ -178,7 +178,7 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
     }
     const Stages stages =
         integrate(stack, finer != nullptr ? &deep : nullptr, motions, count, duration, options);
-    Band band(stack.top(), stack.domain, stages.changed);
+    Band band(stages.leaves, stages.table, stack.domain, stages.changed);
     std::optional<Limits> limits;
     std::optional<Grown> grown;
     if (stack.layers.size() > 1) {

@@ -167,9 +167,9 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
 
 }  // namespace
 
-Band::Band(Grid& grid, const Domain& domain, std::span<const std::uint8_t> changed) {
-    grid.tree().getNodes(leaves);
-    table = surface::LeafTable(leaves);
+Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& domain,
+           std::span<const std::uint8_t> changed)
+    : leaves(std::move(all)), table(std::move(of_all)) {
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
     std::vector<std::uint8_t> moved(leaves.size());

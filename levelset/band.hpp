@@ -23,8 +23,11 @@ struct Band {
     std::vector<std::uint8_t> made;    ///< by leaf: it was made by growing the band, and has no distance yet
 
     Band() = default;
+    /// \param all      the grid's leaves.
+    /// \param of_all   their table.
     /// \param changed  by leaf: known to have changed since the last re-distancing, which saves looking. Empty: of none.
-    Band(Grid& grid, const Domain& domain, std::span<const std::uint8_t> changed);
+    Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& domain,
+         std::span<const std::uint8_t> changed);
 };
 
 /// Of a leaf's values and active voxels, never 0. A leaf keeps that of the voxels with which it came to rest as OpenVDB's

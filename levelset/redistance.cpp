@@ -246,7 +246,9 @@ void redistance(Grid& grid, const Domain& domain, int sweeps) {
     // More sweeps read farther than a leaf's rest is told for, and copies bring theirs from elsewhere.
     if (sweeps != kSweepsAfterTimeStep)
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
-    Band band(grid, domain, {});
+    std::vector<Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    Band band(leaves, surface::LeafTable(leaves), domain, {});
     redistance(band, grid, domain, sweeps);
 }
 

@@ -7,6 +7,8 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "surface/error.hpp"
@@ -21,9 +23,9 @@ constexpr std::uint32_t kNoVertex = 0xffffffffu;
 // A leaf's own edges (from each node towards +x, +y, +z) that the surface crosses, as bit sets. A vertex's
 // number is the leaf's first number plus the rank of its bit, so no per-edge table is needed.
 struct LeafEdges {
-    std::array<std::array<std::uint64_t, 8>, 3> crossed{};
-    std::array<std::array<std::uint32_t, 8>, 3> rank{};  // set bits before each word
-    std::uint32_t first_vertex = 0, first_triangle = 0, vertices = 0, triangles = 0;
+    std::array<std::array<std::uint64_t, 8>, 3> crossed;
+    std::array<std::array<std::uint32_t, 8>, 3> rank;  // set bits before each word
+    std::uint32_t first_vertex, first_triangle, vertices, triangles;
 
     std::uint32_t vertex(int axis, int node) const {
         const auto a = static_cast<std::size_t>(axis), w = static_cast<std::size_t>(node >> 6);
@@ -43,8 +45,8 @@ struct LeafEdges {
 
 // Which nodes of a leaf are known, as those of the band are, and which lie inside: bit z of byte 8 x + y.
 struct LeafSigns {
-    std::array<std::uint8_t, 64> known{}, inside{};
-    bool any_inside = false, any_outside = false;
+    std::array<std::uint8_t, 64> known, inside;
+    bool any_inside, any_outside;
 
     LeafSigns() = default;
     explicit LeafSigns(const Leaf& leaf) {
@@ -232,8 +234,9 @@ TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
 TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const LateralGrid& box) {
     const std::size_t count = leaves.size();
     const LeafTable index(leaves);
-    std::vector<LeafEdges> edges(count);
-    std::vector<LeafSigns> signs(count);
+    // Each leaf's are set where it is looked at, by many threads.
+    const auto edges = std::make_unique_for_overwrite<LeafEdges[]>(count);
+    const auto signs = std::make_unique_for_overwrite<LeafSigns[]>(count);
     each_leaf(count, [&](std::size_t n) { signs[n] = LeafSigns(*leaves[n]); });
     const auto parts = [&](std::size_t n, auto&& of) {
         const openvdb::Coord o = leaves[n]->origin();
@@ -253,7 +256,9 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
         bool in = false, out = false;
         for (const LeafSigns* p : part)
             if (p) in |= p->any_inside, out |= p->any_outside;
+        edges[n].vertices = edges[n].triangles = 0;
         if (!in || !out) return;
+        edges[n] = {};
         Signs all;
         all.load(part, leaves[n]->origin(), box);
         if (!mark_crossings(all, leaves[n]->origin(), box, edges[n])) complete = false;
@@ -264,7 +269,7 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
             "the narrow band does not enclose the surface; re-distance the level set before extracting");
 
     std::uint32_t vertex_count = 0, triangle_count = 0;
-    for (LeafEdges& leaf : edges) {
+    for (LeafEdges& leaf : std::span(edges.get(), count)) {
         leaf.first_vertex = vertex_count;
         leaf.first_triangle = triangle_count;
         vertex_count += leaf.vertices;
