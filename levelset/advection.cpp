@@ -147,7 +147,7 @@ Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const
         }
         stage<R>(stages, samples, grid, *speeds, kept_shares(options.time_integration)[k]);
     }
-    stages.next = {};  // whose memory re-distancing takes
+    stages.next = LargeVector<float>();  // whose memory re-distancing takes
     return stages;
 }
 

@@ -24,7 +24,7 @@ Mask mask_of(const Leaf& leaf) {
 }
 
 template <class Use>
-void parallel(std::size_t count, Use&& use) {
+void each_of(std::size_t count, Use&& use) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 64), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
     });
@@ -129,7 +129,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
                                                     8 * kFaces[face][2]);
     };
     std::vector<std::uint8_t> grows(band.awake.size());  // over which faces, as bits, to where no leaf is
-    parallel(grows.size(), [&](std::size_t k) {
+    each_of(grows.size(), [&](std::size_t k) {
         const unsigned faces = faces_touched(mask_of(*band.leaves[band.awake[k]]));
         for (std::size_t f = 0; f < 6; ++f) {
             if ((faces >> f & 1) == 0) continue;
@@ -223,8 +223,8 @@ void grow(Band& band, Grid& grid, const Domain& domain) {
     const std::vector<openvdb::Coord> wrapped = across_sides(band, domain);
     make_leaves(band, grid, domain, wrapped);
     std::vector<Mask> before(band.leaves.size());
-    parallel(before.size(), [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
-    parallel(band.awake.size(), [&](std::size_t k) {
+    each_of(before.size(), [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
+    each_of(band.awake.size(), [&](std::size_t k) {
         const std::size_t n = band.awake[k];
         Leaf& leaf = *band.leaves[n];
         const openvdb::Coord o = leaf.origin();

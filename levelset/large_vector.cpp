@@ -25,8 +25,8 @@ constexpr std::size_t kLeastKept = 2 * kLargePage;
 // A block begins with its size, in this many bytes, which keep the rest aligned for vector instructions.
 constexpr std::size_t kHeader = 64;
 
-// An eighth or less above what is asked for, so that a block serves again when a grid has grown. What is
-// never touched takes no memory.
+// An eighth or less above what is asked for, or a page or less, so that a block serves again when a grid has
+// grown. Pages that are never touched take no memory.
 std::size_t block_size(std::size_t bytes) {
     const std::size_t part = std::max(kLargePage, std::bit_floor(bytes) / 8);
     return (bytes + part - 1) / part * part;

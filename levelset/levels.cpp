@@ -1,6 +1,7 @@
 #include "levelset/levels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -95,11 +96,16 @@ void set_columns(MaterialStack& stack, LevelColumns columns) {
 // The columns with those around them.
 LevelColumns widened(const Domain& domain, const LevelColumns& columns) {
     LevelColumns result = columns;
-    const auto column = [&](int axis, int x) { return domain.source_node(axis, kNodes * x) >> kShift; };
+    // Across a periodic side, where the last column may be partial, two columns may lie beside one.
+    const auto beside = [&](int axis, int x) {
+        return std::array{domain.source_node(axis, kNodes * x) >> kShift,
+                          domain.source_node(axis, kNodes * (x + 1) - 1) >> kShift};
+    };
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
             for (int n = 0; n < 9 && columns.at(x, y); ++n)
-                result.at(column(0, x + n / 3 - 1), column(1, y + n % 3 - 1)) = 1;
+                for (const int i : beside(0, x + n / 3 - 1))
+                    for (const int j : beside(1, y + n % 3 - 1)) result.at(i, j) = 1;
     return result;
 }
 

@@ -11,6 +11,7 @@ namespace sidewall::app {
 namespace {
 
 constexpr double kWidth = 720.0, kHeight = 440.0, kLeft = 80.0, kRight = 220.0, kTop = 40.0, kBottom = 60.0;
+constexpr double kToLegend = 40.0, kLetter = 7.0;  // a letter's width, at most in the mean of a name
 // Okabe and Ito's palette, safe for colour-blind readers; lines whose colour comes again are dashed.
 constexpr std::array kColours{"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
 constexpr std::array kDashes{"", "8 4", "2 3", "10 3 2 3"};
@@ -91,12 +92,15 @@ std::string svg_plot(const Plot& plot) {
         for (const auto& point : s.points)
             if (x.shows(point.first) && y.shows(point.second))
                 x.include(point.first), y.include(point.second);
+    std::size_t longest = 0;
+    for (const PlotSeries& s : plot.series) longest = std::max(longest, s.name.size());
     std::string svg = fmt::format(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" "
         "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
         "fill=\"white\"/>\n"
         "<text x=\"{2}\" y=\"22\" font-size=\"15\">{3}</text>\n",
-        kWidth, kHeight, kLeft, escaped(plot.title));
+        std::max(kWidth, kWidth - kRight + kToLegend + kLetter * static_cast<double>(longest)), kHeight,
+        kLeft, escaped(plot.title));
     if (!(x.low <= x.high && y.low <= y.high))
         return svg + fmt::format("<text x=\"{}\" y=\"{}\">no data</text>\n</svg>\n", kLeft, kHeight / 2);
     const double x_step = x.settle(), y_step = y.settle();
@@ -109,14 +113,14 @@ std::string svg_plot(const Plot& plot) {
         const double value = x.value(x.low + n * x_step), p = x.pixel(value);
         svg += fmt::format(
             "<line x1=\"{0:.1f}\" y1=\"{1}\" x2=\"{0:.1f}\" y2=\"{2}\" stroke=\"#dddddd\"/>\n"
-            "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:.4g}</text>\n",
+            "<text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:.5g}</text>\n",
             p, y.to, y.from, y.from + 18.0, std::abs(value) < 1e-12 ? 0.0 : value);
     }
     for (int n = 0; y.low + n * y_step <= y.high + 1e-9 * y_step; ++n) {
         const double value = y.value(y.low + n * y_step), p = y.pixel(value);
         svg += fmt::format(
             "<line x1=\"{0}\" y1=\"{1:.1f}\" x2=\"{2}\" y2=\"{1:.1f}\" stroke=\"#dddddd\"/>\n"
-            "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:.4g}</text>\n",
+            "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:.5g}</text>\n",
             x.from, p, x.to, x.from - 6.0, p + 4.0, std::abs(value) < 1e-12 ? 0.0 : value);
     }
     svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",

@@ -119,8 +119,9 @@ struct Case {
 // Error and time of a way at one depth, with as few rays as get there.
 struct AtDepth {
     DepthError error;
+    double rays = 0.0;  // that it had
     double seconds = kInfinity;
-    bool reached = false;  // with the rays it had
+    bool reached = false;  // with those rays
 };
 
 AtDepth at_depth(const Case& c, const Way& way, const DepthBin& bin) {
@@ -129,6 +130,7 @@ AtDepth at_depth(const Case& c, const Way& way, const DepthBin& bin) {
         double rays = 0.0;
         result.error = depth_error(bin, level, c.reference());
         result.seconds = seconds_to(c.options.target, level, result.error, rays);
+        result.rays = level.rays;
         result.reached = rays <= level.rays;
         if (result.reached) break;
     }
@@ -183,7 +185,7 @@ Way radiosity_way(const Case& c, std::size_t m) {
             mesh.trace->turn(2.0 * rays, c.sticking, seed, true);
         }
         way.levels.push_back(runs_of(mesh.trace->take(), mesh.seconds, c.limits[m].radiosity));
-        way.levels.back().fewest_rays = kFirstRadiosityRays * unknowns;
+        way.levels.back().fewest_rays = way.levels.front().rays;  // but for rounding what was asked for
         if (std::ranges::all_of(c.bins, [&](const DepthBin& bin) { return at_depth(c, way, bin).reached; }))
             break;
     }
@@ -206,6 +208,7 @@ Json way_json(const Case& c, const Way& way) {
                             {"noise", at.error.noise},
                             {"shift", at.error.shift},
                             {"bias_resolved", at.error.bias_resolved},
+                            {"rays", at.rays},
                             {"seconds", seconds_json(at.seconds)}});
     }
     const FluxRuns& last = way.levels.back();

@@ -29,7 +29,8 @@ struct FiveWaysOptions {
     double reference_rays = 6e7;         ///< gathered for the reference, all repeats together
     const FluxPair* long_run =
         nullptr;  ///< top-down on the raw mesh with more rays, of the first sticking, if there is one
-    std::function<void(const std::string&)> before_turn{};  ///< told what comes next; may throw
+    /// Told what comes next; may throw.
+    std::function<void(const std::string&)> before_turn = [](const std::string&) {};
 };
 
 /// Measures the five ways. The reference is radiosity on the raw mesh with many more rays, as means over the vertices' hat
@@ -40,9 +41,10 @@ struct FiveWaysOptions {
 /// first at every depth, or gets there at the most depths.
 /// \returns one entry a sticking: {"sticking", "target", "depths": [{"name", "z_low", "z_high", "flux",
 ///          "reference_error", "shift"}], "ways": [{"way", "variant", "best", "rays", "run_seconds": {"fixed", "of_rays"},
-///          "by_depth": [{"bias", "bias_resolved", "noise", "shift", "seconds"}], "seconds", "reached"}]}, see DepthError.
+///          "by_depth": [{"bias", "bias_resolved", "noise", "shift", "rays", "seconds"}], "seconds", "reached"}]}, see DepthError.
 ///          Seconds are null where the bias alone exceeds the target; those of a way are to the target at every depth,
-///          "reached" counts the depths that get there. Rays, noise and run_seconds of radiosity are those of a level.
+///          "reached" counts the depths that get there. Radiosity has more and more rays: those of a depth, and
+///          its noise, are of the first run that gets there; "rays" and "run_seconds" of a way are of its longest.
 Json five_ways(const TriangleMesh& surface, const flux::LateralBox& box,
                std::span<const SimplifiedMesh> simplified, const FiveWaysOptions& options);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/pictures/svg_plot.hpp"
 #include "app/study/five_ways.hpp"
 
@@ -134,12 +135,13 @@ std::string five_ways_csv(const Json& study) {
                 for (std::size_t d = 0; d < entry["depths"].size(); ++d) {
                     const Json &depth = entry["depths"][d], &at = way["by_depth"][d];
                     text += fmt::format(
-                        "{},{},{},\"{}\",{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{}\n",
+                        "{},{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{}\n",
                         surface["surface"].get<int>(), entry["sticking"].get<double>(),
-                        way["way"].get<std::string>(), way["variant"].get<std::string>(),
-                        way["best"].get<bool>() ? 1 : 0, depth["name"].get<std::string>(),
-                        depth["flux"].get<double>(), depth["reference_error"].get<double>(),
-                        at["bias"].get<double>(), at["noise"].get<double>(), way["rays"].get<double>(),
+                        csv_field(way["way"].get<std::string>()),
+                        csv_field(way["variant"].get<std::string>()), way["best"].get<bool>() ? 1 : 0,
+                        depth["name"].get<std::string>(), depth["flux"].get<double>(),
+                        depth["reference_error"].get<double>(), at["bias"].get<double>(),
+                        at["noise"].get<double>(), at["rays"].get<double>(),
                         at["seconds"].is_null() ? "" : fmt::format("{:.9g}", at["seconds"].get<double>()));
                 }
     return text;

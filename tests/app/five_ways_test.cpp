@@ -133,7 +133,6 @@ TEST_CASE(
     options.rays = 8192.0;
     options.stickings = {0.5};
     options.reference_rays = 1e5;
-    options.before_turn = [](const std::string&) {};
     const Json entry = five_ways(surface, box, simplified, options)[0];
     REQUIRE(entry["depths"].size() == 1);  // all of it is floor
     const double scatter = entry["depths"][0]["reference_error"];
@@ -187,6 +186,7 @@ TEST_CASE("a way whose bias is beyond the target is not reached, and the report 
                        {"bias_resolved", 0.001},
                        {"noise", 0.1},
                        {"shift", 0.0},
+                       {"rays", 64.0},
                        {"seconds", seconds}}}},
                     {"seconds", seconds},
                     {"reached", seconds.is_null() ? 0 : 1}};
@@ -199,10 +199,12 @@ TEST_CASE("a way whose bias is beyond the target is not reached, and the report 
                                     {"reference_error", 0.003},
                                     {"shift", 0.001}}});
     entry["ways"] = Json::array({way("raw top-down", "", 0.0, 40.0), way("raw radiosity", "", 0.001, 10.0),
+                                 way("raw top-down, smoothed", "1 round", 0.001, 20.0),
                                  way("simplified top-down", "region, 90 %", 0.034, nullptr),
                                  way("simplified radiosity", "region, 90 %", 0.002, 2.5)});
     const std::string report = five_ways_report(entry);
-    CHECK(report.find("| floor | 0.2 | 0.3 % | 40 | 10 | not reached (3.4 %) | 2.5 |") != std::string::npos);
+    CHECK(report.find("| floor | 0.2 | 0.3 % | 40 | 10 | 20 | not reached (3.4 %) | 2.5 |") !=
+          std::string::npos);
     Json study{{"flux_error_target", 0.02}, {"surfaces", Json::array({{{"surface", 1}}})}};
     study["surfaces"][0]["five_ways"] = Json::array({entry});
     CHECK(
@@ -210,5 +212,8 @@ TEST_CASE("a way whose bias is beyond the target is not reached, and the report 
             "| 1 | 0.1 | raw radiosity: 10 s | simplified radiosity (region, 90 %): 2.5 s | yes: 4 times as fast |") !=
         std::string::npos);
     CHECK(five_ways_csv(study).find("1,0.1,simplified top-down,\"region, 90 %\",1,floor") !=
+          std::string::npos);
+    CHECK(five_ways_csv(study).find(
+              "\n1,0.1,\"raw top-down, smoothed\",1 round,1,floor,0.2,0.003,0.001,0.1,64,20\n") !=
           std::string::npos);
 }

@@ -95,6 +95,10 @@ TEST_CASE("a plot shows its points, and says so when it has none") {
         svg_plot({"a < b", "x", "y", {{"line", {{1.0, 10.0}, {2.0, 1000.0}}}}, false, true});
     CHECK(svg.find("a &lt; b") != std::string::npos);
     CHECK(svg.find("<polyline") != std::string::npos);
+    CHECK(svg.find("viewBox=\"0 0 720 440\" width=\"720\"") != std::string::npos);
+    // A line's name has room beside the plot: from x = 540 on, 7 pixels a letter.
+    const std::string wide = svg_plot({"", "x", "y", {{std::string(60, 'm'), {{1.0, 1.0}, {2.0, 2.0}}}}});
+    CHECK(wide.find("viewBox=\"0 0 960 440\" width=\"960\"") != std::string::npos);
     CHECK(svg_plot({"none", "x", "y", {{"line", {{1.0, -1.0}}}}, false, true}).find("no data") !=
           std::string::npos);
 }
