@@ -63,6 +63,8 @@ void add_grids(const MaterialStack& stack, int level, openvdb::GridPtrVec& grids
         const GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());
         grid->setName(grid_name(k, level));
         grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
+        grid->removeMeta(kColumns);  // those of the file that the grid may come from
+        grid->removeMeta(kMargin);
         if (stack.coarser && k == 0) {
             std::string own;
             for (const std::uint8_t column : stack.columns.own) own += column != 0 ? '1' : '0';

@@ -25,6 +25,13 @@ struct Rows {
 struct EdgeTable {
     std::vector<std::array<std::uint32_t, 2>> edges;  ///< lower vertex first, ascending
     Rows corners;                                     ///< per edge, ascending: one on a boundary, two inside
+
+    /// Whether no edge is on a boundary.
+    bool closed() const {
+        for (std::size_t e = 0; e < edges.size(); ++e)
+            if (corners[e].size() == 1) return false;
+        return true;
+    }
 };
 
 /// O(n log n).

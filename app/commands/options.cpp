@@ -1,6 +1,8 @@
 #include "app/commands/options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
 
 #include "app/common/threads.hpp"
 
@@ -14,12 +16,21 @@ void run_by(CLI::App& command, std::function<void()> run) {
     command.callback(std::move(run));
 }
 
+namespace {
+
+// Which no range excludes.
+std::string refuse_nan(const std::string& text) {
+    return std::isnan(std::strtod(text.c_str(), nullptr)) ? text + ": must be a number" : "";
+}
+
+}  // namespace
+
 template <class T>
 CLI::Option& add_option(CLI::App& command, const std::string& names, T& value, const std::string& type,
                         const std::string& doc, const OptionRule& rule) {
     CLI::Option& option = *command.add_option(names, value, doc);
     option.required(rule.required);
-    if (rule.range) option.check(CLI::Range((*rule.range)[0], (*rule.range)[1]));
+    if (rule.range) option.check(refuse_nan, "")->check(CLI::Range((*rule.range)[0], (*rule.range)[1]));
     if (!rule.one_of.empty()) option.check(CLI::IsMember(rule.one_of));
     return *option.type_name(type);
 }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "surface/mesh_io.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -190,6 +191,17 @@ void check_thickness(const Layer& layer, const Walls& walls, const levelset::Dom
             layer.shape, cells, kGoodCells, finer));
 }
 
+// A film that thin is what it is until it is undercut.
+void note_thin(double thickness, const levelset::Domain& domain, const std::string& path,
+               std::vector<std::string>& notes) {
+    const double cells = thickness / domain.spacing * (1.0 + kRounding);
+    if (!(cells > 0.0) || cells >= kFewestCells) return;
+    notes.push_back(fmt::format(
+        "{}: the layer is {:.3g} cells thick: where it is undercut, under {:g} it becomes up to half a cell "
+        "thinner or thicker, or goes; if it is to hold, use a grid_spacing of {:.2g} or less",
+        path, cells, kFewestCells, thickness / kFewestCells));
+}
+
 // As solids.cpp rounds a box: what is left of it within the rounding must be a box.
 void check_edges(const Layer& layer) {
     if (layer.shape != "box" || layer.radius == 0.0) return;
@@ -208,6 +220,7 @@ void check_edges(const Layer& layer) {
 
 void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
                  const std::string& path, std::vector<std::string>& notes) {
+    note_thin(thickness, domain, path, notes);
     const std::optional<Walls> walls = walls_of(layer, thickness);
     if (!walls) return;
     check_place(layer, *walls, domain);
@@ -218,7 +231,8 @@ void check_shape(const Layer& layer, double thickness, const levelset::Domain& d
 }
 
 void check_mesh(const Layer& layer, const levelset::Domain& domain, double most) {
-    const Box3 bounds = bounding_box(surface::read_mesh(layer.file));
+    const TriangleMesh mesh = surface::read_mesh(layer.file);
+    const Box3 bounds = bounding_box(mesh);
     if (std::max(std::abs(bounds.min.z()), std::abs(bounds.max.z())) > most)
         throw KeyError("file",
                        fmt::format("reaches from z = {:g} to {:g}, beyond +-{:g}; check its unit, or use "
@@ -231,6 +245,17 @@ void check_mesh(const Layer& layer, const levelset::Domain& domain, double most)
                 "file",
                 fmt::format("the mesh lies from {} = {:g} to {:g}, outside the domain's {:g} to "
                             "{:g}; check its unit and place",
+                            "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
+    }
+    if (surface::edge_table(mesh).closed()) return;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        if (bounds.min[a] > domain.min[axis] + domain.spacing ||
+            bounds.max[a] < domain.max[axis] - domain.spacing)
+            throw KeyError(
+                "file",
+                fmt::format("the mesh is not closed and spans {} = {:g} to {:g} of the domain's {:g} to "
+                            "{:g}: close it, or let it reach the domain's sides",
                             "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
     }
 }

@@ -22,7 +22,7 @@ inline constexpr double kRounding = 1e-9;
 /// \param layer      of any shape; others are not looked at.
 /// \param thickness  of the layer, infinite for the first one: where a recess through it ends.
 /// \param path       of the layer, e.g. "layer[1]".
-/// \param notes      takes what is narrower than six cells.
+/// \param notes      takes what is narrower than six cells, and a layer thinner than two.
 /// \throws KeyError naming the key that is to be changed.
 void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
                  const std::string& path, std::vector<std::string>& notes);

@@ -171,6 +171,9 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
                                    kMostCells));
         }
         if (step.model == "cut") check_cut(step, *find_node(root, here)->as_table(), here, recipe, lowest);
+        if (step.model == "strip" && !recipe.layers.empty() &&
+            step.values.get<std::string>("material") == recipe.layers.front().material)
+            refuse(here + ".material", "the substrate cannot be taken away: name another material");
         if (step.model == "planarize" && step.values.get<double>("height") < lowest)
             refuse(
                 here + ".height",

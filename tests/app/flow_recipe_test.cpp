@@ -203,6 +203,8 @@ TEST_CASE("masks and cuts that make no sense are refused with line, key and reme
     CHECK(with_step(cut + "shape = \"hole\"\nradius = 1\ndepth = -0.5\n") == "accepted");
     // A cut may lie below the lowest point so far, and so may a polish then.
     const std::string polish = "[[step]]\nmodel = \"planarize\"\nheight = -1.0\n";
+    CHECK(with_step("model = \"strip\"\nmaterial = \"Si\"\n").find("the substrate cannot be taken away") !=
+          std::string::npos);
     CHECK(with_step("model = \"strip\"\nmaterial = \"SiO2\"\n" + polish).find("step[1].height") !=
           std::string::npos);
     CHECK(with_step(cut + "shape = \"hole\"\nradius = 1\ndepth = 1.5\n" + polish) == "accepted");

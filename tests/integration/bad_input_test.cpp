@@ -437,13 +437,21 @@ TEST_CASE("a layer's file that is no mesh or layout is found by check", "[foreig
     std::ofstream(folder.path / "far.stl")
         << "solid a\nfacet normal 0 0 1\nouter loop\nvertex 100 100 0\n"
            "vertex 900 100 0\nvertex 100 900 0\nendloop\nendfacet\nendsolid\n";
-    std::ofstream(folder.path / "bad.toml")
-        << kDomain + kLayer + "[[layer]]\nmaterial = \"W\"\nshape = \"mesh\"\nfile = \"far.stl\"\n" + kStep;
-    const Outcome outcome = run(folder.path, "check bad.toml");
-    INFO(outcome.output);
-    CHECK(outcome.exit_code == 2);
-    CHECK(outcome.output.find("bad.toml:9: layer[1].file = \"far.stl\": the mesh lies from x = 100 to 900") !=
-          std::string::npos);
+    std::ofstream(folder.path / "small.stl")  // open, and smaller than the domain
+        << "solid a\nfacet normal 0 0 1\nouter loop\nvertex -1 -1 0\n"
+           "vertex 1 -1 0\nvertex -1 1 0\nendloop\nendfacet\nendsolid\n";
+    for (const auto& [file, message] :
+         {std::pair{"far", "the mesh lies from x = 100 to 900"},
+          {"small", "the mesh is not closed and spans x = -1 to 1 of the domain's -2 to 2: close it"}}) {
+        std::ofstream(folder.path / "bad.toml")
+            << kDomain + kLayer + "[[layer]]\nmaterial = \"W\"\nshape = \"mesh\"\nfile = \"" + file +
+                   ".stl\"\n" + kStep;
+        const Outcome outcome = run(folder.path, "check bad.toml");
+        INFO(outcome.output);
+        CHECK(outcome.exit_code == 2);
+        CHECK(outcome.output.find(std::string("bad.toml:9: layer[1].file = \"") + file +
+                                  ".stl\": " + message) != std::string::npos);
+    }
 }
 
 TEST_CASE("a bad override is refused by name", "[foreign]") {
@@ -465,6 +473,7 @@ TEST_CASE("a bad command line is a usage error", "[foreign]") {
         {"unknown option", "good.toml", kGood, "check good.toml --fast", 2, {"--fast"}},
         {"option without value", "good.toml", kGood, "check good.toml --set", 2, {"--set"}},
         {"threads", "good.toml", kGood, "check good.toml --threads 0", 2, {"--threads"}},
+        {"number that is none", "", "", "study --rays nan", 2, {"--rays: nan: must be a number"}},
         {"unknown model", "", "", "models isotropc", 2, {"isotropc", "did you mean isotropic?"}},
         {"recipe missing", "", "", "check none.toml", 3, {"none.toml: no such file", "give a recipe"}},
         {"recipe is a folder", "", "", "check .", 3, {".: not a file"}},

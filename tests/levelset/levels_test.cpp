@@ -10,6 +10,7 @@
 
 #include "levelset/checkpoint.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/presence.hpp"
 #include "levelset/shapes.hpp"
 #include "surface/distance.hpp"
 #include "tests/folder.hpp"
@@ -305,6 +306,48 @@ TEST_CASE("columns chosen at random for a thousand time steps leave no edge open
     }
     CHECK(open == 0);
     CHECK(extracted >= 125);
+}
+
+TEST_CASE("a stack that is brought from several levels to one is saved as one, from a checkpoint, too",
+          "[levels]") {
+    const test::Folder folder;
+    const auto file = folder.path / "checkpoint.vdb";
+    const Domain domain = test::unit_domain(96);
+    Shape trench;
+    trench.kind = ShapeKind::trench;
+    trench.width = 20.0;
+    trench.depth = 30.0;
+    MaterialStack stack = make_stack(domain, {{0, trench}});
+    make_levels(stack, 2, 1);
+    save_checkpoint(file, stack, "");
+    const MaterialStack one = on_one_level(load_checkpoint(file, domain).stack);
+    save_checkpoint(file, one, "");
+    const MaterialStack loaded = load_checkpoint(file, domain).stack;
+    CHECK(!loaded.coarser);
+    CHECK(extract_surface(loaded).vertices == extract_surface(one).vertices);
+}
+
+TEST_CASE("what is left of a layer is as much on several levels as on one", "[levels]") {
+    const Domain domain = make_domain({128.0, 64.0}, 1.0, {Side::reflective, Side::periodic});
+    const auto left = [&](int levels, double thickness) {
+        Shape base, film, post;  // the film covers the wafer, and a post of it stands in the fine columns
+        base.top = 0.1;
+        film.top = 0.1 + thickness;
+        post.kind = ShapeKind::box;
+        post.size = {6.0, 6.0};
+        post.height = 4.0;
+        MaterialStack stack = make_stack(domain, {{0, base}, {1, film}, {1, post}});
+        if (levels > 1) make_levels(stack, levels, 1);
+        std::size_t start = 0;
+        return volume_left(stack, 1, 1e9, start);
+    };
+    // On coarser levels the film counts as on the finest: planes have no error, and at the borders of columns
+    // a row of nodes too many or too few counts, a part in 16.
+    const double wafer = 0.7 * 128.0 * 64.0;
+    CHECK(left(1, 0.7) == Approx(wafer).epsilon(0.1));
+    CHECK(left(2, 0.7) == Approx(left(1, 0.7)).epsilon(1.0 / 16.0));
+    CHECK(left(3, 0.7) == Approx(left(1, 0.7)).epsilon(1.0 / 16.0));
+    CHECK(left(3, 0.0) == Approx(left(1, 0.0)).epsilon(0.01));  // the post alone
 }
 
 TEST_CASE("several levels move to the same bits on any number of threads, and from a checkpoint",
