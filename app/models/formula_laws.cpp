@@ -102,10 +102,11 @@ double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
                 std::span<const double> values) {
     const double value = law.expression(values);
     if (std::isfinite(value)) return value;
-    throw NumericsError(fmt::format("{} = \"{}\" is {} on {}, where {}: {}", law.key, law.expression.text(),
-                                    std::isnan(value) ? "not a number" : "infinite",
-                                    place_of(names, point, values), named_values(law, names, values),
-                                    std::isnan(value) ? kKeepAbove : "keep what it divides by from 0"));
+    throw NumericsError(fmt::format(
+        "{} = \"{}\" is {} on {}, where {}: {}", law.key, law.expression.text(),
+        std::isnan(value) ? "not a number" : "infinite", place_of(names, point, values),
+        named_values(law, names, values),
+        std::isnan(value) ? kKeepAbove : "keep what it divides by from 0, and its exponents small"));
 }
 
 std::string named_values(const Law& law, const Names& names, std::span<const double> values) {
