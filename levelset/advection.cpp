@@ -52,7 +52,7 @@ bool any_moves(const Leaf& leaf, const std::int32_t* sample, const SampleSpeeds&
 
 // out = keep * phi0 + (1 - keep) * (phi - dt H(phi)): one stage of a strong-stability-preserving Runge-Kutta
 // scheme (Shu and Osher, J. Comput. Phys. 77 (1988) 439), phi0 being that at the time step's start. Leaves in
-// which nothing has a speed are left as they are.
+// which nothing has a speed are left as they are. The first stage, which keeps nothing, notes phi0.
 template <int R>
 void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, const Grid& grid,
            const SampleSpeeds& speeds, float keep) {
@@ -70,13 +70,15 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
     each_leaf([&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
         const std::int32_t* sample = samples[n];
+        const float* phi = leaf.buffer().data();
+        if (keep == 0.0f && !stages.before.empty())
+            std::copy_n(phi, Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
         if (stages.deep && stages.deep->at(leaf.origin().x() >> 3, leaf.origin().y() >> 3)) return;
         if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
         if (!stages.moved[n]) return;
         Block<R> block;
         Row h;
         load_axes(data, speeds.stack.domain, leaf, background, block);
-        const float* phi = leaf.buffer().data();
         const float* phi0 = keep > 0.0f ? &stages.before[n * Leaf::SIZE] : nullptr;
         float* out = &stages.next[n * Leaf::SIZE];
         std::copy_n(phi, Leaf::SIZE, out);
@@ -128,12 +130,7 @@ Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const
     stages.next.resize(values);
     stages.moved.resize(stages.leaves.size(), 0);
     stages.changed.resize(stages.leaves.size(), 0);
-    if (count > 1 || stack.layers.size() > 1) {
-        stages.before.resize(values);
-        tbb::parallel_for(std::size_t{0}, stages.leaves.size(), [&](std::size_t n) {
-            std::copy_n(stages.leaves[n]->buffer().data(), Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
-        });
-    }
+    if (count > 1 || stack.layers.size() > 1) stages.before.resize(values);
     std::optional<SampleSpeeds> speeds;
     std::vector<const std::int32_t*> samples;  // by leaf
     for (std::size_t k = 0; k < count; ++k) {
