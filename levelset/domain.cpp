@@ -50,11 +50,11 @@ Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side
             return domain;
         }
     }
-    throw RecipeError(
-        fmt::format("domain.extent = [{}, {}]: no grid spacing near {} divides both; make one a whole number "
-                    "of cells of the other, e.g. [{}, {}]",
-                    extent[0], extent[1], spacing, std::round(extent[0] / spacing) * spacing,
-                    std::round(extent[1] / spacing) * spacing));
+    throw RecipeError(fmt::format(
+        "domain.extent = [{:.10g}, {:.10g}]: no grid spacing near {:.10g} divides both; make one a "
+        "whole number of cells of the other, e.g. [{:.10g}, {:.10g}]",
+        extent[0], extent[1], spacing, std::round(extent[0] / spacing) * spacing,
+        std::round(extent[1] / spacing) * spacing));
 }
 
 }  // namespace sidewall::levelset

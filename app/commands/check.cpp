@@ -86,9 +86,9 @@ void add_check_command(CLI::App& program) {
     run_by(command, [options, quick] {
         const Recipe recipe = load(*options);
         const levelset::Domain domain = domain_of(recipe);
-        fmt::print("{}# The grid: {} x {} cells of {} {}{}.\n{}", effective_recipe(recipe), domain.cells[0],
-                   domain.cells[1], domain.spacing, recipe.domain.length_unit, coarser_text(recipe, domain),
-                   values_by_material(recipe));
+        fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}", effective_recipe(recipe),
+                   domain.cells[0], domain.cells[1], domain.spacing, recipe.domain.length_unit,
+                   coarser_text(recipe, domain), values_by_material(recipe));
         if (*quick) return;
         std::fflush(stdout);
         require_memory(recipe, domain);

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <string>
 
 #include "app/recipe/flat.hpp"
 #include "app/recipe/layers.hpp"
@@ -13,19 +13,36 @@
 namespace sidewall::app {
 namespace {
 
+// Whether a recipe with this spacing has the levels.
+bool divides_by(int levels, const DomainSection& domain, const std::string& spacing) {
+    try {
+        return levelset::most_levels(
+                   levelset::make_domain(domain.extent, std::stod(spacing), domain.boundary)) >= levels;
+    } catch (const RecipeError&) {
+        return false;
+    }
+}
+
 // The spacing nearest to the wanted one that leaves whole cells of the coarsest level along both sides, and
-// enough.
-std::optional<double> spacing_for(int levels, const DomainSection& domain) {
+// enough, as a recipe writes it; empty if there is none. At the least the cells there are become the
+// coarsest.
+std::string spacing_for(int levels, const DomainSection& domain, const levelset::Domain& cells) {
     constexpr int kLeastCells = 4;
     const int factor = 1 << (levels - 1);
     const double shorter = std::min(domain.extent[0], domain.extent[1]),
                  longer = std::max(domain.extent[0], domain.extent[1]);
-    std::optional<double> best;
-    const int most = static_cast<int>(2.0 * shorter / domain.grid_spacing / factor) + kLeastCells;
+    double nearest = kHuge;
+    std::string best;
+    const int most = std::max(std::min(cells.cells[0], cells.cells[1]), 2 * kLeastCells);
     for (int n = kLeastCells; n <= most; ++n) {
         const double dx = shorter / (n * factor), along = longer / (dx * factor);
         if (std::abs(along - std::round(along)) > 1e-6 * along) continue;
-        if (!best || std::abs(dx - domain.grid_spacing) < std::abs(*best - domain.grid_spacing)) best = dx;
+        const double away = std::abs(dx - domain.grid_spacing);
+        if (away >= nearest) continue;
+        const std::string text = fmt::format("{:.10g}", dx);
+        if (!divides_by(levels, domain, text)) continue;
+        nearest = away;
+        best = text;
     }
     return best;
 }
@@ -50,16 +67,15 @@ void check_grid(const GridSection& grid, const DomainSection& domain) {
     const levelset::Domain cells = levelset::make_domain(domain.extent, domain.grid_spacing, domain.boundary);
     const int most = levelset::most_levels(cells);
     if (levels <= most) return;
-    const std::optional<double> spacing = spacing_for(levels, domain);
+    const std::string spacing = spacing_for(levels, domain, cells);
     throw KeyError(
         "levels",
         fmt::format(
             "makes coarsest cells of {} finest ones, of which {} x {} cells do not hold a whole number, "
             "or less than 4, along both sides: {}use at most {} {}",
             1 << (levels - 1), cells.cells[0], cells.cells[1],
-            spacing ? fmt::format("a domain.grid_spacing of {:.6g} would do; else ", *spacing)
-                    : std::string(),
-            most, most == 1 ? "level" : "levels"));
+            spacing.empty() ? "" : fmt::format("a domain.grid_spacing of {} would do; else ", spacing), most,
+            most == 1 ? "level" : "levels"));
 }
 
 }  // namespace sidewall::app

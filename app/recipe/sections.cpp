@@ -57,7 +57,7 @@ std::vector<Field> fields(GridSection& grid) {
          "of the grid, each with twice the spacing of the one before: the finest counts in columns of the wafer that "
          "have what a coarser one cannot hold, such as edges, gaps or speeds that change along the surface; auto: up to "
          "3, as many as the domain's cells allow",
-         {.min = 1.0, .max = 3.0, .word = "auto"}},
+         {.min = 1.0, .max = 3.0, .whole = true, .word = "auto"}},
     };
 }
 

@@ -8,6 +8,7 @@
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
 #include "app/report/view_mesh.hpp"
+#include "app/study/fit_report.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
 
@@ -186,6 +187,8 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
                                   : ": it changes none of them."));
     if (text_at(fit, "status") == "max-runs")
         page.notes.push_back("The runs did not suffice: the values are the best so far.");
+    if (const std::string unmet = unmet_targets(fit); !unmet.empty())
+        page.notes.push_back("The" + unmet.substr(3) + ".");
     if (fit.contains("several_minima") && fit["several_minima"] == true)
         page.notes.push_back("There are several minima, of which this is the lowest found.");
     page.sections.push_back(parameters_section(fit));

@@ -290,7 +290,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
       list.append(el("div", { class: "interval" },
         el("div", { class: "interval-name" }, el("code", {}, row.name),
            el("b", {}, number(row.value, 5)),
-           el("span", {}, (known ? `95 %: ${number(from)} to ${number(to)}` : "95 %: unknown") +
+           el("span", {}, (known ? `95 %: ${number(from)} to ${number(to)}` : row.at_bound ? "95 %: none" : "95 %: unknown") +
               (row.at_bound ? ", at its bound" : ""))),
         el("div", { class: "interval-bar" },
            el("i", { class: known ? "range" : "range unknown", style: `left:${at[0]}%;width:${Math.max(at[1] - at[0], 0.4)}%` }),

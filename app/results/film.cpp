@@ -9,6 +9,10 @@
 namespace sidewall::app {
 namespace {
 
+// What lies within this part of a cell is flat: a thinner film is told from none nowhere, either; faces on
+// nodes lie 0.002 of their level's cells off them, which is less on all levels.
+constexpr double kFlat = levelset::kExposed;
+
 struct ProfileSpan {
     double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
 };
@@ -92,11 +96,11 @@ Floor lowest_point(const Profile& below, const std::pair<double, double>& within
     return lowest;
 }
 
-// The middle, along the profile, of what lies within a hundredth of the depth above the floor; of a groove
-// its lowest point.
-double middle_of_floor(const Profile& below, const Floor& floor, double top,
+// The middle, along the profile, of what lies within a hundredth of the depth, or within `flat`, above the
+// floor; of a groove its lowest point.
+double middle_of_floor(const Profile& below, const Floor& floor, double top, double flat,
                        const std::pair<double, double>& within) {
-    const double near = floor.z + 0.01 * (top - floor.z);
+    const double near = floor.z + std::max(0.01 * (top - floor.z), flat);
     double sum = 0.0, length = 0.0;
     below.each_segment([&](const Vec3& p, const Vec3& q) {
         if (std::max(p.z(), q.z()) > near) return;
@@ -116,10 +120,11 @@ bool has_ledge(const Profile& profile, double z, double near) {
 }
 
 // What is flat, of profiles that may go on beyond their sides. Returns z of what the film covers beside.
-double measure_flats(const Profile& surface, const Profile& below, double beside,
+double measure_flats(const Profile& surface, const Profile& below, double beside, double flat,
                      const std::pair<double, double>& within, Film& film) {
     const Floor floor = lowest_point(below, within);
-    const double top = highest_crossing(below, beside), floor_at = middle_of_floor(below, floor, top, within);
+    const double top = highest_crossing(below, beside),
+                 floor_at = middle_of_floor(below, floor, top, flat, within);
     film.top = highest_crossing(surface, beside) - top;
     // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
     // floor the film's own surface is the lowest crossing above it.
@@ -136,17 +141,23 @@ double Film::coverage(double thickness, double spacing) const {
     return there && walls && !filled ? thickness / top : kNone;
 }
 
-Film film_between(const Profile& surface, const Profile& below) {
+Film film_between(const Profile& surface, const Profile& below, double spacing) {
     Film film;
     const ProfileSpan span = span_of_profile(below);
     if (!std::isfinite(span.floor)) return film;
+    const double flat = kFlat * spacing;
+    constexpr std::pair everywhere{-kInfinity, kInfinity};
+    if (span.crest - span.floor <= flat) {  // which of its points is the lowest, rounding decides
+        measure_flats(surface, below, span.left, flat, everywhere, film);
+        return film;
+    }
     const double half = 0.5 * (span.crest + span.floor), rounding = 1e-6 * (span.right - span.left);
     const std::pair<double, double> open = widest_opening(below, half);
     const double beside = middle_beside(below, open, half);
     const bool over_side = open.first < span.left - rounding || open.second > span.right + rounding;
     const double top = over_side && std::isfinite(beside)
-                           ? measure_flats(with_beyond(surface), with_beyond(below), beside, open, film)
-                           : measure_flats(surface, below, span.left, {-kInfinity, kInfinity}, film);
+                           ? measure_flats(with_beyond(surface), with_beyond(below), beside, flat, open, film)
+                           : measure_flats(surface, below, span.left, flat, everywhere, film);
     const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
                  still_open = opening(surface, middle);
     constexpr double kNearMiddle = 0.02;  // of the depth

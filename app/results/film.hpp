@@ -15,7 +15,8 @@ struct Film {
 };
 
 /// Beside is where the profile begins or, where what the film covers lies over a mirrored or periodic side, in the middle
-/// of the material next to it. O(n) in segments.
-Film film_between(const Profile& surface, const Profile& below);
+/// of the material next to it. Where that is flat within 0.02 of the grid spacing \p spacing, the film's bottom is in
+/// the middle of the profile, and it has no side. O(n) in segments.
+Film film_between(const Profile& surface, const Profile& below, double spacing);
 
 }  // namespace sidewall::app

@@ -144,7 +144,8 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
             if (stack.layers.size() > 1)
                 t = film_between(profile,
                                  profile_of(levelset::extract_surface(stack, stack.layers.size() - 2), plane,
-                                            stack.domain));
+                                            stack.domain),
+                                 dx);
             measures.push_back({"film_top", t.top, length});
             measures.push_back({"film_side", t.side, length});
             measures.push_back({"film_bottom", t.bottom, length});

@@ -98,7 +98,8 @@ std::string type_text(const Field& field) {
             [](const std::int64_t*) -> std::string { return "whole number"; },
             [](const double*) -> std::string { return "number"; },
             [&](const std::optional<double>*) {
-                return field.rule.word.empty() ? "number" : fmt::format("number | \"{}\"", field.rule.word);
+                const std::string type = field.rule.whole ? "whole number" : "number";
+                return field.rule.word.empty() ? type : fmt::format("{} | \"{}\"", type, field.rule.word);
             },
             [&](const std::string*) { return string_type; },
             [&](std::span<double> numbers) {

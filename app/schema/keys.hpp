@@ -73,6 +73,7 @@ struct Rule {
     bool required = false;                  ///< there is no default
     bool material = false;                  ///< strings, or the names of expressions, name materials
     std::size_t size = 0;                   ///< numbers in a list, 0 = any
+    bool whole = false;                     ///< a number that is whole
     std::string word = {};                  ///< what an absent optional number is written as
     std::vector<std::string> choices = {};  ///< the strings allowed, if not all
     std::vector<Key> keys;                  ///< of each table in a list of tables

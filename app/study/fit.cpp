@@ -61,14 +61,18 @@ void require_ranges(const std::vector<Vary>& varied) {
     if (varied.size() > kSobolDimensions)
         throw RecipeError(fmt::format("--vary: a fit varies at most {} keys", kSobolDimensions));
     for (const Vary& vary : varied) {
-        if (!vary.is_range() || vary.count)
-            throw RecipeError(
-                fmt::format("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
-                            vary.key, vary.key));
+        if (vary.words)
+            throw RecipeError(fmt::format(
+                "--vary {}: holds one of several words, among which a fit cannot go downhill: use sidewall sweep",
+                vary.key));
         if (vary.whole)
             throw RecipeError(fmt::format(
                 "--vary {}: holds whole numbers, among which a fit cannot go downhill: use sidewall sweep",
                 vary.key));
+        if (!vary.is_range() || vary.count)
+            throw RecipeError(
+                fmt::format("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
+                            vary.key, vary.key));
     }
 }
 

@@ -12,6 +12,7 @@
 #include "app/pictures/svg_plot.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/schema/units.hpp"
+#include "app/study/fit_search.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -41,12 +42,14 @@ Json parameters_json(const FitEnd& end) {
         const auto i = static_cast<Eigen::Index>(k);
         const double place = end.found.best[i], half = end.found.half_interval[i];
         Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of(keys, vary.key, recipe)}};
+        constexpr double kAtBound = 1e-6;
+        const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
+        // At a bound the residuals are not least in this key: they do not tell how far off it may be.
+        const bool told = half < kNoBound && !at_bound;
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
-                half < kNoBound ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits)
-                                : Json());
-        constexpr double kAtBound = 1e-6;
-        if (place < kAtBound || place > 1.0 - kAtBound) json["at_bound"] = place < 0.5 ? vary.low : vary.high;
+                told ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits) : Json());
+        if (at_bound) json["at_bound"] = place < 0.5 ? vary.low : vary.high;
         parameters[vary.key] = std::move(json);
     }
     return parameters;
@@ -145,6 +148,8 @@ Json fit_json(const FitEnd& end) {
         json["profile_errors"] = Json{{"shared", errors.shared},
                                       {"length", number_or_null(errors.length, 3)},
                                       {"unit", end.recipes.front().best_recipe.domain.length_unit}};
+    json["targets_met"] = meets_targets(found, end.recipes.front().targets.known_errors);
+    json["misfit"] = number_or_null(misfit(found), 3);
     json["several_minima"] = end.several_minima;
     json["simulation_noise"] = number_or_null(found.noise, 3);
     return json;
@@ -176,6 +181,18 @@ std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile) {
     return svg_plot(plot);
 }
 
+std::string unmet_targets(const Json& fit) {
+    if (fit.value("targets_met", true) || fit.value("status", "") == "max-runs") return "";
+    std::vector<std::string> at_bound;
+    for (const auto& [key, parameter] : fit["parameters"].items())
+        if (parameter.contains("at_bound")) at_bound.push_back(key);
+    const double misfit = fit["misfit"].is_number() ? fit["misfit"].get<double>() : 0.0;
+    const bool sigmas = fit["errors_from"] == "sigma";
+    return fmt::format("the targets are not met within the bounds: the best run misses them by {:.3g}{}{}",
+                       sigmas ? misfit : 100.0 * misfit, sigmas ? " sigmas" : " %",
+                       at_bound.empty() ? "" : fmt::format("; at its bound: {}", fmt::join(at_bound, ", ")));
+}
+
 std::string fit_table(const Json& fit) {
     const auto text = [](const Json& value) {
         return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("unknown");
@@ -191,6 +208,7 @@ std::string fit_table(const Json& fit) {
         table +=
             "the runs did not suffice, these values are the best so far: go on with a greater --max-runs and "
             "--resume\n";
+    if (const std::string unmet = unmet_targets(fit); !unmet.empty()) table += unmet + "\n";
     if (fit.value("several_minima", false))
         table += "there are several minima, of which this is the lowest found\n";
     for (const Json& keys : fit["not_identifiable"])
@@ -200,9 +218,12 @@ std::string fit_table(const Json& fit) {
                                              : "it changes none of them");
     table += fmt::format("  {:<28} {:>12}   95 % interval\n", "key", "value");
     for (const auto& [key, parameter] : fit["parameters"].items())
-        table += fmt::format("  {:<28} {:>12}   {} to {}{}{}\n", key, text(parameter["value"]),
-                             text(parameter["interval95"][0]), text(parameter["interval95"][1]),
-                             unit(parameter), parameter.contains("at_bound") ? ", at its bound" : "");
+        table += parameter.contains("at_bound")
+                     ? fmt::format("  {:<28} {:>12}{}   -, at its bound\n", key, text(parameter["value"]),
+                                   unit(parameter))
+                     : fmt::format("  {:<28} {:>12}   {} to {}{}\n", key, text(parameter["value"]),
+                                   text(parameter["interval95"][0]), text(parameter["interval95"][1]),
+                                   unit(parameter));
     table += fmt::format("  {:<28} {:>12} {:>12} {:>12}\n", "target", "asked", "got", "sigma");
     for (const auto& [name, target] : fit["residuals"].items())
         table +=

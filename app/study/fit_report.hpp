@@ -27,6 +27,10 @@ struct FitEnd {
 /// What fit.json says of it.
 Json fit_json(const FitEnd& end);
 
+/// That the targets are not met within the bounds, and by how much, in a sentence; empty if they are, or if the runs did not
+/// suffice to tell.
+std::string unmet_targets(const Json& fit);
+
 /// The measured profile \p profile over the contours of the first and the best run, as SVG.
 std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile);
 

@@ -166,11 +166,6 @@ bool search_at_random(Trials& trials, Eigen::Index parameters) {
     return true;
 }
 
-bool meets_targets(const LeastSquaresResult& found, bool known_errors) {
-    const double rms = found.residuals.norm() / std::sqrt(static_cast<double>(found.residuals.size()));
-    return rms <= (known_errors ? kMetSigmas : std::max(kMet, 3.0 * found.noise));
-}
-
 // But for where residuals tell no points apart.
 bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
     VectorXd between = b.best - a.best;
@@ -214,6 +209,14 @@ FitSearch search_by_itself(Trials& trials, const LeastSquares& problem) {
 }
 
 }  // namespace
+
+double misfit(const LeastSquaresResult& found) {
+    return found.residuals.norm() / std::sqrt(static_cast<double>(found.residuals.size()));
+}
+
+bool meets_targets(const LeastSquaresResult& found, bool known_errors) {
+    return misfit(found) <= (known_errors ? kMetSigmas : std::max(kMet, 3.0 * found.noise));
+}
 
 FitSearch search_least_squares(const LeastSquares& problem, const std::string& method) {
     Trials trials(problem);

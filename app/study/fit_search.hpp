@@ -5,6 +5,12 @@
 
 namespace sidewall::app {
 
+/// Root mean square of the residuals: of what is asked for, or in standard deviations where these are known.
+double misfit(const LeastSquaresResult& found);
+
+/// Whether that is at most 1 %, or three times a run's noise, or two standard deviations.
+bool meets_targets(const LeastSquaresResult& found, bool known_errors);
+
 /// What a search found, and whether it saw several minima on its way, of which this is the lowest.
 struct FitSearch {
     LeastSquaresResult found;

@@ -91,8 +91,12 @@ std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe
         for (const Vary& other : varied)
             if (other.key == vary.key)
                 throw RecipeError(fmt::format("--vary {}: {} is varied twice", text, vary.key));
-        for (const KeyDoc& key : keys)
-            vary.whole = vary.whole || (key.name == vary.key && key.type == "whole number");
+        const auto key =
+            std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& any) { return any.name == vary.key; });
+        if (key != keys.end()) {
+            vary.whole = key->type.starts_with("whole number");
+            vary.words = !key->words.empty() && key->type.find("number") == std::string::npos;
+        }
         varied.push_back(std::move(vary));
     }
     return varied;

@@ -15,6 +15,7 @@ struct Vary {
     std::optional<std::size_t> count;  ///< of a range: grid points, both ends included
     bool log = false;                  ///< of a range: evenly in the logarithm
     bool whole = false;                ///< only whole numbers
+    bool words = false;                ///< only words of a list, and no numbers
 
     bool is_range() const { return list.empty(); }
 };

@@ -368,6 +368,17 @@ TEST_CASE("a grid of several levels has whole cells on each, or is refused with 
     const std::string advised = refused.substr(at + 16, refused.find(' ', at + 16) - at - 16);
     CHECK(with({"grid.levels=3", "domain.grid_spacing=" + advised}).grid.levels == 3.0);
 
+    // Sides that only a quarter of the spacing asked for divides into coarsest cells.
+    for (const std::string extent : {"[6.5, 6.4]", "[6.3, 6.4]", "[7.3, 4.1]", "[10, 3.7]", "[6.4, 3.5]"}) {
+        INFO(extent);
+        const std::vector<std::string> wafer{"grid.levels=3", "layer=[{material=\"Si\"}]",
+                                             "domain.extent=" + extent, "domain.grid_spacing=0.1"};
+        CHECK_THAT(message(kBase, wafer), Catch::Contains("grid_spacing of 0.025 would do"));
+        std::vector<std::string> advice = wafer;
+        advice.back() = "domain.grid_spacing=0.025";
+        CHECK(with(advice).grid.levels == 3.0);
+    }
+
     CHECK_THAT(message(kBase, {"grid.levels=2.5"}), Catch::Contains("must be 1, 2, 3 or \"auto\""));
     CHECK_THAT(message(kBase, {"grid.levels=4"}), Catch::Contains("grid.levels"));
     CHECK_THAT(message(kBase, {"grid.levels=3", "domain.grid_spacing=1.0"}), Catch::Contains("grid.levels"));

@@ -7,6 +7,7 @@
 #include "app/process/simulation.hpp"
 #include "app/process/state.hpp"
 #include "app/results/figures.hpp"
+#include "app/results/film.hpp"
 #include "app/study/measures.hpp"
 #include "levelset/extract.hpp"
 #include "surface/error.hpp"
@@ -168,6 +169,48 @@ TEST_CASE("an even film is as thick on a floor that is deeper in one of its corn
                            .summary["metrology"];
     CHECK(found["film_bottom"].get<double>() == Approx(0.1).margin(0.02 * 0.05));
     CHECK(found["step_coverage_bottom"].get<double>() == Approx(1.0).margin(0.02));
+}
+
+TEST_CASE("rounding of a flat base does not choose where the film on it is measured") {
+    // A film 0.5 thick with a hump, on a base that is lowest, by rounding or by the shift of faces on nodes
+    // of a coarser level, anywhere: beside is where the profile begins, the floor in its middle.
+    const double dx = 0.1;
+    for (const double ripple : {1e-15, 1e-12, 8e-3 * dx})
+        for (int lowest = 0; lowest <= 64; lowest += 4) {
+            Profile base{.lines = {surface::Polyline()}, .along = Vec3::UnitX(), .mirrors = {}, .shifts = {}},
+                surface = base;
+            for (int i = 0; i <= 64; ++i) {
+                const double x = -3.2 + dx * i;
+                base.lines[0].points.emplace_back(x, 0.0, i == lowest || i == lowest + 1 ? -ripple : 0.0);
+                surface.lines[0].points.emplace_back(x, 0.0, 0.5 + 0.3 * std::exp(-std::pow(x - 0.3, 2)));
+            }
+            const Film film = film_between(surface, base, dx);
+            INFO(ripple << " at " << lowest);
+            CHECK(film.top == Approx(surface.lines[0].points[0].z()).margin(1.01 * ripple));
+            CHECK(film.bottom == Approx(0.5 + 0.3 * std::exp(-0.09)).margin(1.01 * ripple));
+            CHECK(std::isnan(film.side));
+            CHECK_FALSE(film.filled);
+        }
+}
+
+TEST_CASE("a film beside a bump is measured at one place on grids of all levels") {
+    for (const std::string levels : {"1", "2", "3"}) {
+        const Json found = run_profile(
+            "[domain]\nextent = [12.8, 12.8]\ngrid_spacing = 0.2\n[grid]\nlevels = " + levels +
+            "\n[[layer]]\nmaterial = \"Si\"\nshape = \"box\"\nsize = [0.6, 0.6]\nheight = 0.4\n"
+            "position = [1.1, 0.4]\n[[step]]\nmodel = \"isotropic\"\nduration = 2.0\nrate = 0.5\n"
+            "deposit = \"SiO2\"\n[[step]]\nmodel = \"isotropic\"\nduration = 1.0\n"
+            "rate = { SiO2 = -0.5 }\n[metrology]\ncut = \"y=0\"\n"
+            "measures = [\"film\", \"thickness_SiO2_at_-6.3\", \"thickness_SiO2_at_0\"]\n")["metrology"];
+        INFO(levels << " levels: " << found);
+        // Corners of the surface and of its base lie on verticals of the grid: the same to a float's
+        // rounding.
+        CHECK(found["film_top"].get<double>() ==
+              Approx(found["thickness_SiO2_at_-6.3"].get<double>()).margin(1e-6));
+        CHECK(found["film_bottom"].get<double>() ==
+              Approx(found["thickness_SiO2_at_0"].get<double>()).margin(1e-6));
+        CHECK(found["film_side"].is_null());
+    }
 }
 
 TEST_CASE("a stop at a figure that cannot be is refused, or told when its step has ended", "[foreign]") {

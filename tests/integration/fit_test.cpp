@@ -220,6 +220,37 @@ TEST_CASE("a fit whose runs do not suffice says so, and calls nothing free that 
     CHECK(c.read("fit/fit.json")["status"] == "converged");
 }
 
+TEST_CASE("a fit that misses its target at a bound says so, and tells no interval there") {
+    // Etching at 0.5 um/s for 2 s at the most makes a depth of 1 um, not of 3; 0.6 is within the bounds.
+    const FitFolder c;
+    std::ofstream(c.path / "flat.toml")
+        << "[domain]\nextent = [1.0]\ngrid_spacing = 0.1\n"
+           "[[layer]]\nmaterial = \"Si\"\n[[step]]\nmodel = \"isotropic\"\n"
+           "duration = 1.0\nrate = -0.5\n[metrology]\nmeasures = [\"depth\"]\n";
+    const std::string fit = "fit flat.toml --vary step[0].duration=0.1:2 --max-runs 20 ";
+    for (const bool sigma : {false, true}) {
+        const std::string folder = sigma ? "sigma" : "far";
+        const std::string output =
+            c.run(fit + "-o " + folder + " --target depth=3" + (sigma ? "+-0.1" : "")).output;
+        INFO(output);
+        CHECK_THAT(output,
+                   Catch::Contains("the targets are not met within the bounds: the best run misses them by " +
+                                   std::string(sigma ? "20 sigmas" : "66.7 %") +
+                                   "; at its bound: step[0].duration\n") &&
+                       Catch::Contains(" 2 s   -, at its bound\n"));
+        const json far = c.read(folder + "/fit.json");
+        CHECK(far["status"] == "converged");
+        CHECK(far["targets_met"] == false);
+        CHECK(far["misfit"].get<double>() == Approx(sigma ? 20.0 : 2.0 / 3.0).epsilon(0.01));
+        CHECK(far["parameters"]["step[0].duration"]["at_bound"] == 2.0);
+        CHECK(far["parameters"]["step[0].duration"]["interval95"] == json{nullptr, nullptr});
+    }
+    CHECK_THAT(c.run(fit + "-o near --target depth=0.6").output, !Catch::Contains("not met"));
+    const json near = c.read("near/fit.json");
+    CHECK(near["targets_met"] == true);
+    CHECK(near["parameters"]["step[0].duration"]["value"].get<double>() == Approx(1.2).epsilon(0.01));
+}
+
 TEST_CASE("a fit that was stopped goes on to the same end with the runs that are there", "[slow]") {
     const FitFolder whole, stopped;
     const std::string fit =
@@ -326,6 +357,10 @@ TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign
              {"--vary step[0].stiking=0.1:1 --target depth=2", 2, "did you mean sticking?"},
              {"--vary step[0].sticking=0.1:1:5 --target depth=2", 2, "bounds alone"},
              {"--vary flux.rays=1000:2000 --target depth=2", 2, "whole numbers"},
+             {"--vary grid.levels=1:2 --target depth=2", 2, "--vary grid.levels: holds whole numbers"},
+             {"--vary grid.levels=1,2 --target depth=2", 2, "cannot go downhill: use sidewall sweep"},
+             {"--vary flux.method=rays,radiosity --target depth=2", 2, "--vary flux.method: holds one of"},
+             {"--vary flux.method=0:1 --target depth=2", 2, "use sidewall sweep"},
              {vary + "--target depth=2 --max-runs 0", 2, "--max-runs 0"},
              {vary + "--target-profile none.csv", 3, "none.csv"},
              {vary + "--target-profile bad.csv", 3, "bad.csv:3: column 2 is no number"},
