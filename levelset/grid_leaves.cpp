@@ -48,16 +48,11 @@ void GridLeaves::set(const NodeValues& values) {
     std::map<openvdb::Coord, Leaf*> to;  // by origin
     openvdb::CoordBBox box;              // of their leaves
     for (const auto& leaf : own_) to[leaf->origin()] = leaf.get();
-    for (const auto& [c, v] : values) box.expand(c & ~7);
-    // Most have the leaf of the one before.
-    const auto each = [&](auto&& use) {
-        auto at = to.end();
-        for (const auto& [c, v] : values) {
-            if (at == to.end() || at->first != (c & ~7)) at = to.try_emplace(c & ~7, nullptr).first;
-            use(at->second, c, v);
-        }
-    };
-    each([](Leaf*, const openvdb::Coord&, float) {});
+    auto at = to.end();  // a hint: most have the leaf of the one before
+    for (const auto& [c, v] : values) {
+        at = to.try_emplace(at, c & ~7, nullptr);
+        box.expand(at->first);
+    }
     for (const Leaf*& leaf : list_) {
         if (!box.isInside(leaf->origin())) continue;
         const auto copied = to.find(leaf->origin());
@@ -68,7 +63,10 @@ void GridLeaves::set(const NodeValues& values) {
         if (leaf == nullptr)
             list_.push_back(leaf =
                                 own_.emplace_back(std::make_unique<Leaf>(origin, background_, false)).get());
-    each([](Leaf* leaf, const openvdb::Coord& c, float v) { leaf->setValueOn(c, v); });
+    for (const auto& [c, v] : values) {
+        at = to.try_emplace(at, c & ~7, nullptr);
+        at->second->setValueOn(c, v);
+    }
 }
 
 }  // namespace sidewall::levelset

@@ -1,7 +1,6 @@
 #include "levelset/levels.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -37,26 +36,30 @@ void close_ends(const Domain& domain, LevelColumns& columns) {
     }
 }
 
+// Calls use(i, j) with a node, as the domain holds it, of each column of so many nodes along its sides that
+// lies no more than \p reach columns from (x, y): with those at both ends, as two columns may lie beside one
+// across a periodic side, where the last may be partial.
+template <class Use>
+void each_column_around(const Domain& domain, int nodes, int x, int y, int reach, Use&& use) {
+    for (int column_x = x - reach; column_x <= x + reach; ++column_x)
+        for (int column_y = y - reach; column_y <= y + reach; ++column_y)
+            for (const int end_x : {0, nodes - 1})
+                for (const int end_y : {0, nodes - 1})
+                    use(domain.source_node(0, nodes * column_x + end_x),
+                        domain.source_node(1, nodes * column_y + end_y));
+}
+
 // A level's columns in units of those of the coarser level, with a leaf of that one more on every side for
 // each of the margin.
 LevelColumns in_coarser(const MaterialStack& stack, const LevelColumns& columns) {
     const Domain& coarse = stack.coarser->domain;
     LevelColumns result = all_columns(coarse);
     std::fill(result.own.begin(), result.own.end(), 0);
-    // The column is a leaf of the coarser level: nodes 8 x to 8 x + 7 of it.
-    const auto each_node = [&](int x, auto&& use) {
-        for (int leaf = x - stack.margin; leaf <= x + stack.margin; ++leaf)
-            for (const int node : {8 * leaf, 8 * leaf + 7}) use(node);
-    };
     for (int x = 0; x < columns.count[0]; ++x)
-        for (int y = 0; y < columns.count[1]; ++y) {
-            if (!columns.at(x, y)) continue;
-            each_node(x, [&](int i) {
-                each_node(y, [&](int j) {
-                    result.at(coarse.source_node(0, i) >> kShift, coarse.source_node(1, j) >> kShift) = 1;
-                });
-            });
-        }
+        for (int y = 0; y < columns.count[1]; ++y)
+            if (columns.at(x, y))  // a leaf of the coarser level
+                each_column_around(coarse, 8, x, y, stack.margin,
+                                   [&](int i, int j) { result.at(i >> kShift, j >> kShift) = 1; });
     return result;
 }
 
@@ -74,13 +77,9 @@ LeafColumns leaf_columns(const MaterialStack& stack, const LevelColumns& columns
             if (columns.of_node(8 * x, 8 * y)) {
                 kind = stack.columns.of_node(8 * x, 8 * y) ? LeafColumn::kept : LeafColumn::interpolated;
             } else {
-                for (int i = -stack.margin; i <= stack.margin; ++i)
-                    for (int j = -stack.margin; j <= stack.margin; ++j)
-                        for (const int side : {0, 7})
-                            for (const int other : {0, 7})
-                                if (columns.of_node(domain.source_node(0, 8 * (x + i) + side),
-                                                    domain.source_node(1, 8 * (y + j) + other)))
-                                    kind = LeafColumn::interpolated;
+                each_column_around(domain, 8, x, y, stack.margin, [&](int i, int j) {
+                    if (columns.of_node(i, j)) kind = LeafColumn::interpolated;
+                });
             }
             result.kind.push_back(kind);
         }
@@ -96,16 +95,11 @@ void set_columns(MaterialStack& stack, LevelColumns columns) {
 // The columns with those around them.
 LevelColumns widened(const Domain& domain, const LevelColumns& columns) {
     LevelColumns result = columns;
-    // Across a periodic side, where the last column may be partial, two columns may lie beside one.
-    const auto beside = [&](int axis, int x) {
-        return std::array{domain.source_node(axis, kNodes * x) >> kShift,
-                          domain.source_node(axis, kNodes * (x + 1) - 1) >> kShift};
-    };
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
-            for (int n = 0; n < 9 && columns.at(x, y); ++n)
-                for (const int i : beside(0, x + n / 3 - 1))
-                    for (const int j : beside(1, y + n % 3 - 1)) result.at(i, j) = 1;
+            if (columns.at(x, y))
+                each_column_around(domain, kNodes, x, y, 1,
+                                   [&](int i, int j) { result.at(i >> kShift, j >> kShift) = 1; });
     return result;
 }
 
@@ -263,24 +257,22 @@ LevelColumns deep_columns(const MaterialStack& finer) {
     LevelColumns deep = finer.columns;
     for (int x = 0; x < deep.count[0]; ++x)
         for (int y = 0; y < deep.count[1]; ++y)
-            for (int i = -finer.margin; i <= finer.margin; ++i)
-                for (int j = -finer.margin; j <= finer.margin; ++j)
-                    for (const int side : {0, 7})
-                        for (const int other : {0, 7})
-                            if (!std::as_const(finer.columns)
-                                     .at(domain.source_node(0, 8 * (x + i) + side) >> 3,
-                                         domain.source_node(1, 8 * (y + j) + other) >> 3))
-                                deep.at(x, y) = 0;
+            each_column_around(domain, 8, x, y, finer.margin, [&](int i, int j) {
+                if (!finer.columns.at(i >> 3, j >> 3)) deep.at(x, y) = 0;
+            });
     return deep;
+}
+
+bool counts_at(const MaterialStack& level, const MaterialStack* finer, int i, int j) {
+    const bool own = !level.coarser || level.columns.of_node(i, j);
+    return own && (finer == nullptr || !std::as_const(finer->columns).at(i >> 3, j >> 3));
 }
 
 bool counts_in(const MaterialStack& level, const MaterialStack* finer, int x, int y) {
     const Domain& domain = level.domain;
     for (const int i : {domain.source_node(0, x - 1), x})
-        for (const int j : {domain.source_node(1, y - 1), y}) {
-            const bool own = !level.coarser || level.columns.of_node(i, j);
-            if (own && (finer == nullptr || !std::as_const(finer->columns).at(i >> 3, j >> 3))) return true;
-        }
+        for (const int j : {domain.source_node(1, y - 1), y})
+            if (counts_at(level, finer, i, j)) return true;
     return false;
 }
 

@@ -70,6 +70,10 @@ inline constexpr int kTimeStepsBetweenChoices = 8;
 /// step: there the coarser level need not move but takes the values of \p finer.
 LevelColumns deep_columns(const MaterialStack& finer);
 
+/// Whether a level counts at one of its nodes.
+/// \param finer  the next finer level, or null.
+bool counts_at(const MaterialStack& level, const MaterialStack* finer, int i, int j);
+
 /// Whether a leaf of a level, by its first node, has nodes of a cell in which the level counts.
 /// \param finer  the next finer level, or null.
 bool counts_in(const MaterialStack& level, const MaterialStack* finer, int x, int y);

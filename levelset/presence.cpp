@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "levelset/levels.hpp"
 #include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
@@ -25,19 +26,15 @@ double weight(const Domain& domain, const openvdb::Coord& node) {
     return weight;
 }
 
-// Until it is enough, from the leaf number \p start on. \p finer: the columns where a finer level counts;
-// null: nowhere.
+// Where the level counts, until it is enough, from the leaf number \p start on. \p finer: the next finer
+// level, or null.
 double volume_of_level(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start,
-                       const LevelColumns* finer) {
+                       const MaterialStack* finer) {
     const Grid& own = *stack.layers[layer].phi;
     const Grid* below = layer > 0 ? stack.layers[layer - 1].phi.get() : nullptr;
     const auto dx = static_cast<float>(stack.domain.spacing),
                touching = static_cast<float>(thinnest_film(stack.domain));
     const double cell = std::pow(stack.domain.spacing, 3);
-    const auto counts = [&](const openvdb::Coord& origin) {
-        return (!stack.coarser || stack.columns.of_node(origin.x(), origin.y())) &&
-               (finer == nullptr || !finer->at(origin.x() >> 3, origin.y() >> 3));
-    };
     std::vector<const Leaf*> leaves;
     own.tree().getNodes(leaves);
     double volume = 0.0;
@@ -45,7 +42,7 @@ double volume_of_level(const MaterialStack& stack, std::size_t layer, double eno
     for (std::size_t n = 0; n < leaves.size(); ++n) {
         const std::size_t index = (first + n) % leaves.size();
         const Leaf& leaf = *leaves[index];
-        if (!counts(leaf.origin())) continue;
+        if (!counts_at(stack, finer, leaf.origin().x(), leaf.origin().y())) continue;
         const Leaf* under = below != nullptr ? below->tree().probeConstLeaf(leaf.origin()) : nullptr;
         double here = 0.0;
         for (auto value = leaf.cbeginValueOn(); value; ++value) {
@@ -68,11 +65,10 @@ double volume_of_level(const MaterialStack& stack, std::size_t layer, double eno
 
 double volume_left(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start) {
     double volume = 0.0;
-    const LevelColumns* finer = nullptr;
-    for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get()) {
+    const MaterialStack* finer = nullptr;
+    for (const MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
         volume += volume_of_level(*level, layer, enough - volume, start, finer);
         if (volume >= enough && volume > 0.0) break;
-        finer = &level->columns;
     }
     return volume;
 }

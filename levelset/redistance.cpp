@@ -283,9 +283,7 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
         });
         move_to(false);
     }
-    // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
-    // have been empty before.
-    std::vector<std::uint8_t> empty(band.leaves.size(), 0), gone(band.leaves.size(), 0);
+    std::vector<std::uint8_t> empty(band.leaves.size(), 0);
     for (int left = sweeps; left > 0; --left) {
         const bool to_leaf = left % 2 != 0;
         each([&](std::size_t k, std::size_t n, Leaf& leaf) {
@@ -299,7 +297,6 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
             if (left > 1) return;
             drop_far(leaf, out, background);
             empty[n] = leaf.isEmpty();
-            gone[n] = empty[n] && !band.made[n];
             leaf.setTransientData(band.print[n] != 0 && fingerprint(leaf) == band.print[n] ? band.print[n]
                                                                                            : 0);
         });
@@ -308,6 +305,10 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
                 "a level set value is not finite: a speed or a flux was; check the recipe's rates");
         move_to(to_leaf);
     }
+    // What a leaf that goes was, those around it have read; leaves that the band only grew into for a moment
+    // have been empty before.
+    std::vector<std::uint8_t> gone(empty.size());
+    for (std::size_t n = 0; n < gone.size(); ++n) gone[n] = empty[n] && !band.made[n];
     if (std::find(gone.begin(), gone.end(), 1) != gone.end()) {
         const std::vector<std::uint8_t> readers = with_readers(band, domain, gone);
         for (std::size_t n = 0; n < readers.size(); ++n)

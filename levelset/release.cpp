@@ -77,7 +77,7 @@ class Keeper {
             own_y[static_cast<std::size_t>(k)] = domain_.source_node(1, origin.y() + k - 1);
         }
         for (std::size_t i = 0; i < Leaf::SIZE; ++i) {
-            if ((nodes(n).overgrown[i >> 3] >> (i & 7) & 1) == 0) continue;
+            if (!has(nodes(n).overgrown, i)) continue;
             const std::size_t x = i >> 6, y = i >> 3 & 7;
             const int z = origin.z() + static_cast<int>(i & 7);
             for (std::size_t k = 0; k < 27; ++k) {

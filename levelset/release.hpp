@@ -10,8 +10,12 @@
 
 namespace sidewall::levelset {
 
-/// Some nodes of a leaf: bit z of row 8 x + y.
+/// Some nodes of a leaf, as Nodes but left as they are where many are made: bit z of row 8 x + y.
 using RowBits = std::array<std::uint8_t, 64>;
+
+inline bool has(const RowBits& bits, std::size_t node) {
+    return (bits[node >> 3] >> (node & 7) & 1) != 0;
+}
 
 /// Nodes of a surface that moved outwards in a time step.
 struct Grown {

@@ -82,7 +82,7 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grow
             for (auto it = leaf.beginValueOn(); it; ++it) {
                 const openvdb::Index n = it.pos();
                 const float s = above ? above->getValue(n) : far;
-                if (value[n] < (grew && ((*grew)[n >> 3] >> (n & 7) & 1) ? s : s + snap)) value[n] = s;
+                if (value[n] < (grew && has(*grew, n) ? s : s + snap)) value[n] = s;
             }
             if (!trim_leaf(leaf, domain, background)) any_empty = true;
         }

@@ -256,8 +256,10 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
         bool in = false, out = false;
         for (const LeafSigns* p : part)
             if (p) in |= p->any_inside, out |= p->any_outside;
-        edges[n].vertices = edges[n].triangles = 0;
-        if (!in || !out) return;
+        if (!in || !out) {
+            edges[n].vertices = edges[n].triangles = 0;
+            return;
+        }
         edges[n] = {};
         Signs all;
         all.load(part, leaves[n]->origin(), box);

@@ -52,19 +52,12 @@ double wall_area(const levelset::Shape& shape, const levelset::Domain& domain) {
     }
 }
 
-// The least spacing of three digits from \p least on that leaves whole cells of the coarsest level along both
-// sides, or whole cells where there is none.
-double spacing_from(double least, const levelset::Domain& domain, int levels) {
-    const double digit = std::pow(10.0, std::floor(std::log10(least)) - 2.0);
-    const double rounded = digit * std::ceil(least / digit * (1.0 - 1e-9));
-    if (levels == 1) return rounded;
-    const double x = domain.max[0] - domain.min[0], y = domain.max[1] - domain.min[1];
-    const double shorter = std::min(x, y), factor = std::ldexp(1.0, levels - 1);
-    for (double n = std::floor(shorter / (factor * least)); n >= 4.0; --n) {
-        const double along = std::max(x, y) * n / shorter;
-        if (std::abs(along - std::round(along)) <= 1e-6 * along) return shorter / (n * factor);
-    }
-    return rounded;
+// The least spacing that a recipe can have from \p least on, as it writes it.
+std::string spacing_from(double least, const Recipe& recipe, int levels) {
+    if (levels > 1)
+        if (std::string fits = spacing_for(levels, recipe.domain, least, least); !fits.empty()) return fits;
+    const double digit = std::pow(10.0, std::floor(std::log10(least)) - 2.0);  // the third
+    return fmt::format("{:.10g}", digit * std::ceil(least / digit * (1.0 - 1e-9)));
 }
 
 }  // namespace
@@ -115,9 +108,9 @@ void require_memory(const Recipe& recipe, const levelset::Domain& domain, std::u
                         available.limit, recipe.flux.relative_error ? "" : ", or flux.rays"));
     throw RecipeError(
         fmt::format("{}: domain.grid_spacing = {:.4g}: the run would need about {:.3g} GB and {:.3g} GB are "
-                    "{}; use a spacing of {:.9g} or more",
+                    "{}; use a spacing of {} or more",
                     recipe.file, domain.spacing, needed / 1e9, available.bytes / 1e9, available.limit,
-                    spacing_from(domain.spacing * std::sqrt(needed / std::max(available.bytes, 1e6)), domain,
+                    spacing_from(domain.spacing * std::sqrt(needed / std::max(available.bytes, 1e6)), recipe,
                                  grid_levels(recipe, domain))));
 }
 

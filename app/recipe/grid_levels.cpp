@@ -23,21 +23,20 @@ bool divides_by(int levels, const DomainSection& domain, const std::string& spac
     }
 }
 
-// The spacing nearest to the wanted one that leaves whole cells of the coarsest level along both sides, and
-// enough, as a recipe writes it; empty if there is none. At the least the cells there are become the
-// coarsest.
-std::string spacing_for(int levels, const DomainSection& domain, const levelset::Domain& cells) {
+}  // namespace
+
+std::string spacing_for(int levels, const DomainSection& domain, double wanted, double least) {
     constexpr int kLeastCells = 4;
     const int factor = 1 << (levels - 1);
     const double shorter = std::min(domain.extent[0], domain.extent[1]),
                  longer = std::max(domain.extent[0], domain.extent[1]);
     double nearest = kHuge;
     std::string best;
-    const int most = std::max(std::min(cells.cells[0], cells.cells[1]), 2 * kLeastCells);
+    const int most = std::max(static_cast<int>(std::lround(shorter / wanted)), 2 * kLeastCells);
     for (int n = kLeastCells; n <= most; ++n) {
         const double dx = shorter / (n * factor), along = longer / (dx * factor);
-        if (std::abs(along - std::round(along)) > 1e-6 * along) continue;
-        const double away = std::abs(dx - domain.grid_spacing);
+        if (dx < least || std::abs(along - std::round(along)) > 1e-6 * along) continue;
+        const double away = std::abs(dx - wanted);
         if (away >= nearest) continue;
         const std::string text = fmt::format("{:.10g}", dx);
         if (!divides_by(levels, domain, text)) continue;
@@ -46,8 +45,6 @@ std::string spacing_for(int levels, const DomainSection& domain, const levelset:
     }
     return best;
 }
-
-}  // namespace
 
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain) {
     if (is_flat(recipe.domain)) return 1;
@@ -67,7 +64,7 @@ void check_grid(const GridSection& grid, const DomainSection& domain) {
     const levelset::Domain cells = levelset::make_domain(domain.extent, domain.grid_spacing, domain.boundary);
     const int most = levelset::most_levels(cells);
     if (levels <= most) return;
-    const std::string spacing = spacing_for(levels, domain, cells);
+    const std::string spacing = spacing_for(levels, domain, cells.spacing);
     throw KeyError(
         "levels",
         fmt::format(

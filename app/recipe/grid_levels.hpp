@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "app/recipe/recipe.hpp"
 #include "levelset/domain.hpp"
 
@@ -11,6 +13,11 @@ int grid_levels(const Recipe& recipe, const levelset::Domain& domain);
 /// Cells of the coarsest level along the shorter side below which "auto" adds none: columns of 16 finest cells around
 /// features would leave little to be coarse.
 inline constexpr int kFewestCoarse = 24;
+
+/// The spacing nearest to \p wanted, and not below \p least, that leaves whole cells of the coarsest of so many levels along both
+/// sides, and enough, as a recipe writes it; at the least cells as wide as wanted become the coarsest ones. Empty if there
+/// is none.
+std::string spacing_for(int levels, const DomainSection& domain, double wanted, double least = 0.0);
 
 /// \throws KeyError if [grid] asks for levels that the domain cannot have; it names a spacing that does.
 void check_grid(const GridSection& grid, const DomainSection& domain);

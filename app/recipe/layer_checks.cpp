@@ -247,11 +247,11 @@ void check_mesh(const Layer& layer, const levelset::Domain& domain, double most)
                             "{:g}; check its unit and place",
                             "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
     }
-    if (surface::edge_table(mesh).closed()) return;
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<Eigen::Index>(axis);
-        if (bounds.min[a] > domain.min[axis] + domain.spacing ||
-            bounds.max[a] < domain.max[axis] - domain.spacing)
+        const bool ends_inside = bounds.min[a] > domain.min[axis] + domain.spacing ||
+                                 bounds.max[a] < domain.max[axis] - domain.spacing;
+        if (ends_inside && !surface::edge_table(mesh).closed())
             throw KeyError(
                 "file",
                 fmt::format("the mesh is not closed and spans {} = {:g} to {:g} of the domain's {:g} to "

@@ -22,6 +22,14 @@ using namespace sidewall::levelset;
 namespace {
 
 // A stack of one layer, whose distance is given.
+Shape deep_trench() {
+    Shape trench;
+    trench.kind = ShapeKind::trench;
+    trench.width = 20.0;
+    trench.depth = 30.0;
+    return trench;
+}
+
 MaterialStack stack_of(const Domain& domain, const std::function<double(const Vec3&)>& distance, double low,
                        double high) {
     MaterialStack stack{domain, {}};
@@ -313,11 +321,7 @@ TEST_CASE("a stack that is brought from several levels to one is saved as one, f
     const test::Folder folder;
     const auto file = folder.path / "checkpoint.vdb";
     const Domain domain = test::unit_domain(96);
-    Shape trench;
-    trench.kind = ShapeKind::trench;
-    trench.width = 20.0;
-    trench.depth = 30.0;
-    MaterialStack stack = make_stack(domain, {{0, trench}});
+    MaterialStack stack = make_stack(domain, {{0, deep_trench()}});
     make_levels(stack, 2, 1);
     save_checkpoint(file, stack, "");
     const MaterialStack one = on_one_level(load_checkpoint(file, domain).stack);
@@ -353,13 +357,9 @@ TEST_CASE("what is left of a layer is as much on several levels as on one", "[le
 TEST_CASE("several levels move to the same bits on any number of threads, and from a checkpoint",
           "[levels]") {
     const Domain domain = test::unit_domain(96);
-    Shape trench;
-    trench.kind = ShapeKind::trench;
-    trench.width = 20.0;
-    trench.depth = 30.0;
     const auto moved = [&](std::size_t threads, bool through_a_file) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-        MaterialStack stack = make_stack(domain, {{0, trench}});
+        MaterialStack stack = make_stack(domain, {{0, deep_trench()}});
         begin_film(stack, 1);
         make_levels(stack, 2, 1);
         const auto none = [](int) { return std::vector<LevelColumns>(); };
