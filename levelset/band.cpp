@@ -25,7 +25,7 @@ Mask mask_of(const Leaf& leaf) {
 
 template <class Use>
 void each_of(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 64), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
     });
 }
@@ -34,15 +34,20 @@ void each_of(std::size_t count, Use&& use) {
 constexpr int kReadReach = 4;
 
 // Leaf coordinates along an axis of all leaves whose nodes one of the leaf at `origin` may read.
-std::vector<int> read_along(const Domain& domain, int axis, int origin) {
-    const int last = std::min(origin + 7, domain.last_node(axis));
-    std::vector<int> list;
-    for (const int node : {origin - kReadReach, origin - 1, origin, last, last + 1, last + kReadReach})
-        list.push_back(domain.source_node(axis, node) >> 3);
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    return list;
-}
+struct LeavesAlong {
+    std::array<int, 6> place{};
+    std::size_t count = 0;
+
+    LeavesAlong(const Domain& domain, int axis, int origin) {
+        const int last = std::min(origin + 7, domain.last_node(axis));
+        for (const int node : {origin - kReadReach, origin - 1, origin, last, last + 1, last + kReadReach}) {
+            const int leaf = domain.source_node(axis, node) >> 3;
+            if (std::find(begin(), end(), leaf) == end()) place[count++] = leaf;
+        }
+    }
+    const int* begin() const { return place.data(); }
+    const int* end() const { return place.data() + count; }
+};
 
 template <class Use>
 void each_around(const surface::LeafTable& table, const Domain& domain, const openvdb::Coord& origin,
@@ -60,8 +65,8 @@ void each_around(const surface::LeafTable& table, const Domain& domain, const op
             for (int y = -1; y <= 1; ++y) column((origin.x() >> 3) + x, (origin.y() >> 3) + y);
         return;
     }
-    const std::vector<int> ys = read_along(domain, 1, origin.y());
-    for (const int x : read_along(domain, 0, origin.x()))
+    const LeavesAlong ys(domain, 1, origin.y());
+    for (const int x : LeavesAlong(domain, 0, origin.x()))
         for (const int y : ys) column(x, y);
 }
 
@@ -173,7 +178,7 @@ Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& doma
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
     std::vector<std::uint8_t> moved(leaves.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 32), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const bool known = !changed.empty() && changed[n] != 0;
             print[n] = known ? 0 : fingerprint(*leaves[n]);
@@ -188,7 +193,7 @@ Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& doma
 std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
                                        const std::vector<std::uint8_t>& marked) {
     std::vector<std::uint8_t> result(marked.size(), 0);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), 64), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), 8), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n)
             if (marked[n])
                 each_around(band.table, domain, band.leaves[n]->origin(), [&](std::size_t k) {

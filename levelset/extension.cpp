@@ -231,7 +231,7 @@ class EntriesAround {
 // Far nodes take the sample of the node beside their foot point.
 void share_samples(const LeafData& phi, float background, const Domain& domain,
                    const std::vector<const Leaf*>& leaves, SampleIndex& index) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const Leaf& leaf = *leaves[n];
             std::int32_t* entry = index.of(n);
@@ -286,7 +286,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     const auto is_left_out = [&](const Leaf& leaf) {
         return left_out && left_out->at(leaf.origin().x() >> 3, leaf.origin().y() >> 3);
     };
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             if (is_left_out(*leaves[n])) continue;
             still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
@@ -306,7 +306,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     const auto index = std::make_shared<SampleIndex>(leaves);
     const LeafData data(index->table(), leaves);
 
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
         B block;
         Feet feet;
         for (std::size_t n = range.begin(); n != range.end(); ++n) {

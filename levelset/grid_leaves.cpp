@@ -48,9 +48,12 @@ void GridLeaves::set(const NodeValues& values) {
     std::map<openvdb::Coord, Leaf*> to;  // by origin
     openvdb::CoordBBox box;              // of their leaves
     for (const auto& leaf : own_) to[leaf->origin()] = leaf.get();
-    auto at = to.end();  // a hint: most have the leaf of the one before
+    auto at = to.end();  // most have the leaf of the one before
+    const auto go_to = [&](const openvdb::Coord& origin) {
+        if (at == to.end() || at->first != origin) at = to.try_emplace(at, origin, nullptr);
+    };
     for (const auto& [c, v] : values) {
-        at = to.try_emplace(at, c & ~7, nullptr);
+        go_to(c & ~7);
         box.expand(at->first);
     }
     for (const Leaf*& leaf : list_) {
@@ -64,7 +67,7 @@ void GridLeaves::set(const NodeValues& values) {
             list_.push_back(leaf =
                                 own_.emplace_back(std::make_unique<Leaf>(origin, background_, false)).get());
     for (const auto& [c, v] : values) {
-        at = to.try_emplace(at, c & ~7, nullptr);
+        go_to(c & ~7);
         at->second->setValueOn(c, v);
     }
 }

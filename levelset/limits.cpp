@@ -178,7 +178,7 @@ std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& ar
 Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<std::uint8_t>& moved,
                const float* before, const Motion& motion, double duration) {
     const auto each = [](std::size_t count, auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
         });
     };

@@ -57,9 +57,19 @@ Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunctio
     const auto& samples = motion.extension.samples;
     motion.thickness.resize(samples.size() * below, stack.top().background());
     if (grows_alike(stack, motion)) return motion;
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {
+    // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
+    // one is in.
+    const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
+        return samples[n].node.unaryExpr([](int i) { return i >> 3; });
+    };
+    const auto next_leaf = [&](std::size_t n) {
+        while (n > 0 && n < samples.size() && leaf(n) == leaf(n - 1)) ++n;
+        return n;
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 128), [&](const auto& range) {
         LayerDepths depths(stack);
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+        const std::size_t end = next_leaf(range.end());
+        for (std::size_t n = next_leaf(range.begin()); n < end; ++n) {
             const std::span<float> depth = std::span(motion.thickness).subspan(n * below, below);
             const Eigen::Vector3i& node = samples[n].node;
             if (!motion.extension.top_alone(n))

@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 // Vertices or triangles that one task looks at.
-constexpr std::size_t kGrain = 512;
+constexpr std::size_t kGrain = 256;
 
 // A vertex on a periodic side by where it is along that side.
 struct SideVertex {
@@ -97,7 +97,8 @@ struct Roots {
 
     Roots(const TriangleMesh& surface, const std::vector<std::uint32_t>& within) : place(within.size()) {
         // First the lowest triangle of each.
-        parallel(place.size(), [&](std::uint32_t v) { place[v].store(kNone, std::memory_order_relaxed); });
+        for (std::uint32_t v = 0; v < within.size(); ++v)
+            if (within[v] == v) place[v].store(kNone, std::memory_order_relaxed);
         parallel(surface.triangles.size(), [&](std::uint32_t t) {
             std::atomic<std::uint32_t>& lowest = place[within[surface.triangles[t][0]]];
             std::uint32_t known = lowest.load(std::memory_order_relaxed);
@@ -163,8 +164,8 @@ std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Doma
     const std::size_t count = surface.vertices.size();
     surface::SharedSets sets = connected(surface);
     const std::vector<std::uint32_t> within = roots(sets, count);  // the sides
-    if (any_periodic(domain)) join_across_sides(surface, domain, sets);
     const Roots inner(surface, within);
+    if (any_periodic(domain) && inner.list.size() > 1) join_across_sides(surface, domain, sets);
     std::vector<SurfacePiece> pieces;
     std::unordered_map<std::uint32_t, std::uint32_t> number;                      // of a piece, by its part
     std::vector<std::uint32_t> piece(inner.list.size()), box(inner.list.size());  // by place

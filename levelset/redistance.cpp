@@ -24,7 +24,7 @@ using B = Block<2>;
 
 template <class Use>
 void each_awake(const Band& band, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, band.awake.size(), 8), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, band.awake.size(), 4), [&](const auto& range) {
         for (std::size_t k = range.begin(); k != range.end(); ++k) use(std::size_t{band.awake[k]});
     });
 }
@@ -263,7 +263,7 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
     const std::size_t count = band.awake.size();
     LargeVector<float> swept(count * Leaf::SIZE);
     const auto each = [&](auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
             for (std::size_t k = range.begin(); k != range.end(); ++k)
                 use(k, std::size_t{band.awake[k]}, *band.leaves[band.awake[k]]);
         });

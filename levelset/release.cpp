@@ -23,7 +23,7 @@ struct LeafNodes {
 
 template <class Use>
 void each(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 32), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
     });
 }

@@ -33,7 +33,7 @@ std::vector<openvdb::Coord> make_exposed_leaves(Grid& phi, const Grid& surface) 
     std::vector<const Leaf*> above;
     surface.tree().getNodes(above);
     std::vector<std::uint8_t> missing(above.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, above.size(), 64), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, above.size(), 8), [&](const auto& range) {
         const auto layer = phi.getConstUnsafeAccessor();
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const openvdb::Coord& origin = above[n]->origin();
@@ -67,7 +67,7 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grow
     phi.tree().getNodes(leaves);
     const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(phi.tree());
     std::atomic<bool> any_empty{false};
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
         const auto top = surface.getConstUnsafeAccessor();
         for (std::size_t k = range.begin(); k != range.end(); ++k) {
             Leaf& leaf = *leaves[k];
@@ -208,8 +208,8 @@ void begin_film(MaterialStack& stack, int material) {
 
 void cut_layers(MaterialStack& stack, const Grown* grown) {
     const Grid& surface = stack.top();
-    for (std::size_t k = 0; k + 1 < stack.layers.size(); ++k)
-        cut(*stack.layers[k].phi, surface, stack.domain, grown);
+    tbb::parallel_for(std::size_t{0}, stack.layers.size() - 1,
+                      [&](std::size_t k) { cut(*stack.layers[k].phi, surface, stack.domain, grown); });
 }
 
 }  // namespace sidewall::levelset

@@ -218,7 +218,7 @@ void connect_vertices(const Parts<LeafEdges>& part, const Signs& signs, const op
 
 template <class Use>
 void each_leaf(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 16), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
     });
 }

@@ -24,6 +24,8 @@ class SharedSets {
         }
     }
     void join(std::uint32_t a, std::uint32_t b) {
+        // Most pairs are of one set by then, and most of those have one parent.
+        if (parent_[a].load(std::memory_order_relaxed) == parent_[b].load(std::memory_order_relaxed)) return;
         for (;;) {
             a = root(a);
             b = root(b);
