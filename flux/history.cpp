@@ -30,6 +30,7 @@
 
 #include "flux/hits.hpp"
 #include "flux/ion_hits.hpp"
+#include "flux/looks.hpp"
 #include "flux/neutral_hits.hpp"
 #include "flux/shared_hits.hpp"
 
@@ -45,15 +46,23 @@ void add(Ledger& a, const Ledger& b) {
     a.leaked += b.leaked;
 }
 
+// To the next hit; what was looked for has arrived at its first one.
+bool arrive(const Trace& trace, Bundle& bundle, Rays& rays, Event& event, FlightCounts& flights) {
+    if (!trace.bottom_up || event.bounce > 0 || event.generation > 0)
+        return fly_on(trace, {&bundle, 1}, rays, event, flights);
+    ++event.bounce;
+    return rays.count > 0;
+}
+
 // Neutrals, hit after hit. They are w.rays, or what ions sputtered.
 void follow_neutrals(const Trace& trace, Bundle bundle, Worker& w, Rays& rays, Event event) {
-    while (fly_on(trace, {&bundle, 1}, rays, event, w.flights)) hit_neutrals(trace, bundle, w, rays, event);
+    while (arrive(trace, bundle, rays, event, w.flights)) hit_neutrals(trace, bundle, w, rays, event);
 }
 
 // Ions, hit after hit; after each, what it sputtered lives to its end.
 void follow_ions(const Trace& trace, Bundle bundle, Worker& w, Event event,
                  const std::vector<Tally>& tallies) {
-    while (fly_on(trace, {&bundle, 1}, w.rays, event, w.flights)) {
+    while (arrive(trace, bundle, w.rays, event, w.flights)) {
         hit_ions(trace, bundle, w, event, tallies);
         if (w.secondaries.count == 0) continue;
         const Bundle sputtered{bundle.species,
@@ -139,11 +148,14 @@ void PassCounts::read(std::span<std::uint64_t>& words) {
 
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
                  const std::vector<Tally>& tallies, Worker& w) {
-    emit(trace.geometry, trace.species, trace.desorption, trace.key, batch, first, count, w.rays);
+    if (trace.bottom_up)
+        look(trace, batch, first, count, w);
+    else
+        emit(trace.geometry, trace.species, trace.desorption, trace.key, batch, first, count, w.rays);
     std::vector<Bundle> bundles;
     for (const std::size_t k : trace.active) {
         w.counts[k].emitted += count;
-        w.counts[k].ledger.emitted += count * kOne;
+        if (!trace.bottom_up) w.counts[k].ledger.emitted += count * kOne;
         bundles.push_back({k, w.rays.weight.data(), &trace.sticking[k], &tallies[k], w.bins[k],
                            &w.counts[k].ledger, &w.counts[k]});
     }

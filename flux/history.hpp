@@ -40,6 +40,7 @@ struct Trace {
     CutCorners cut_corners;                   ///< where yields are those of the faces
     std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;
+    bool bottom_up = false;      ///< first arrivals are looked for from the surface, see looks.hpp
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 

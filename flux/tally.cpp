@@ -132,13 +132,20 @@ void Tally::close_batch(const std::vector<std::uint64_t*>& triangle,
 
 void Tally::close_round() {
     const double batches = batches_;
+    // The root of a variance from few batches falls short on average, by the mean of chi for normal numbers;
+    // from 16 by 1.6 %, which is left alone.
+    constexpr double kMany = 16.0;
+    const double short_by = batches < kMany ? std::sqrt(2.0 / (batches - 1.0)) * std::tgamma(0.5 * batches) /
+                                                  std::tgamma(0.5 * (batches - 1.0))
+                                            : 1.0;
     for (Sums* sums : {&triangles_, &by_wedge_, &by_split_})
         for_blocks(sums->round.size(), [&](std::size_t i) {
             Sum& round = sums->round[i];
             if (round.sum == 0.0) return;
             const double spread = round.squares - round.sum * round.sum / batches;
             sums->total[i].sum += round.sum;
-            sums->total[i].variance += std::max(0.0, spread) * batches / (batches - 1.0);
+            sums->total[i].variance +=
+                std::max(0.0, spread) * batches / (batches - 1.0) / (short_by * short_by);
             round = {};
         });
     batches_ = 0;

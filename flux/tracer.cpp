@@ -13,6 +13,7 @@
 
 #include "flux/check.hpp"
 #include "flux/history.hpp"
+#include "flux/looks.hpp"
 #include "flux/monitor.hpp"
 #include "surface/error.hpp"
 
@@ -69,6 +70,7 @@ class Tracer {
                  {},
                  fixed_probability(options.roulette),
                  options.max_bounces,
+                 starts_bottom_up(pass.species, mesh, options),
                  [this] { return monitor_.stop(); }},
           counts_{std::vector<Counts>(pass.species.size()), {}} {
         for (std::size_t k = 0; k < pass.species.size(); ++k) {
@@ -84,11 +86,12 @@ class Tracer {
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
     }
 
-    /// Traces at least \p rays more, in equal batches, for the species still active.
+    /// Traces about \p rays more, in equal batches, for the species still active.
     void trace_round(std::uint64_t rays) {
-        const std::uint64_t batches =
-            std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
-        const auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
+        const std::uint64_t batches = std::max<std::uint64_t>(
+            trace_.bottom_up ? kLookBatches : options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
+        auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
+        if (trace_.bottom_up) batch_rays = looks_of_batch(batch_rays, trace_.geometry.mesh);
         const bool alone = options_.shares.ranks == 1;
         for (std::uint64_t b = 0; b < batches; ++b) {
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
@@ -345,10 +348,6 @@ std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, co
     return results;
 }
 
-void require_target(double target) {
-    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
-}
-
 }  // namespace
 
 std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species) {
@@ -368,16 +367,15 @@ std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species
 FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
                       const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
                       const TraceOptions& options) {
-    return std::move(trace_passes(0.0, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
+    return std::move(trace_fluxes(mesh, scene, box, {&species, 1}, materials, wedges, options).front());
 }
 
 FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
                          const LateralBox& box, const Species& species,
                          std::span<const std::int32_t> materials, const Wedges& wedges,
                          const TraceOptions& options) {
-    require_target(target);
     return std::move(
-        trace_passes(target, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
+        trace_fluxes_to(target, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
 }
 
 std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::RayScene& scene,
@@ -392,7 +390,7 @@ std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
                                         std::span<const Species> species,
                                         std::span<const std::int32_t> materials, const Wedges& wedges,
                                         const TraceOptions& options) {
-    require_target(target);
+    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
     return trace_passes(target, mesh, scene, box, species, materials, wedges, options);
 }
 

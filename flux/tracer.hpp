@@ -30,6 +30,9 @@ struct TraceOptions {
     /// What does not stick goes on with its weight reduced, until that is below this threshold, in (0, 1];
     /// then it survives with probability weight, and weight 1, or ends. 1 is analog Monte Carlo.
     double roulette = 1.0;
+    /// Species that can_look start bottom-up (looks.hpp) if rays are enough for twelve looks a triangle or more; their number is
+    /// rounded down to as many on every one, and errors come from four batches of them.
+    bool bottom_up = false;
     /// Of the grid that the mesh comes from; length unit. Facets by which it cuts off hollow corners yield what the corners'
     /// faces would, see CutCorner. 0: every facet is taken as it is.
     double grid_spacing = 0.0;

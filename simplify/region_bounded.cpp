@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -58,10 +59,15 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     if (!options.target_vertices) {
         run({.max_length = options.l_max, .max_error = options.max_error});
     } else {
-        constexpr double kFirstError = 0.008, kLooser = 1.25, kLittleLooser = 1.08;
+        // As much as the removal of four fifths takes on a rough surface; of less, by the square of its
+        // share.
+        constexpr double kFirstError = 0.008, kMuch = 0.8, kLooser = 1.25, kLittleLooser = 1.08;
+        const double share = 1.0 - static_cast<double>(*options.target_vertices) /
+                                       static_cast<double>(std::max<std::size_t>(1, mesh.vertices.size()));
+        const double first = kFirstError * std::pow(std::clamp(share / kMuch, 0.5, 1.0), 2.0);
         // The first bound is near to none; after the last the target is out of reach.
         constexpr int kMostRounds = 80;
-        double error = std::min(options.max_error, kFirstError * (options.l0 + options.step)), factor = 1.0;
+        double error = std::min(options.max_error, first * (options.l0 + options.step)), factor = 1.0;
         for (int round = 0; round < kMostRounds; ++round) {
             const bool last = round + 1 == kMostRounds;
             run({.max_length = kInfinity,
@@ -73,8 +79,9 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
             // Near the target a large factor would remove more than it takes.
-            const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <
-                              static_cast<double>(*options.target_vertices);
+            const bool near = error >= kFirstError * (options.l0 + options.step) &&
+                              0.9 * static_cast<double>(engine.vertex_count()) <
+                                  static_cast<double>(*options.target_vertices);
             const double looser = near ? kLittleLooser : kLooser;
             error = std::min(options.max_error, error * looser);
             factor *= looser;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/recipe/step_model.hpp"
+#include "flux/looks.hpp"
 #include "flux/radiosity.hpp"
 
 namespace sidewall::app {
@@ -55,6 +56,11 @@ double cost(const Model& model, const std::vector<flux::MethodChoice>& choices, 
     return rays + traces_of(model) * paths;
 }
 
+// Where the paths of a species start, for a message.
+const char* from_where(const flux::Species& species) {
+    return flux::can_look(species) ? "; bottom-up, as its source is narrow" : "";
+}
+
 std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::MethodChoice>& choices) {
     constexpr double kNone = -1.0;
     double best = kNone;
@@ -73,7 +79,7 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
                                ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
                                              "a relative error of {:.2g}",
                                              ratio, choice.target)
-                               : choice.why_not,
+                               : choice.why_not + from_where(model.species[k]),
                            choice.target, solved ? choice.rays : 0.0});
     }
     return methods;
@@ -123,6 +129,7 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;
+    options.bottom_up = recipe.flux.method == "auto";
     return options;
 }
 

@@ -103,7 +103,8 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     const auto mixed = chosen("sf6o2_hole", "flux.rays=20000");
     REQUIRE(mixed.size() == 3);
     CHECK_FALSE(mixed[0].radiosity);
-    CHECK(describe(mixed).starts_with("ion by monte-carlo (its particles have energy); etchant by "));
+    CHECK(describe(mixed).starts_with(
+        "ion by monte-carlo (its particles have energy; bottom-up, as its source is narrow); etchant by "));
     // A choice made earlier in the step holds.
     const Recipe recipe = quick("ald_hole", {"flux.method=auto", "flux.rays=1000"});
     const Model model = make_model(expanded_steps(recipe).front(), recipe.materials, recipe.domain);
