@@ -2,6 +2,7 @@
 //
 //     emit        a point of the source plane, or of a surface that desorbs,          source.cpp
 //                 a direction, an energy
+//                 or, bottom-up, what a look from the surface sees arrive              looks.cpp
 //     fly         to the next hit, through side planes on the way (lateral.hpp)       packets.cpp
 //                 one by one where rounding matters                                   flight.cpp
 //                 with collisions on the way, if the species has a mean free path     gas.cpp

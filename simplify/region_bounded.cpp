@@ -61,7 +61,8 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     } else {
         // As much as the removal of four fifths takes on a rough surface; of less, by the square of its
         // share.
-        constexpr double kFirstError = 0.008, kMuch = 0.8, kLooser = 1.25, kLittleLooser = 1.08;
+        constexpr double kFirstError = 0.008, kMuch = 0.8, kMuchLooser = 1.5, kLooser = 1.25,
+                         kLittleLooser = 1.08;
         const double share = 1.0 - static_cast<double>(*options.target_vertices) /
                                        static_cast<double>(std::max<std::size_t>(1, mesh.vertices.size()));
         const double first = kFirstError * std::pow(std::clamp(share / kMuch, 0.5, 1.0), 2.0);
@@ -78,11 +79,11 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             if (engine.vertex_count() <= *options.target_vertices) break;
             const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
-            // Near the target a large factor would remove more than it takes.
-            const bool near = error >= kFirstError * (options.l0 + options.step) &&
-                              0.9 * static_cast<double>(engine.vertex_count()) <
-                                  static_cast<double>(*options.target_vertices);
-            const double looser = near ? kLittleLooser : kLooser;
+            // By large factors while it is small; near the target they would remove more than it takes.
+            const bool small = error < kFirstError * (options.l0 + options.step);
+            const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <
+                              static_cast<double>(*options.target_vertices);
+            const double looser = small ? kMuchLooser : near ? kLittleLooser : kLooser;
             error = std::min(options.max_error, error * looser);
             factor *= looser;
         }

@@ -4,6 +4,7 @@
 Both run each recipe with that flux.relative_error, on one thread and in turn, so that every species comes with both methods to
 the error asked for; by default to about the error that the recipe's own rays leave Monte Carlo. Prints for each recipe
 - CPU seconds of both, medians, and the median ratio of the pairs
+- that ratio at equal errors: the tracing of Monte Carlo times the square of its reported error over that of auto
 - the relative error that the runs report, its worst species, in the mean over the time steps
 - the same on the first surface as two seeds tell it: the mean difference of the fluxes over the mean flux, of the worst tally
 - the depth or the film that the runs end with, in the mean over their seeds, for both methods
@@ -103,12 +104,15 @@ def compare(program, recipe, error, runs, settings, folder, verbose):
             metrology = last[method]["metrology"]
             ends[method].append(metrology.get("film_bottom") or metrology["depth"])
     ratio = statistics.median(a / m for a, m in zip(*(seconds[method] for method in METHODS)))
+    share = last["monte-carlo"]["timing"]["trace"] / last["monte-carlo"]["timing"]["total"]
+    more = (statistics.fmean(errors["monte-carlo"]) / statistics.fmean(errors["auto"])) ** 2
+    equal = ratio / (1.0 - share + share * more)
     line = f"{recipe:<22}{error or 'rays':>6} | "
     for method in METHODS:
         seeds = difference(folder / f"{method}1", folder / f"{method}2") if runs > 1 else float("nan")
         line += f"{statistics.median(seconds[method]):7.2f} s  {100 * statistics.fmean(errors[method]):5.2f} %  {100 * seeds:5.2f} %"
         line += f"  {statistics.fmean(ends[method]):9.5g} | "
-    print(f"{line}{ratio:6.3f}", flush=True)
+    print(f"{line}{ratio:6.3f} {equal:6.3f}", flush=True)
     if not verbose:
         return
     for method in METHODS:
@@ -131,7 +135,7 @@ def main(words):
         else:
             name, _, error = word.partition("=")
             chosen.append((name, error))
-    print(f"{'recipe':<22}{'error':>6} | auto: CPU, error reported, of two seeds, depth or film | monte-carlo: the same | ratio")
+    print(f"{'recipe':<22}{'error':>6} | auto: CPU, error reported, of two seeds, depth or film | monte-carlo: the same | ratio, at equal errors")
     with tempfile.TemporaryDirectory() as folder:
         for name, error in chosen or [(name, "") for name in RECIPES]:
             usual, settings = RECIPES.get(name, (0.03, []))
