@@ -48,7 +48,7 @@ void add(Ledger& a, const Ledger& b) {
 }
 
 // To the next hit; what was looked for has arrived at its first one.
-bool arrive(const Trace& trace, Bundle& bundle, Rays& rays, Event& event, FlightCounts& flights) {
+bool reach_hit(const Trace& trace, Bundle& bundle, Rays& rays, Event& event, FlightCounts& flights) {
     if (!trace.bottom_up || event.bounce > 0 || event.generation > 0)
         return fly_on(trace, {&bundle, 1}, rays, event, flights);
     ++event.bounce;
@@ -57,13 +57,13 @@ bool arrive(const Trace& trace, Bundle& bundle, Rays& rays, Event& event, Flight
 
 // Neutrals, hit after hit. They are w.rays, or what ions sputtered.
 void follow_neutrals(const Trace& trace, Bundle bundle, Worker& w, Rays& rays, Event event) {
-    while (arrive(trace, bundle, rays, event, w.flights)) hit_neutrals(trace, bundle, w, rays, event);
+    while (reach_hit(trace, bundle, rays, event, w.flights)) hit_neutrals(trace, bundle, w, rays, event);
 }
 
 // Ions, hit after hit; after each, what it sputtered lives to its end.
 void follow_ions(const Trace& trace, Bundle bundle, Worker& w, Event event,
                  const std::vector<Tally>& tallies) {
-    while (arrive(trace, bundle, w.rays, event, w.flights)) {
+    while (reach_hit(trace, bundle, w.rays, event, w.flights)) {
         hit_ions(trace, bundle, w, event, tallies);
         if (w.secondaries.count == 0) continue;
         const Bundle sputtered{bundle.species,

@@ -49,9 +49,9 @@ inline std::uint64_t sticking_at(const Trace& trace, const Sticking& sticking, s
     return static_cast<std::uint64_t>(std::clamp(s, 0.0f, 1.0f) * static_cast<float>(kOne));
 }
 
-/// Part of a weight; rounded, which is what the ledger books.
+/// Part of a weight, of any number of particles; rounded, which is what the ledger books.
 inline std::uint64_t part_of(std::uint64_t weight, std::uint64_t probability) {
-    return (weight * probability + kOne / 2) >> 28;
+    return (weight >> 28) * probability + (((weight & (kOne - 1)) * probability + kOne / 2) >> 28);
 }
 
 /// The weight goes on as it is, or plays for a whole one with 28 random bits. \returns 0 if it lost.

@@ -14,6 +14,9 @@ constexpr double kLeastExponent = 50.0;
 
 constexpr std::uint32_t kCorners = 3;
 
+// As each has looks on every triangle, standard errors may have to come from few batches.
+constexpr std::uint64_t kLeastBatches = 4;
+
 Vec3 vector_at(const Column<float>& x, const Column<float>& y, const Column<float>& z, std::size_t row) {
     return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
 }
@@ -26,7 +29,7 @@ struct Looks {
 };
 
 // Places and directions of looks, in place of what emit has drawn; those into the surface are left out.
-void turn_back(const Trace& trace, const Batch& batch, Rays& r, Looks& looks) {
+void draw_looks(const Trace& trace, const Batch& batch, Rays& r, Looks& looks) {
     const Geometry& geometry = trace.geometry;
     const auto triangles = static_cast<std::uint32_t>(geometry.mesh.triangles.size());
     const std::uint32_t each = batch.count / triangles;
@@ -63,7 +66,7 @@ void turn_back(const Trace& trace, const Batch& batch, Rays& r, Looks& looks) {
 }
 
 // The particle that a look sees, as it arrives.
-void arrive(const Trace& trace, const Looks& looks, std::size_t row, std::size_t kept, Rays& r) {
+void place_arrival(const Trace& trace, const Looks& looks, std::size_t row, std::size_t kept, Rays& r) {
     const Vec3 normal = area_vector(trace.geometry.mesh, r.from[row]);
     const Vec3 skin = trace.geometry.skin * normal.normalized();
     set_flight(r, kept, vector_at(looks.x, looks.y, looks.z, row) - skin,
@@ -87,14 +90,22 @@ bool can_look(const Species& species) {
            !species.desorbs;
 }
 
-std::uint32_t looks_of_batch(std::uint32_t rays, const TriangleMesh& mesh) {
-    const std::uint32_t fewest = kCorners * static_cast<std::uint32_t>(mesh.triangles.size());
-    return std::max<std::uint32_t>(1, rays / fewest) * fewest;
+std::uint64_t fewest_looks(const TriangleMesh& mesh) {
+    return kLeastBatches * kCorners * mesh.triangles.size();
+}
+
+std::pair<std::uint64_t, std::uint32_t> batches_of_looks(std::uint64_t rays, std::uint64_t most,
+                                                         const TriangleMesh& mesh) {
+    const std::uint64_t least = fewest_looks(mesh) / kLeastBatches;  // of a batch
+    const std::uint64_t batches =
+        std::max((rays + kMostBatchRays - 1) / kMostBatchRays, std::clamp(rays / least, kLeastBatches, most));
+    return {batches, static_cast<std::uint32_t>(std::max<std::uint64_t>(1, rays / batches / least) * least)};
 }
 
 bool starts_bottom_up(std::span<const Species> pass, const TriangleMesh& mesh, const TraceOptions& options) {
-    return options.bottom_up && pass.size() == 1 && can_look(pass.front()) &&
-           std::uint64_t{kLookBatches} * kCorners * mesh.triangles.size() <= options.rays;
+    const std::uint64_t fewest = fewest_looks(mesh);
+    return options.bottom_up && pass.size() == 1 && can_look(pass.front()) && fewest <= options.rays &&
+           fewest <= kLeastBatches * kMostBatchRays;
 }
 
 void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count, Worker& w) {
@@ -102,7 +113,7 @@ void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint
     Rays& r = w.rays;
     Counts& counts = w.counts.front();
     emit(trace.geometry, trace.species, {}, trace.key, batch, first, count, r);
-    turn_back(trace, batch, r, looks);
+    draw_looks(trace, batch, r, looks);
     counts.escaped += count - r.count;
     fly_block(trace.geometry, r, w.flights);
     std::size_t kept = 0;
@@ -113,7 +124,7 @@ void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint
                    way_out(trace.geometry, vector_at(looks.x, looks.y, looks.z, row),
                            vector_at(looks.dx, looks.dy, looks.dz, row))
                        .to_source) {
-            arrive(trace, looks, row, kept, r);
+            place_arrival(trace, looks, row, kept, r);
             counts.ledger.emitted += r.weight[kept++];
         } else {
             ++counts.escaped;

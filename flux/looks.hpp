@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "flux/history.hpp"
 
@@ -10,16 +11,19 @@
 // nothing hides the source from flat ground all looks tell the same.
 namespace sidewall::flux {
 
-/// Whether first arrivals of \p species can be looked for: its source is cos^n about the vertical, n at least 50, so that the
-/// weight of a look is bounded, and nothing happens on the way.
+/// Whether first arrivals of \p species can be looked for: its source is cos^n about the vertical, n at least 50, so that
+/// directions bound the weight of a look, and nothing happens on the way.
 bool can_look(const Species& species);
 
-/// Batches of a round of looks, at least: standard errors have to come from few, as each has looks on every triangle.
-constexpr std::uint32_t kLookBatches = 4;
+/// The fewest looks of a round: four batches of three on every triangle.
+std::uint64_t fewest_looks(const TriangleMesh& mesh);
 
-/// Looks of a batch near to so many \p rays: a multiple of three on every triangle. Places of the three are one with its corners in
-/// turn, so that they share a flux that is the same all over out evenly.
-std::uint32_t looks_of_batch(std::uint32_t rays, const TriangleMesh& mesh);
+/// Batches of a round of about \p rays looks, at most \p most of them but where their bins hold no more, and the looks of
+/// each: a multiple of three on every triangle. Places of the three are one with its corners in turn, so that they share a flux
+/// that is the same all over out evenly.
+/// \pre rays >= fewest_looks
+std::pair<std::uint64_t, std::uint32_t> batches_of_looks(std::uint64_t rays, std::uint64_t most,
+                                                         const TriangleMesh& mesh);
 
 /// Whether the only species of a pass can look and options.rays are enough for the fewest looks.
 bool starts_bottom_up(std::span<const Species> pass, const TriangleMesh& mesh, const TraceOptions& options);
@@ -27,7 +31,7 @@ bool starts_bottom_up(std::span<const Species> pass, const TriangleMesh& mesh, c
 /// Fills worker.rays with the particles that looks [first, first + count) of the batch see arrive, as if they had flown. Looks
 /// that the surface hides from the source end as escaped. Every one weighs (-d . n) / (-d . z) for the source's direction d and
 /// the normal n, times its share of the surface's area over that of the source: on average what a particle does.
-/// \pre batch.count is from looks_of_batch, count <= kBlock.
+/// \pre batch is one of batches_of_looks, count <= kBlock.
 void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count, Worker& worker);
 
 }  // namespace sidewall::flux

@@ -23,6 +23,9 @@ struct Batch {
     std::array<std::uint32_t, 4> scramble;  ///< of the directions
 };
 
+/// A batch's bins and counters hold this many particles whatever they do; more rays make more batches.
+constexpr std::uint64_t kMostBatchRays = std::uint64_t{1} << 24;
+
 /// \pre count >= 1.
 Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count);
 

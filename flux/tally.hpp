@@ -59,7 +59,7 @@ class Tally {
     void close_batch(std::span<std::uint64_t> words);
 
     /// Ends a round of batches of equal numbers of rays, at least two; the next round's may be larger.
-    /// Variances of rounds add up.
+    /// Variances of rounds add up; those from fewer than 16 batches so that their roots are right on average.
     void close_round();
 
     /// Fluxes from all closed rounds. \p area_per_ray: the source's area over the number of rays of all

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 #include "flux/check.hpp"
@@ -19,9 +20,6 @@
 
 namespace sidewall::flux {
 namespace {
-
-// A batch's bins and counters hold this many particles whatever they do; more rays make more batches.
-constexpr std::uint64_t kMostBatchRays = std::uint64_t{1} << 24;
 
 std::uint32_t fixed_probability(double s) {
     return static_cast<std::uint32_t>(s * static_cast<double>(kOne) + 0.5);
@@ -86,12 +84,17 @@ class Tracer {
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
     }
 
-    /// Traces about \p rays more, in equal batches, for the species still active.
+    /// The fewest rays of a round.
+    std::uint64_t least_round() const { return trace_.bottom_up ? fewest_looks(trace_.geometry.mesh) : 1; }
+
+    /// Traces at least \p rays more, or looks near to so many, in equal batches, for the species still active.
+    /// \pre rays >= least_round()
     void trace_round(std::uint64_t rays) {
-        const std::uint64_t batches = std::max<std::uint64_t>(
-            trace_.bottom_up ? kLookBatches : options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
+        std::uint64_t batches =
+            std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
         auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
-        if (trace_.bottom_up) batch_rays = looks_of_batch(batch_rays, trace_.geometry.mesh);
+        if (trace_.bottom_up)
+            std::tie(batches, batch_rays) = batches_of_looks(rays, batches, trace_.geometry.mesh);
         const bool alone = options_.shares.ranks == 1;
         for (std::uint64_t b = 0; b < batches; ++b) {
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
@@ -119,11 +122,10 @@ class Tracer {
     }
 
     std::vector<FluxResult> results() const {
-        const double seconds =
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start_;
         std::vector<FluxResult> results;
         for (std::size_t k = 0; k < counts_.species.size(); ++k)
-            results.emplace_back(result(k)).seconds = seconds;
+            results.emplace_back(result(k)).seconds = taken.count();
         return results;
     }
 
@@ -146,6 +148,7 @@ class Tracer {
         result.ledger = counts.ledger;
         result.redeposited = counts.redeposited;
         result.relative_error = relative_error(result.vertex);
+        result.bottom_up = trace_.bottom_up;
         result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
         result.pass_place = static_cast<std::uint32_t>(k);
         return result;
@@ -291,27 +294,34 @@ class Tracer {
     std::uint32_t held_batches_ = 0;
 };
 
+// A target of 0 is none: all rays are traced.
 std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint64_t most, Tracer& tracer) {
+    tracer.expect(most);
+    if (target == 0.0) {
+        tracer.trace_round(most);
+        return tracer.results();
+    }
     double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
     const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
-    std::uint64_t rays = std::min<std::uint64_t>(most, 2 * triangles + 16384);
-    tracer.expect(most);
+    const std::uint64_t least = tracer.least_round();
+    std::uint64_t rays = std::max(least, std::min<std::uint64_t>(most, 2 * triangles + 16384));
     while (true) {
         tracer.trace_round(rays);
         const std::uint64_t emitted = tracer.emitted();
         const auto [nearest, farthest] = tracer.retire_reached(target);
-        if (nearest == 0.0 || emitted >= most) return tracer.results();
+        if (nearest == 0.0 || emitted + least > most) return tracer.results();
         const auto spent = static_cast<double>(emitted);
         if (growth(farthest) * spent < static_cast<double>(most))
             tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
-        // As far as the species that will reach it first: it need not be traced as far as the others. A
-        // sparse trace underestimates its error: do not leap too far.
+        // As far as the species that will reach it first. A sparse trace underestimates its error: no far
+        // leaps.
         const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
-        rays = std::min(most - emitted, static_cast<std::uint64_t>(more * spent) + 1), power = 2.0;
+        rays = std::min(most - emitted, std::max(least, static_cast<std::uint64_t>(more * spent) + 1));
+        power = 2.0;
     }
 }
 
-// All species in their passes. A target of 0 is none: all rays are traced.
+// All species in their passes.
 std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
                                      const LateralBox& box, std::span<const Species> species,
                                      std::span<const std::int32_t> materials, const Wedges& wedges,
@@ -335,14 +345,7 @@ std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, co
                 options.progress((static_cast<double>(p) + part) / static_cast<double>(passes.size()));
             };
         Tracer tracer(mesh, scene, box, pass, materials, wedges, own);
-        std::vector<FluxResult> traced;
-        if (target > 0.0) {
-            traced = trace_to(target, mesh.triangles.size(), options.rays, tracer);
-        } else {
-            tracer.expect(options.rays);
-            tracer.trace_round(options.rays);
-            traced = tracer.results();
-        }
+        std::vector<FluxResult> traced = trace_to(target, mesh.triangles.size(), options.rays, tracer);
         for (std::size_t i = 0; i < traced.size(); ++i) results[passes[p][i]] = std::move(traced[i]);
     }
     return results;

@@ -30,8 +30,8 @@ struct TraceOptions {
     /// What does not stick goes on with its weight reduced, until that is below this threshold, in (0, 1];
     /// then it survives with probability weight, and weight 1, or ends. 1 is analog Monte Carlo.
     double roulette = 1.0;
-    /// Species that can_look start bottom-up (looks.hpp) if rays are enough for twelve looks a triangle or more; their number is
-    /// rounded down to as many on every one, and errors come from four batches of them.
+    /// A species alone in its pass that can_look starts bottom-up (looks.hpp) if rays are enough for twelve looks a triangle: as
+    /// many on every one and at most so many, in 4 to `batches` batches.
     bool bottom_up = false;
     /// Of the grid that the mesh comes from; length unit. Facets by which it cuts off hollow corners yield what the corners'
     /// faces would, see CutCorner. 0: every facet is taken as it is.
@@ -67,7 +67,7 @@ struct TallyFlux {
 };
 
 /// Arrivals, what else the species tallies, and what became of the particles. Each history ends once:
-/// emitted = absorbed + escaped + leaked. One that shares its path with other species' ends as absorbed when
+/// emitted = absorbed + escaped + leaked. Bottom-up, histories are looks: those that do not see the source escape and weigh nothing. One that shares its path with other species' ends as absorbed when
 /// its weight comes to 0 or the path loses at roulette, as escaped or leaked when the path does with any of
 /// its weight.
 struct FluxResult : TallyFlux {
@@ -79,6 +79,7 @@ struct FluxResult : TallyFlux {
     Ledger ledger, redeposited;   ///< of the species, and of what its hits sputter
     double relative_error = 0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
                                   ///< arrivals; infinite without hits
+    bool bottom_up = false;       ///< see TraceOptions
     double discretisation_error = 0.0;  ///< of RadiosityFlux, whose relative_error has it in it; 0 of paths
     double seconds = 0.0;               ///< wall time of the pass
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds

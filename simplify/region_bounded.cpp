@@ -65,10 +65,11 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
                          kLittleLooser = 1.08;
         const double share = 1.0 - static_cast<double>(*options.target_vertices) /
                                        static_cast<double>(std::max<std::size_t>(1, mesh.vertices.size()));
-        const double first = kFirstError * std::pow(std::clamp(share / kMuch, 0.5, 1.0), 2.0);
+        const double usual = kFirstError * (options.l0 + options.step);
+        const double first = usual * std::pow(std::clamp(share / kMuch, 0.5, 1.0), 2.0);
         // The first bound is near to none; after the last the target is out of reach.
         constexpr int kMostRounds = 80;
-        double error = std::min(options.max_error, first * (options.l0 + options.step)), factor = 1.0;
+        double error = std::min(options.max_error, first), factor = 1.0;
         for (int round = 0; round < kMostRounds; ++round) {
             const bool last = round + 1 == kMostRounds;
             run({.max_length = kInfinity,
@@ -79,11 +80,15 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             if (engine.vertex_count() <= *options.target_vertices) break;
             const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
-            // By large factors while it is small; near the target they would remove more than it takes.
-            const bool small = error < kFirstError * (options.l0 + options.step);
+            // While it is small by itself, in large steps.
+            if (error < usual) {
+                error = std::min({options.max_error, usual, kMuchLooser * error});
+                continue;
+            }
+            // Near the target a large factor would remove more than it takes.
             const bool near = 0.9 * static_cast<double>(engine.vertex_count()) <
                               static_cast<double>(*options.target_vertices);
-            const double looser = small ? kMuchLooser : near ? kLittleLooser : kLooser;
+            const double looser = near ? kLittleLooser : kLooser;
             error = std::min(options.max_error, error * looser);
             factor *= looser;
         }

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "app/recipe/step_model.hpp"
-#include "flux/looks.hpp"
 #include "flux/radiosity.hpp"
 
 namespace sidewall::app {
@@ -56,11 +55,6 @@ double cost(const Model& model, const std::vector<flux::MethodChoice>& choices, 
     return rays + traces_of(model) * paths;
 }
 
-// Where the paths of a species start, for a message.
-const char* from_where(const flux::Species& species) {
-    return flux::can_look(species) ? "; bottom-up, as its source is narrow" : "";
-}
-
 std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::MethodChoice>& choices) {
     constexpr double kNone = -1.0;
     double best = kNone;
@@ -79,7 +73,7 @@ std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::
                                ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
                                              "a relative error of {:.2g}",
                                              ratio, choice.target)
-                               : choice.why_not + from_where(model.species[k]),
+                               : choice.why_not,
                            choice.target, solved ? choice.rays : 0.0});
     }
     return methods;

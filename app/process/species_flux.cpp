@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -148,9 +149,10 @@ void trace(const Recipe& recipe, const Model& model, const TracedSurface& surfac
 }
 
 // Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
-// less arrives far more often, with little weight.
+// less arrives far more often, with little weight. Looks leave no element to chance: all know their errors.
 std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& wedges,
                              const flux::FluxResult& result) {
+    if (result.bottom_up) return std::numeric_limits<std::uint64_t>::max();
     if (result.pass_species == 1) return result.arrivals;
     double sum = 0.0;
     for (std::size_t w = 0; w < wedges.count(); ++w) sum += wedges.area[w] * result.wedge.flux[w];
