@@ -30,7 +30,8 @@ bool starts_bottom_up(std::span<const Species> pass, const TriangleMesh& mesh, c
 
 /// Fills worker.rays with the particles that looks [first, first + count) of the batch see arrive, as if they had flown. Looks
 /// that the surface hides from the source end as escaped. Every one weighs (-d . n) / (-d . z) for the source's direction d and
-/// the normal n, times its share of the surface's area over that of the source: on average what a particle does.
+/// the normal n, times its triangle's area and the number of triangles over the source's area: so that the looks of a batch bring on average
+/// what as many particles do.
 /// \pre batch is one of batches_of_looks, count <= kBlock.
 void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count, Worker& worker);
 
