@@ -24,11 +24,6 @@ double fraction(std::uint32_t word) {
     return (word + 0.5) * 0x1p-32;
 }
 
-template <class Column>
-Vec3 vector_at(const Column& x, const Column& y, const Column& z, std::size_t row) {
-    return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
-}
-
 // The straightened end of a path to \p hit: through all sides it crossed, its length and the image it lies
 // in.
 struct Path {

@@ -19,14 +19,11 @@ struct Hit {
 };
 
 Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
-    const auto wide = [](float a, float b, float c) {
-        return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
-    };
     const LateralBox& box = trace.geometry.box;
     Hit hit{};
-    hit.direction = wide(r.dx[row], r.dy[row], r.dz[row]).normalized();
-    hit.point = wide(r.x[row], r.y[row], r.z[row]) + static_cast<double>(r.distance[row]) * hit.direction;
-    hit.normal = wide(r.nx[row], r.ny[row], r.nz[row]).normalized();
+    hit.direction = vector_at(r.dx, r.dy, r.dz, row).normalized();
+    hit.point = vector_at(r.x, r.y, r.z, row) + static_cast<double>(r.distance[row]) * hit.direction;
+    hit.normal = vector_at(r.nx, r.ny, r.nz, row).normalized();
     if (hit.normal.isZero(0.0)) hit.normal = -hit.direction;
     hit.point += trace.geometry.skin * hit.normal;
     for (int axis = 0; axis < 2; ++axis)

@@ -17,8 +17,8 @@ constexpr std::uint32_t kCorners = 3;
 // As each has looks on every triangle, standard errors may have to come from few batches.
 constexpr std::uint64_t kLeastBatches = 4;
 
-Vec3 vector_at(const Column<float>& x, const Column<float>& y, const Column<float>& z, std::size_t row) {
-    return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
+std::uint64_t fewest_of_batch(const TriangleMesh& mesh) {
+    return std::uint64_t{kCorners} * mesh.triangles.size();
 }
 
 // Beside the rays that look, by row: where they start, at which barycentric weights, which way they go, and
@@ -86,17 +86,16 @@ void place_arrival(const Trace& trace, const Looks& looks, std::size_t row, std:
 
 bool can_look(const Species& species) {
     return species.source_exponent >= kLeastExponent && species.bins.empty() && species.source_beta == 0.0 &&
-           (species.beam + Vec3::UnitZ()).norm() <= 1e-9 && !std::isfinite(species.mean_free_path) &&
-           !species.desorbs;
+           is_untilted(species) && !std::isfinite(species.mean_free_path) && !species.desorbs;
 }
 
 std::uint64_t fewest_looks(const TriangleMesh& mesh) {
-    return kLeastBatches * kCorners * mesh.triangles.size();
+    return kLeastBatches * fewest_of_batch(mesh);
 }
 
 std::pair<std::uint64_t, std::uint32_t> batches_of_looks(std::uint64_t rays, std::uint64_t most,
                                                          const TriangleMesh& mesh) {
-    const std::uint64_t least = fewest_looks(mesh) / kLeastBatches;  // of a batch
+    const std::uint64_t least = fewest_of_batch(mesh);
     const std::uint64_t batches =
         std::max((rays + kMostBatchRays - 1) / kMostBatchRays, std::clamp(rays / least, kLeastBatches, most));
     return {batches, static_cast<std::uint32_t>(std::max<std::uint64_t>(1, rays / batches / least) * least)};

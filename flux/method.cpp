@@ -51,7 +51,7 @@ std::string why_not_radiosity(const Species& species) {
     if (!species.yields.empty() || species.redeposition) return "it has yields";
     if (std::isfinite(species.mean_free_path)) return "its particles collide in the gas";
     if (!species.bins.empty() || species.source_beta != 0.0) return "its source is no cos^n";
-    if (species.rotating || (species.beam + Vec3::UnitZ()).norm() > 1e-9) return "its source is tilted";
+    if (species.rotating || !is_untilted(species)) return "its source is tilted";
     return "";
 }
 

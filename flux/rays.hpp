@@ -42,6 +42,12 @@ inline void set_flight(Rays& rays, std::size_t row, const Vec3& point, const Vec
     rays.dz[row] = static_cast<float>(direction.z());
 }
 
+/// A row of three columns, in double precision.
+inline Vec3 vector_at(const Column<float>& x, const Column<float>& y, const Column<float>& z,
+                      std::size_t row) {
+    return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
+}
+
 constexpr std::uint32_t kLeaked = 0xfffffffeu;
 constexpr std::uint32_t kCollided = 0xfffffffdu;  ///< its free path ended first: fly_block_within
 

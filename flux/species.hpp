@@ -131,6 +131,11 @@ inline bool goes_on_diffusely(const Species& species) {
            species.energy.mean == 0.0 && species.yields.empty() && !species.redeposition;
 }
 
+/// Whether the source's axis is the vertical.
+inline bool is_untilted(const Species& species) {
+    return (species.beam + Vec3::UnitZ()).norm() <= 1e-9;
+}
+
 /// Whether particles of both take the same paths as likely, so that one pass can trace them together:
 /// neutrals from the same source alone that differ in their sticking alone.
 inline bool same_paths(const Species& a, const Species& b) {

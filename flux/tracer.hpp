@@ -67,9 +67,9 @@ struct TallyFlux {
 };
 
 /// Arrivals, what else the species tallies, and what became of the particles. Each history ends once:
-/// emitted = absorbed + escaped + leaked. Bottom-up, histories are looks: those that do not see the source escape and weigh nothing. One that shares its path with other species' ends as absorbed when
+/// emitted = absorbed + escaped + leaked. One that shares its path with other species' ends as absorbed when
 /// its weight comes to 0 or the path loses at roulette, as escaped or leaked when the path does with any of
-/// its weight.
+/// its weight. Bottom-up, histories are looks: those that do not see the source escape and weigh nothing.
 struct FluxResult : TallyFlux {
     std::vector<TallyFlux> others;  ///< one for each of Species::yields, then redeposition if there is any
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;

@@ -21,7 +21,6 @@ using namespace sidewall::levelset;
 
 namespace {
 
-// A stack of one layer, whose distance is given.
 Shape deep_trench() {
     Shape trench;
     trench.kind = ShapeKind::trench;
@@ -30,6 +29,7 @@ Shape deep_trench() {
     return trench;
 }
 
+// A stack of one layer, whose distance is given.
 MaterialStack stack_of(const Domain& domain, const std::function<double(const Vec3&)>& distance, double low,
                        double high) {
     MaterialStack stack{domain, {}};
