@@ -102,6 +102,14 @@ void add_to_pieces(Exchange::State& s, const Sizes& before) {
     for (const Eigen::MatrixXd& matrix : added) s.piece_links += matrix;
 }
 
+// What a solve needs besides links.
+void prepare(Exchange::State& s) {
+    s.mass = mass_matrix(s.geometry.mesh, s.strip.unknowns);
+    s.pieces = make_pieces(s.geometry.mesh, s.strip.unknowns);
+    const auto count = static_cast<Eigen::Index>(s.pieces.count);
+    s.piece_links = Eigen::MatrixXd::Zero(count, count);
+}
+
 // Where rays from the surface and from the source go, by a few that are not kept.
 void look_around(Exchange::State& s, RandomKey key, std::uint64_t rays) {
     const auto looks = static_cast<std::uint32_t>(std::clamp<std::size_t>(
@@ -167,18 +175,8 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
     Strip strip = make_strip(geometry, wedges);
     geometry.straight = !strip.partner.empty();
     RayDensities densities(geometry, strip, std::move(source_exponents));
-    MassMatrix mass = mass_matrix(mesh, strip.unknowns);
-    Pieces pieces = make_pieces(mesh, strip.unknowns);
-    const auto count = static_cast<Eigen::Index>(pieces.count);
-    state_ = std::unique_ptr<State>(new State{geometry,
-                                              wedges,
-                                              std::move(strip),
-                                              std::move(options),
-                                              std::move(densities),
-                                              std::move(mass),
-                                              std::move(pieces),
-                                              Eigen::MatrixXd::Zero(count, count),
-                                              {}});
+    state_ = std::unique_ptr<State>(
+        new State{geometry, wedges, std::move(strip), std::move(options), std::move(densities)});
 }
 
 Exchange::~Exchange() = default;
@@ -196,7 +194,10 @@ void Exchange::gather(std::uint64_t rays) {
             static_cast<double>(s.options.most_bytes) * 1e-9));
     const auto start = std::chrono::steady_clock::now();
     const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
-    if (s.gathers == 0) look_around(s, key, rays);  // by random numbers of its own
+    if (s.gathers == 0) {
+        prepare(s);
+        look_around(s, key, rays);  // by random numbers of its own
+    }
     ++s.gathers;
     const std::size_t exponents = s.densities.exponents().size();
     const double group_rays = static_cast<double>(rays) / kLinkGroups;
@@ -222,7 +223,7 @@ void Exchange::gather(std::uint64_t rays) {
     s.group_rays += in_group;
     s.rays += in_group * kLinkGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (leaks_too_much(s.leaked, s.rays, 3.0))
+    if (leaks_too_much(s.leaked, s.rays, kChanceLeaks))
         throw NumericsError(fmt::format(
             "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match",

@@ -25,10 +25,10 @@ struct Exchange::State {
     Strip strip;  ///< tells the unknowns
     ExchangeOptions options;
     RayDensities densities;
-    MassMatrix mass;
-    Pieces pieces;
-    Eigen::MatrixXd piece_links;  ///< of all groups, see add_links
-    std::array<LinkGroup, kLinkGroups> groups;
+    MassMatrix mass{};  ///< this and the next two: from the first gather on
+    Pieces pieces{};
+    Eigen::MatrixXd piece_links{};  ///< of all groups, see add_links
+    std::array<LinkGroup, kLinkGroups> groups{};
     std::uint64_t group_rays = 0;
     std::uint64_t rays = 0, segments = 0, leaked = 0;
     std::uint32_t gathers = 0;

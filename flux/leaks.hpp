@@ -7,6 +7,9 @@ namespace sidewall::flux {
 /// the study's surfaces leak none (flux_bench --table long).
 constexpr double kRoundingLeaks = 1e-5;
 
+/// Leaks that chance gives a trace of few rays, which may have none by that share.
+constexpr double kChanceLeaks = 3.0;
+
 /// Whether more particles leaked than rounding explains, so that the surface has a hole, an overlap or a piece
 /// turned inside out.
 /// \param leaked, emitted  particles, of a FluxResult.

@@ -4,35 +4,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flux/exchange_state.hpp"
 #include "flux/radiosity.hpp"
-#include "flux/strip.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
 namespace {
 
-// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.15
+// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.06
 // to 0.2 microseconds. And rays of an exchange's pilot.
-constexpr double kRayCost = 5.0, kPilotRays = 4096.0;
+constexpr double kRayCost = 6.0, kPilotRays = 4096.0;
 constexpr double kFirstRays = 12.0;  // an unknown: with fewer, halves of the rays tell no errors
 constexpr double kMargin = 1.1;      // rays more than errors ask for, which scatter
 constexpr double kCloser = 200.0;    // the solver's tolerance than the error asked for
 
-// Rays an unknown that \p species takes to a relative error of \p target, from what the first ones show of
-// it.
-double rays_needed(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
-                   const LateralBox& box, const Wedges& wedges, const DiffuseSpecies& species,
-                   const TraceOptions& options) {
-    Exchange first(mesh, scene, box, wedges, {species.source_exponent},
-                   {.seed = options.seed,
-                    .time_step = options.time_step,
-                    .stop = options.stop,
-                    .shares = options.shares});
-    first.gather(std::min(first.fewest_rays(), first.rays_left()));
-    const double error = solve_flux(first, species, {.tolerance = target / kCloser}).statistical_error;
-    // Errors of few rays fall faster than their square root.
-    constexpr double kFall = 0.6;
-    return kFirstRays * std::max(1.0, kMargin * std::pow(error / target, 1.0 / kFall));
+// The solver's tolerance to a relative error of \p target.
+double tolerance_to(double target, const SolveOptions& options) {
+    return std::clamp(target / kCloser, options.tolerance, std::max(1e-3, options.tolerance));
 }
 
 // The statistical error that leaves \p target of both, or, where hardly any would, that target.
@@ -40,6 +28,21 @@ double target_of_rays(double target, double discretisation) {
     return discretisation < kElementsAlone * target
                ? std::sqrt(target * target - discretisation * discretisation)
                : target;
+}
+
+// What is left to the rays of \p target.
+double bound_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
+    return options.of_rays ? target : target_of_rays(target, flux.discretisation_error);
+}
+
+// Rays an unknown that it takes to a relative error of \p target, from what the first ones show of it.
+double rays_needed(double target, const RadiosityFlux& first) {
+    // Errors of few rays fall faster than their square root: in trenches and holes of any sticking the square
+    // of n times as many rays falls to (1 - kFew) / n + kFew / n^2, from 1 to 100 times within a tenth.
+    constexpr double kFew = 0.6, kMany = 1.0 - kFew;
+    const double left = std::pow(target / first.statistical_error, 2.0);
+    const double times = (kMany + std::sqrt(kMany * kMany + 4.0 * left * kFew)) / (2.0 * left);
+    return kFirstRays * std::max(1.0, kMargin * times);
 }
 
 }  // namespace
@@ -87,10 +90,11 @@ std::uint64_t Exchange::fewest_rays() const {
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options) {
     constexpr std::uint64_t kFirstPart = 4;
-    if (rays < kFirstPart * exchange.fewest_rays() || rays > exchange.rays_left() || exchange.is_focused())
-        return exchange.gather(rays);  // too few to tell, or refused
-    const std::uint64_t first = rays / kFirstPart;
-    exchange.gather(first);
+    const auto left = [&] { return rays > exchange.rays() ? rays - exchange.rays() : 0; };
+    if (left() == 0) return;
+    if (rays < kFirstPart * exchange.fewest_rays() || left() > exchange.rays_left() || exchange.is_focused())
+        return exchange.gather(left());  // too few to tell, or refused
+    if (exchange.rays() < rays / kFirstPart) exchange.gather(rays / kFirstPart - exchange.rays());
     SolveOptions rough = options;
     rough.errors = rough.unbiased = false;
     rough.tolerance = std::max(1e-3, options.tolerance);
@@ -100,7 +104,7 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
         focus(exchange, species, fluxes, options);
     } catch (const NumericsError&) {  // so few rays may leave a pocket without a way out: even starts will do
     }
-    exchange.gather(std::min(rays - first, exchange.rays_left()));
+    exchange.gather(std::min(left(), exchange.rays_left()));
 }
 
 std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,
@@ -114,16 +118,14 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
     if (exchange.rays() == 0)
         exchange.gather(std::min({most_rays, exchange.rays_left(), exchange.fewest_rays()}));
     SolveOptions close = options;  // to the errors asked for
-    close.tolerance = std::clamp(*std::ranges::min_element(targets) / kCloser, options.tolerance,
-                                 std::max(1e-3, options.tolerance));
+    close.tolerance = tolerance_to(*std::ranges::min_element(targets), options);
     while (true) {
         std::vector<RadiosityFlux> fluxes;
         double worst = 0.0;  // of what was asked
         for (std::size_t k = 0; k < species.size(); ++k) {
             fluxes.push_back(solve_flux(exchange, species[k], close));
-            const double bound =
-                options.of_rays ? targets[k] : target_of_rays(targets[k], fluxes.back().discretisation_error);
-            worst = std::max(worst, fluxes.back().statistical_error / bound);
+            worst = std::max(
+                worst, fluxes.back().statistical_error / bound_of_rays(targets[k], fluxes.back(), options));
         }
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
@@ -139,27 +141,27 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
     }
 }
 
-MethodChoice choose_method(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
-                           const LateralBox& box, const Species& species,
-                           std::span<const std::int32_t> materials, const Wedges& wedges,
-                           const TraceOptions& options) {
+MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
+                           std::span<const std::int32_t> materials, const TraceOptions& options) {
     MethodChoice choice;
     if (const std::string why = why_not_radiosity(species); !why.empty()) {
         choice.why_not = why;
         return choice;
     }
+    const Exchange::State& s = exchange.state();
+    const Wedges& wedges = s.wedges;
     TraceOptions pilot = options;
-    pilot.rays = std::min<std::uint64_t>(options.rays, 4096 + mesh.triangles.size() / 4);
+    pilot.rays = std::min<std::uint64_t>(options.rays, 4096 + s.geometry.mesh.triangles.size() / 4);
     pilot.progress = nullptr;
-    const FluxResult result = trace_flux(mesh, scene, box, species, materials, wedges, pilot);
+    const FluxResult result =
+        trace_flux(s.geometry.mesh, s.geometry.scene, s.geometry.box, species, materials, wedges, pilot);
     // Errors and segments are the same on every machine, and so is the choice.
     const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
     choice.target = target > 0.0 ? target : result.relative_error / std::sqrt(growth);
     const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);
-    const std::size_t unknowns = make_strip(make_geometry(mesh, scene, box), wedges).unknowns.count();
     const auto cost = [&](double rays) {
-        return kRayCost * (rays * static_cast<double>(unknowns) + kPilotRays);
+        return kRayCost * (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
     };
     choice.radiosity_cost = cost(kFirstRays);
     if (choice.radiosity_cost < choice.monte_carlo_cost) try {
@@ -169,12 +171,20 @@ MethodChoice choose_method(double target, const TriangleMesh& mesh, const surfac
                     : std::vector<double>(options.sticking_by_wedge.begin(), options.sticking_by_wedge.end());
             const DiffuseSpecies diffuse{
                 .name = species.name, .source_exponent = species.source_exponent, .sticking = sticking};
-            choice.rays = rays_needed(choice.target, mesh, scene, box, wedges, diffuse, options);
+            if (exchange.rays() == 0) exchange.gather(std::min(exchange.fewest_rays(), exchange.rays_left()));
+            SolveOptions close{.of_rays = target == 0.0, .stop = options.stop};
+            close.tolerance = tolerance_to(choice.target, close);
+            RadiosityFlux first = solve_flux(exchange, diffuse, close);
+            choice.rays = rays_needed(choice.target, first);
+            if (first.statistical_error <= bound_of_rays(choice.target, first, close))
+                choice.first = std::move(first);
             choice.radiosity_cost = cost(choice.rays);
         } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave
             choice.radiosity_cost = choice.monte_carlo_cost;
         }
-    choice.radiosity = choice.radiosity_cost < choice.monte_carlo_cost;
+    // Rays that are gathered cost no more.
+    const double spent = choice.rays > 0.0 ? cost(kFirstRays) : 0.0;
+    choice.radiosity = choice.radiosity_cost - spent < choice.monte_carlo_cost;
     return choice;
 }
 

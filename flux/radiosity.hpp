@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -148,7 +149,7 @@ void focus(Exchange& exchange, std::span<const DiffuseSpecies> species, std::spa
 /// Has further gathers look for what linear elements add to the errors of all \p fluxes where their slopes change.
 void look_where_expected(Exchange& exchange, std::span<const RadiosityFlux> fluxes);
 
-/// Gathers \p rays more, most of them where a few that come first say they count for \p species.
+/// Gathers until \p exchange has \p rays, most of them where the first ones, its own included, say they count for \p species.
 /// \throws as Exchange::gather and solve_flux.
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options = {});
@@ -171,20 +172,21 @@ constexpr std::uint64_t kMostOfAuto = 4;
 
 /// Which method takes less CPU time to a relative error, as estimated.
 struct MethodChoice {
-    bool radiosity = false;
+    bool radiosity = false;  ///< takes less from here on: first rays that are gathered go on to count
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer's
     double target = 0.0;                                  ///< the relative error they are for
-    double rays = 0.0;    ///< an unknown that radiosity gathers; 0 if not estimated
+    double rays = 0.0;  ///< an unknown that radiosity gathers; 0 if not estimated
+    /// By the first rays that were gathered to choose; empty unless they reach the target.
+    std::optional<RadiosityFlux> first;
     std::string why_not;  ///< radiosity is out of the question, whatever the cost; empty if it can be taken
 };
 
 /// Estimates what both methods take to a relative error of \p target, from a few thousand particles of the
-/// tracer's and, where as many as the target asks for cost more, radiosity's first rays. The same choice on every machine.
-/// \param target  0: what the tracer reaches with options.rays.
+/// tracer's and, where those cost more, radiosity's first rays. The same choice on every machine.
+/// \param target    0: what the tracer reaches with options.rays.
+/// \param exchange  of the surface and the species' source; gathers the first rays if it has none, with which it can go on.
 /// \throws as trace_flux.
-MethodChoice choose_method(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
-                           const LateralBox& box, const Species& species,
-                           std::span<const std::int32_t> materials, const Wedges& wedges,
-                           const TraceOptions& options);
+MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
+                           std::span<const std::int32_t> materials, const TraceOptions& options);
 
 }  // namespace sidewall::flux

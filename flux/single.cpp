@@ -5,17 +5,13 @@
 
 namespace sidewall::flux {
 
-Way way_of(const SingleFlux& asked, bool radiosity) {
-    return {radiosity, asked.relative_error.value_or(0.0)};
+MethodChoice as_asked(const SingleFlux& asked) {
+    return {.radiosity = true, .target = asked.relative_error.value_or(0.0)};
 }
 
-Way way_of(const MethodChoice& choice) {
-    return {choice.radiosity, choice.target};
-}
-
-MethodChoice choose_method(const SingleFlux& asked) {
-    return choose_method(asked.relative_error.value_or(0.0), asked.mesh, asked.scene, asked.box,
-                         asked.species, asked.materials, asked.wedges, asked.options);
+MethodChoice choose_method(const SingleFlux& asked, Exchange& exchange) {
+    return choose_method(asked.relative_error.value_or(0.0), exchange, asked.species, asked.materials,
+                         asked.options);
 }
 
 FluxResult follow(const SingleFlux& a) {
@@ -33,17 +29,22 @@ Exchange exchange_of(const SingleFlux& a) {
             {.seed = a.options.seed, .progress = a.options.progress, .stop = a.options.stop}};
 }
 
-RadiosityFlux solve(const SingleFlux& asked, const Way& way, Exchange& exchange) {
+RadiosityFlux solve(const SingleFlux& asked, MethodChoice choice, Exchange& exchange) {
+    if (choice.first) return *std::move(choice.first);
     constexpr std::uint64_t kRaysOfUnknown = 64;
     const std::vector<double> sticking = sticking_by_wedge(asked.wedges, asked.materials, asked.species);
     const DiffuseSpecies species{
         .name = asked.species.name, .source_exponent = asked.species.source_exponent, .sticking = sticking};
     const SolveOptions options{.of_rays = !asked.relative_error, .stop = asked.options.stop};
-    if (way.target > 0.0) {
+    if (choice.target > 0.0) {
         const std::uint64_t most = asked.relative_error
                                        ? asked.options.rays
                                        : std::max(kMostOfAuto * asked.options.rays, exchange.fewest_rays());
-        return std::move(solve_fluxes_to({&way.target, 1}, exchange, {&species, 1}, most, options).front());
+        const auto estimated =
+            static_cast<std::uint64_t>(choice.rays * static_cast<double>(exchange.unknowns()));
+        gather_for({&species, 1}, exchange, std::min({estimated, most, exchange.rays_left()}), options);
+        return std::move(
+            solve_fluxes_to({&choice.target, 1}, exchange, {&species, 1}, most, options).front());
     }
     gather_for({&species, 1}, exchange,
                asked.rays_given ? asked.options.rays

@@ -23,25 +23,18 @@ struct SingleFlux {
     bool rays_given = true;  ///< else radiosity without a relative error gathers 64 rays an unknown
 };
 
-/// How to find a flux.
-struct Way {
-    bool radiosity = false;
-    double target = 0.0;  ///< relative error that radiosity gathers rays to; 0: by rays
-};
-
-/// As asked: radiosity or Monte Carlo, to the relative error if one is asked for.
-Way way_of(const SingleFlux& asked, bool radiosity);
-/// The cheaper one; radiosity then gathers to the error that the rays of paths would have.
-Way way_of(const MethodChoice& choice);
+/// Radiosity, whatever it costs, to the relative error if one is asked for.
+MethodChoice as_asked(const SingleFlux& asked);
+/// \param exchange  see exchange_of; what it gathers to choose, solve goes on with.
 /// \throws as trace_flux.
-MethodChoice choose_method(const SingleFlux& asked);
+MethodChoice choose_method(const SingleFlux& asked, Exchange& exchange);
 
 /// By Monte Carlo. \throws as trace_flux.
 FluxResult follow(const SingleFlux& asked);
 
 /// Rays between points of the surface, none yet, for solve.
 Exchange exchange_of(const SingleFlux& asked);
-/// By radiosity on the rays that it gathers. \throws as Exchange::gather and solve_flux.
-RadiosityFlux solve(const SingleFlux& asked, const Way& way, Exchange& exchange);
+/// By radiosity on the rays that \p exchange has and gathers. \throws as Exchange::gather and solve_flux.
+RadiosityFlux solve(const SingleFlux& asked, MethodChoice choice, Exchange& exchange);
 
 }  // namespace sidewall::flux

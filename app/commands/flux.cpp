@@ -158,24 +158,20 @@ struct Outcome {
     std::uint64_t leaked = 0, emitted = 0;
 };
 
-Outcome find(const flux::SingleFlux& asked, const flux::Way& way) {
-    if (way.radiosity) {
-        flux::Exchange exchange = flux::exchange_of(asked);
-        const flux::RadiosityFlux result = flux::solve(asked, way, exchange);
-        return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
-    }
+Outcome followed(const flux::SingleFlux& asked) {
     const flux::FluxResult result = flux::follow(asked);
     return {result, traced_json(result), result.leaked, result.emitted};
 }
 
-// The method asked for, or the faster one, and why.
-flux::Way find_way(const std::string& method, const flux::SingleFlux& asked, Json& json) {
-    if (method != "auto") return flux::way_of(asked, method == "radiosity");
-    if (const std::string why = flux::why_not_radiosity(asked.species); !why.empty()) {
-        fmt::print(stderr, "sidewall flux: monte-carlo is taken: {}\n", why);
-        return {};
-    }
-    const flux::MethodChoice choice = flux::choose_method(asked);
+Outcome solved(const flux::SingleFlux& asked, flux::MethodChoice choice, flux::Exchange& exchange) {
+    const flux::RadiosityFlux result = flux::solve(asked, std::move(choice), exchange);
+    return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
+}
+
+// The faster method.
+// \param json  gets why.
+flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& exchange, Json& json) {
+    flux::MethodChoice choice = flux::choose_method(asked, exchange);
     json["auto"] = {{"relative_error", choice.target},
                     {"monte_carlo_cost", choice.monte_carlo_cost},
                     {"radiosity_cost", choice.radiosity_cost}};
@@ -184,7 +180,22 @@ flux::Way find_way(const std::string& method, const flux::SingleFlux& asked, Jso
                "radiosity {:.2g} million segments\n",
                choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
                choice.radiosity_cost * 1e-6);
-    return flux::way_of(choice);
+    return choice;
+}
+
+// By the method asked for.
+// \param why  gets why auto took what it took.
+Outcome find(const std::string& method, const flux::SingleFlux& asked, Json& why) {
+    if (method == "monte-carlo") return followed(asked);
+    if (const std::string reason = flux::why_not_radiosity(asked.species);
+        method == "auto" && !reason.empty()) {
+        fmt::print(stderr, "sidewall flux: monte-carlo is taken: {}\n", reason);
+        return followed(asked);
+    }
+    flux::Exchange exchange = flux::exchange_of(asked);
+    flux::MethodChoice choice =
+        method == "auto" ? choose_method(asked, exchange, why) : flux::as_asked(asked);
+    return choice.radiosity ? solved(asked, std::move(choice), exchange) : followed(asked);
 }
 
 void run_flux(const FluxArguments& arguments) {
@@ -213,9 +224,9 @@ void run_flux(const FluxArguments& arguments) {
                                  arguments.rays.has_value()};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
     Json why;
-    const Outcome outcome = find(asked, find_way(arguments.method, asked, why));
+    const Outcome outcome = find(arguments.method, asked, why);
     bar.reset();
-    if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
+    if (flux::leaks_too_much(outcome.leaked, outcome.emitted, flux::kChanceLeaks))
         throw NumericsError(fmt::format(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "

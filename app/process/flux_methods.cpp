@@ -31,9 +31,14 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
         options.batches = std::min(options.batches, flux::TraceOptions().batches);  // of few rays
         options.species_index = static_cast<std::uint32_t>(k);
         if (!sticking.empty()) options.sticking_by_wedge = sticking.subspan(k * wedges, wedges);
-        choices.push_back(flux::choose_method(recipe.flux.relative_error.value_or(0.0), surface.traced(),
-                                              *surface.scene, surface.box, model.species[k],
-                                              arriving.materials, arriving.wedges, options));
+        flux::Exchange exchange(surface.traced(), *surface.scene, surface.box, arriving.wedges,
+                                {model.species[k].source_exponent},
+                                {.seed = options.seed,
+                                 .time_step = options.time_step,
+                                 .stop = options.stop,
+                                 .shares = options.shares});
+        choices.push_back(flux::choose_method(recipe.flux.relative_error.value_or(0.0), exchange,
+                                              model.species[k], arriving.materials, options));
     }
     return choices;
 }

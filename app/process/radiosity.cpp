@@ -126,7 +126,8 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     try {
         fluxes = solve(recipe, species, targets, first, *exchange, request);
     } catch (const NumericsError& error) {
-        if (flux::leaks_too_much(exchange->leaked(), exchange->rays())) throw LeakError(error.what());
+        if (flux::leaks_too_much(exchange->leaked(), exchange->rays(), flux::kChanceLeaks))
+            throw LeakError(error.what());
         throw;
     }
     for (std::size_t i = 0; i < places.size(); ++i)

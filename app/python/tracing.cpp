@@ -97,9 +97,8 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
     return static_cast<std::uint64_t>(value);
 }
 
-flux::FluxResult solve(const flux::SingleFlux& asked, const flux::Way& way) {
-    flux::Exchange exchange = flux::exchange_of(asked);
-    flux::RadiosityFlux solved = flux::solve(asked, way, exchange);
+flux::FluxResult solved(const flux::SingleFlux& asked, flux::MethodChoice choice, flux::Exchange& exchange) {
+    flux::RadiosityFlux solved = flux::solve(asked, std::move(choice), exchange);
     flux::FluxResult result;
     result.emitted = exchange.rays();
     const auto of_rays = [&](double share) {
@@ -117,9 +116,11 @@ flux::FluxResult solve(const flux::SingleFlux& asked, const flux::Way& way) {
 }
 
 flux::FluxResult find(const std::string& method, const flux::SingleFlux& asked) {
-    const flux::Way way = method == "auto" ? flux::way_of(flux::choose_method(asked))
-                                           : flux::way_of(asked, method == "radiosity");
-    return way.radiosity ? solve(asked, way) : flux::follow(asked);
+    if (method == "monte-carlo") return flux::follow(asked);
+    flux::Exchange exchange = flux::exchange_of(asked);
+    flux::MethodChoice choice =
+        method == "auto" ? flux::choose_method(asked, exchange) : flux::as_asked(asked);
+    return choice.radiosity ? solved(asked, std::move(choice), exchange) : flux::follow(asked);
 }
 
 Traced trace(const py::object& points, const py::object& triangles, const Sticking& sticking,
@@ -145,7 +146,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
         return done;
     });
     const flux::FluxResult& result = traced.result;
-    if (flux::leaks_too_much(result.leaked, result.emitted))
+    if (flux::leaks_too_much(result.leaked, result.emitted, flux::kChanceLeaks))
         throw NumericsError(fmt::format(
             "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",

@@ -21,6 +21,7 @@
 #include "flux/radiosity.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/flux/cylinders.hpp"
+#include "tests/flux/extracted.hpp"
 
 using namespace sidewall;
 using bench::cpu_seconds_of;
@@ -36,7 +37,7 @@ struct Hole {
     flux::Wedges wedges;
     double depth;
     explicit Hole(double aspect)
-        : mesh(flux::extracted_hole(2.0 * aspect, 10)),
+        : mesh(flux::simplified(flux::extracted_hole(2.0 * aspect, 10), 0.1)),
           scene(mesh),
           box(flux::lateral_box(mesh, {flux::Boundary::reflective, flux::Boundary::reflective})),
           wedges(flux::make_wedges(mesh)),

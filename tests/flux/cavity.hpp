@@ -28,7 +28,7 @@ struct Cavity {
     Exchange gathered(std::uint64_t rays_of_unknown, std::uint64_t seed = 1,
                       std::vector<double> exponents = {1.0}) const {
         Exchange exchange(mesh, scene, box, wedges, std::move(exponents), {.seed = seed});
-        exchange.gather(rays_of_unknown * wedges.count());
+        if (rays_of_unknown > 0) exchange.gather(rays_of_unknown * wedges.count());
         return exchange;
     }
     std::vector<double> sticking(std::vector<double> by_material) const {

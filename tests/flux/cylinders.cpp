@@ -1,16 +1,10 @@
 #include "tests/flux/cylinders.hpp"
 
-#include <openvdb/openvdb.h>
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
 #include <string>
-
-#include "simplify/simplify.hpp"
-#include "surface/curvature.hpp"
-#include "surface/marching_cubes.hpp"
 
 namespace sidewall::flux {
 namespace {
@@ -43,32 +37,6 @@ std::vector<CylinderRow> cylinder_rows() {
                         std::stod(flux)});
     }
     return rows;
-}
-
-TriangleMesh extracted_hole(double depth, int cells, bool raw) {
-    const double dx = 1.0 / cells, drop = 0.01 * dx;
-    const int side = 2 * cells, low = -static_cast<int>(std::lround(depth * cells)) - 3;
-    const auto grid = openvdb::FloatGrid::create(1.0f);
-    auto out = grid->getAccessor();
-    for (int i = 0; i <= side; ++i)
-        for (int j = 0; j <= side; ++j)
-            for (int k = low; k <= 2; ++k) {
-                const double inside = 1.0 + 1e-7 - std::hypot(i * dx, j * dx), z = k * dx;
-                const double phi = inside > 0.0 ? inside * std::min(1.0, (z + depth) / drop + 1.0)
-                                                : inside * std::min(1.0, 1.0 - z / drop);
-                // A band of three cells is enough to extract from.
-                if (std::abs(inside) < 3.0 * dx || k > -3 || z < -depth + 3.0 * dx)
-                    out.setValueOn(openvdb::Coord(i, j, k), static_cast<float>(phi));
-            }
-    TriangleMesh mesh =
-        surface::marching_cubes(*grid, {{0.0, 0.0}, {side * dx, side * dx}, {side, side}, dx});
-    if (raw) return mesh;
-    simplify::Options options;
-    options.method = simplify::Method::region_bounded;
-    options.grid_spacing = dx;
-    options.l_max = 3.0 * dx;
-    options.max_error = 0.02 * dx;
-    return simplify::simplify(mesh, surface::feature_flags(mesh, dx), options).mesh;
 }
 
 CylinderTruth::CylinderTruth(double depth, double sticking)

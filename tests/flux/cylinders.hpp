@@ -4,8 +4,8 @@
 #include "surface/triangle_mesh.hpp"
 #include "tests/flux/truth.hpp"
 
-// Round holes as a level set gives them, and the table of exact fluxes in a cylinder,
-// tests/assets/cylinder_radiosity.csv.
+// The table of exact fluxes in a cylinder, tests/assets/cylinder_radiosity.csv, and where on a mesh its rows
+// are.
 namespace sidewall::flux {
 
 /// A row of the table; depth relative, -1: the mean over the floor.
@@ -14,10 +14,6 @@ struct CylinderRow {
 };
 
 std::vector<CylinderRow> cylinder_rows();
-
-/// A quarter of a round hole of radius 1, its axis on an edge of the box [0, 2] x [0, 2], extracted by marching
-/// cubes from a grid of \p cells cells a radius and simplified by `region-bounded` unless \p raw.
-TriangleMesh extracted_hole(double depth, int cells, bool raw = false);
 
 /// Exact flux at a height within a hole, from the rings and annuli of cylinder_flux.
 class CylinderTruth {

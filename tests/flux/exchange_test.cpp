@@ -4,14 +4,13 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <numbers>
 
 #include "flux/radiosity.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/cavity.hpp"
 #include "tests/flux/compare.hpp"
-#include "tests/flux/cylinders.hpp"
+#include "tests/flux/extracted.hpp"
 #include "tests/flux/meshes.hpp"
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
@@ -226,40 +225,6 @@ TEST_CASE("radiosity passes Clausing's share of molecules through a tube within 
     CAPTURE(length, s.mean, s.error, truth);
     CHECK(s.error < 0.0015 * truth);  // three of them within the 0.5 %
     CHECK(std::abs(s.mean - truth) < 0.005 * truth);
-}
-
-TEST_CASE("the cylinder quadrature that tests integrate agrees with the table of exact fluxes", "[slow]") {
-    const auto rows = cylinder_rows();
-    REQUIRE(rows.size() == 176);
-    for (const CylinderRow& row : rows) {
-        static std::map<std::pair<double, double>, CylinderTruth> truths;
-        const auto& truth =
-            truths.try_emplace({row.aspect, row.sticking}, 2.0 * row.aspect, row.sticking).first->second;
-        const double value = row.depth < 0.0 ? truth.floor() : truth.wall(-2.0 * row.aspect * row.depth);
-        CAPTURE(row.aspect, row.sticking, row.depth, row.flux, value);
-        CHECK(value == Approx(row.flux).epsilon(0.001));  // as exact as the table
-    }
-}
-
-TEST_CASE("radiosity in a hole as a level set gives it, simplified, has the exact flux at every depth",
-          "[slow]") {
-    // A grid of 10 cells a radius. 2 %, or 5 % where the flux is below 1e-3.
-    const double aspect = GENERATE(5.0, 10.0, 30.0);
-    const double depth = 2.0 * aspect;
-    const Cavity cavity(extracted_hole(depth, 10), kReflective);
-    // Few unknowns have few rays together.
-    const Exchange exchange = cavity.gathered(aspect < 7.0 ? 2000 : aspect < 20.0 ? 1000 : 800);
-    for (const double sticking : {1.0, 0.1, 0.01, 0.001}) {
-        const CylinderTruth truth(depth, sticking);
-        const std::vector<double> everywhere(cavity.wedges.count(), sticking);
-        const RadiosityFlux flux = solve_flux(exchange, {.sticking = everywhere});
-        for (int tenth = 0; tenth <= 10; ++tenth) {
-            const double exact = tenth == 10 ? truth.floor() : truth.wall(-0.1 * (tenth + 0.5) * depth);
-            CAPTURE(aspect, sticking, tenth, exact);
-            CHECK(tenth_ratio(cavity.mesh, flux.triangle.flux, truth, depth, tenth) ==
-                  Approx(1.0).epsilon(exact < 1e-3 ? 0.05 : 0.02));
-        }
-    }
 }
 
 TEST_CASE("what starts on the surface is an emission term of radiosity") {
@@ -490,14 +455,43 @@ TEST_CASE("radiosity refuses what it cannot do and says why") {
 
 TEST_CASE("auto takes radiosity for deep holes at low sticking and the tracer for open surfaces") {
     const auto chosen = [](const Cavity& cavity, double sticking) {
-        return choose_method(0.02, cavity.mesh, cavity.scene, cavity.box, {"test", 1.0, {sticking}}, {},
-                             cavity.wedges, {});
+        Exchange exchange = cavity.gathered(0);
+        return choose_method(0.02, exchange, {"test", 1.0, {sticking}}, {}, {});
     };
     const MethodChoice deep = chosen(Cavity(ringed_hole(40.0, 16, 80), kReflective), 0.01);
     CHECK(deep.radiosity);
     CHECK(deep.why_not.empty());
     CHECK_FALSE(chosen(Cavity(trench(0.5, 0.5, 8), kReflective), 1.0).radiosity);
     const Cavity cavity(trench(0.5, 0.5, 8), kReflective);
-    CHECK_FALSE(choose_method(0.02, cavity.mesh, cavity.scene, cavity.box, ion("ion"), {}, cavity.wedges, {})
-                    .why_not.empty());
+    Exchange exchange = cavity.gathered(0);
+    CHECK_FALSE(choose_method(0.02, exchange, ion("ion"), {}, {}).why_not.empty());
+}
+
+TEST_CASE("rays gathered to choose a method are gone on with") {
+    const Cavity cavity(extracted_trench(2.0), kReflective);
+    const std::vector<double> everywhere(cavity.wedges.count(), 0.1);
+    const DiffuseSpecies species{.sticking = everywhere};
+    const auto choose = [](Exchange& exchange, double target) {
+        return choose_method(target, exchange, {"test", 1.0, {0.1}}, {}, {});
+    };
+    // Shares of the rays are rounded by group.
+    const auto about = [](std::uint64_t rays) { return Approx(static_cast<double>(rays)).epsilon(0.01); };
+    Exchange exchange = cavity.gathered(0);
+    const MethodChoice open = choose(exchange, 0.5);
+    CHECK_FALSE(open.radiosity);
+    CHECK(exchange.rays() == 0);
+    const MethodChoice rough = choose(exchange, 0.09);
+    CHECK(rough.radiosity);
+    CHECK(static_cast<double>(exchange.rays()) == about(exchange.fewest_rays()));
+    REQUIRE(rough.first);  // they will do for 9 %
+    CHECK(rough.first->relative_error <= 0.09);
+    CHECK(rough.first->wedge.flux == solve_flux(exchange, species, {.tolerance = 0.09 / 200.0}).wedge.flux);
+    const std::uint64_t before = exchange.rays();
+    const MethodChoice close = choose(exchange, 0.01);
+    CHECK(close.radiosity);
+    CHECK_FALSE(close.first);
+    CHECK(exchange.rays() == before);
+    gather_for({&species, 1}, exchange, 5 * exchange.fewest_rays());
+    CHECK(exchange.is_focused());
+    CHECK(static_cast<double>(exchange.rays()) == about(5 * exchange.fewest_rays()));
 }

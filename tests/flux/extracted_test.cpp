@@ -1,12 +1,10 @@
-#include <openvdb/openvdb.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 
 #include "simplify/simplify.hpp"
-#include "surface/marching_cubes.hpp"
 #include "tests/flux/compare.hpp"
+#include "tests/flux/extracted.hpp"
 #include "tests/flux/meshes.hpp"
 #include "tests/flux/placed.hpp"
 #include "tests/flux/traces.hpp"
@@ -19,30 +17,7 @@ using namespace sidewall::flux;
 
 namespace {
 
-// The zero level of \p phi over nx x ny cells from node (i0, j0) on; node k lies at k dx.
-TriangleMesh extract(std::array<int, 2> first, std::array<int, 2> cells, int low, int high, double dx,
-                     const std::function<double(double, double, double)>& phi) {
-    const auto grid = openvdb::FloatGrid::create(1.0f);
-    auto out = grid->getAccessor();
-    for (int i = 0; i <= cells[0]; ++i)
-        for (int j = 0; j <= cells[1]; ++j)
-            for (int k = low; k <= high; ++k)
-                out.setValueOn(openvdb::Coord(i, j, k),
-                               static_cast<float>(phi((first[0] + i) * dx, (first[1] + j) * dx, k * dx)));
-    const auto at = [&](int axis, int n) { return (first[static_cast<std::size_t>(axis)] + n) * dx; };
-    return surface::marching_cubes(*grid,
-                                   {{at(0, 0), at(1, 0)}, {at(0, cells[0]), at(1, cells[1])}, cells, dx});
-}
-
-// A trench of width 1 and depth 2, along y. Its planes lie on nodes that are just inside the material at the
-// rim and just outside at the foot, so that marching cubes cuts corners by no more than its clearance.
-constexpr double kDepth = 2.0;
-TriangleMesh raw_trench() {
-    constexpr double dx = 0.05;
-    return extract({-12, 0}, {24, 16}, -42, 2, dx, [](double x, double, double z) {
-        return std::max(z, std::min(0.5 - std::abs(x), z + kDepth + 1e-4)) - 1e-7;
-    });
-}
+constexpr double kDepth = 2.0;  // of the trench
 
 // A round hole of radius 1 and the given depth whose axis lies off the box's centre. Not a distance, but a
 // level set whose zeros along the grid's edges are those of a sharp rim and a sharp foot: they are cut by
@@ -99,7 +74,7 @@ bool is_wall(const TriangleMesh& mesh, std::size_t t) {
 TEST_CASE("an extracted trench, raw or simplified, has the exact radiosity's flux wherever it is placed",
           "[slow]") {
     const auto method = any_method();
-    const TriangleMesh mesh = simplified(raw_trench(), method);
+    const TriangleMesh mesh = simplified(extracted_trench(kDepth), method);
     Comparison comparison;
     std::uint32_t stream = 0;
     for (const double sticking : {1.0, 0.1}) {
