@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "surface/file.hpp"
 #include "surface/mesh_bytes.hpp"
@@ -31,9 +32,9 @@ void append_cells(VtkWriter& writer, const TetMesh& mesh) {
     for (const Tetrahedron& t : mesh.tetrahedra) add(t, kTetra);
     for (const Triangle& t : mesh.triangles) add(t, kTriangle);
     writer.xml += "      <Cells>\n";
-    writer.array("Int64", "connectivity", 1, connectivity);
-    writer.array("Int64", "offsets", 1, offsets);
-    writer.array("UInt8", "types", 1, types);
+    writer.array("Int64", "connectivity", 1, std::move(connectivity));
+    writer.array("Int64", "offsets", 1, std::move(offsets));
+    writer.array("UInt8", "types", 1, std::move(types));
     writer.xml += "      </Cells>\n";
 }
 

@@ -3,6 +3,8 @@
 #include <tbb/parallel_for.h>
 #include <zlib.h>
 
+#include <utility>
+
 #include "surface/mesh_bytes.hpp"
 
 namespace sidewall::surface {
@@ -19,20 +21,10 @@ std::string deflate_block(std::string_view block) {
     return out;
 }
 
-/// vtkZLibDataCompressor's layout: block count, block size, last block's size if partial, compressed sizes,
-/// blocks.
-void append_compressed(std::string& appended, std::string_view bytes) {
-    constexpr std::size_t kBlock = 1 << 18;
-    const std::size_t count = (bytes.size() + kBlock - 1) / kBlock;
-    std::vector<std::string> blocks(count);
-    tbb::parallel_for(std::size_t{0}, count,
-                      [&](std::size_t i) { blocks[i] = deflate_block(bytes.substr(i * kBlock, kBlock)); });
-    append_value<std::uint64_t>(appended, count);
-    append_value<std::uint64_t>(appended, kBlock);
-    append_value<std::uint64_t>(appended, bytes.size() % kBlock);
-    for (const std::string& block : blocks) append_value<std::uint64_t>(appended, block.size());
-    for (const std::string& block : blocks) appended += block;
-}
+constexpr std::size_t kVtkBlock = 1 << 18;
+
+// Bytes of arrays that are held to be compressed side by side.
+constexpr std::size_t kMostWaiting = 1 << 23;
 
 }  // namespace
 
@@ -59,12 +51,38 @@ VtkWriter::VtkWriter(std::string_view type)
           "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n  <{0}>\n",
           type)) {}
 
-void VtkWriter::array(const char* type, std::string_view name, int components, std::string_view bytes) {
+void VtkWriter::array(const char* type, std::string_view name, int components, std::string bytes) {
     fmt::format_to(std::back_inserter(xml),
                    "        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
-                   "offset=\"{}\"/>\n",
-                   type, xml_escape(name), components, appended.size());
-    append_compressed(appended, bytes);
+                   "offset=\"",
+                   type, xml_escape(name), components);
+    heads_.push_back(std::exchange(xml, "\"/>\n"));
+    waiting_bytes_ += bytes.size();
+    waiting_.push_back(std::move(bytes));
+    if (waiting_bytes_ > kMostWaiting) compress();
+}
+
+// In vtkZLibDataCompressor's layout: block count, block size, last block's size if partial, compressed sizes,
+// blocks.
+void VtkWriter::compress() {
+    std::vector<std::string_view> raw;  // blocks of all arrays
+    for (const std::string_view bytes : waiting_)
+        for (std::size_t at = 0; at < bytes.size(); at += kVtkBlock)
+            raw.push_back(bytes.substr(at, kVtkBlock));
+    std::vector<std::string> blocks(raw.size());
+    tbb::parallel_for(std::size_t{0}, raw.size(), [&](std::size_t n) { blocks[n] = deflate_block(raw[n]); });
+    auto first = blocks.begin();
+    for (const std::string& bytes : waiting_) {
+        const auto end = first + static_cast<std::ptrdiff_t>((bytes.size() + kVtkBlock - 1) / kVtkBlock);
+        offsets_.push_back(appended_.size());
+        append_value<std::uint64_t>(appended_, static_cast<std::uint64_t>(end - first));
+        append_value<std::uint64_t>(appended_, kVtkBlock);
+        append_value<std::uint64_t>(appended_, bytes.size() % kVtkBlock);
+        for (auto block = first; block != end; ++block) append_value<std::uint64_t>(appended_, block->size());
+        for (; first != end; ++first) appended_ += *first;
+    }
+    waiting_.clear();
+    waiting_bytes_ = 0;
 }
 
 void VtkWriter::attributes(const char* element, const std::vector<Attribute>& attributes) {
@@ -76,7 +94,7 @@ void VtkWriter::attributes(const char* element, const std::vector<Attribute>& at
         const char* type = attribute.type == Scalar::float32   ? "Float32"
                            : attribute.type == Scalar::float64 ? "Float64"
                                                                : "Int32";
-        array(type, attribute.name, attribute.components, bytes);
+        array(type, attribute.name, attribute.components, std::move(bytes));
     }
     xml += fmt::format("      </{}>\n", element);
 }
@@ -106,13 +124,17 @@ void VtkWriter::points(const std::vector<Vec3>& vertices) {
     for (const Vec3& p : vertices)
         for (int k = 0; k < 3; ++k) append_value(bytes, p[k]);
     xml += "      <Points>\n";
-    array("Float64", "Points", 3, bytes);
+    array("Float64", "Points", 3, std::move(bytes));
     xml += "      </Points>\n";
 }
 
-std::string VtkWriter::file(std::string_view type) const {
-    return fmt::format("{}    </Piece>\n  </{}>\n  <AppendedData encoding=\"raw\">\n   _", xml, type) +
-           appended + "\n  </AppendedData>\n</VTKFile>\n";
+std::string VtkWriter::file(std::string_view type) {
+    compress();
+    std::string file;
+    for (std::size_t n = 0; n < heads_.size(); ++n) file += heads_[n] + std::to_string(offsets_[n]);
+    file += fmt::format("{}    </Piece>\n  </{}>\n  <AppendedData encoding=\"raw\">\n   _", xml, type);
+    file += appended_;
+    return file += "\n  </AppendedData>\n</VTKFile>\n";
 }
 
 }  // namespace sidewall::surface

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,16 +10,26 @@
 namespace sidewall::surface {
 
 /// Collects the XML head and the appended data side by side.
-struct VtkWriter {
-    std::string xml, appended;
+class VtkWriter {
+  public:
+    std::string xml;  ///< to be added to between arrays
 
     explicit VtkWriter(std::string_view type);
-    void array(const char* type, std::string_view name, int components, std::string_view bytes);
+    void array(const char* type, std::string_view name, int components, std::string bytes);
     void attributes(const char* element, const std::vector<Attribute>& attributes);
     void field_data(const MeshMetadata& metadata);
     void points(const std::vector<Vec3>& vertices);
-    /// The whole file. \param type  as given at the start.
-    std::string file(std::string_view type) const;
+    /// The whole file, once. \param type  as given at the start.
+    std::string file(std::string_view type);
+
+  private:
+    void compress();  // what waits
+
+    std::vector<std::string> heads_;    // of the XML, each up to an array's offset
+    std::vector<std::size_t> offsets_;  // of the arrays that are compressed
+    std::vector<std::string> waiting_;  // the others' bytes
+    std::size_t waiting_bytes_ = 0;
+    std::string appended_;
 };
 
 /// Text as it may stand between the quotes of an attribute.

@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "surface/mesh_bytes.hpp"
 #include "surface/mesh_io.hpp"
 #include "surface/vtk_writer.hpp"
@@ -13,8 +15,8 @@ void append_polys(VtkWriter& writer, const char* type, const std::vector<Triangl
     for (const Triangle& t : triangles)
         for (const std::uint32_t v : t) append_value(connectivity, static_cast<Index>(v));
     for (std::size_t t = 1; t <= triangles.size(); ++t) append_value(offsets, static_cast<Index>(3 * t));
-    writer.array(type, "connectivity", 1, connectivity);
-    writer.array(type, "offsets", 1, offsets);
+    writer.array(type, "connectivity", 1, std::move(connectivity));
+    writer.array(type, "offsets", 1, std::move(offsets));
 }
 
 }  // namespace
