@@ -223,7 +223,7 @@ void Exchange::gather(std::uint64_t rays) {
     s.group_rays += in_group;
     s.rays += in_group * kLinkGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (leaks_too_much(s.leaked, s.rays, kChanceLeaks))
+    if (leaks_too_much(s.leaked, s.rays, 3.0))
         throw NumericsError(fmt::format(
             "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match",

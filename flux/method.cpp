@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "flux/exchange_state.hpp"
 #include "flux/radiosity.hpp"
@@ -16,6 +17,7 @@ namespace {
 constexpr double kRayCost = 6.0, kPilotRays = 4096.0;
 constexpr double kFirstRays = 12.0;  // an unknown: with fewer, halves of the rays tell no errors
 constexpr double kMargin = 1.1;      // rays more than errors ask for, which scatter
+constexpr double kSeldomLess = 1.5;  // times the first rays that a target takes; they are lost if paths win
 constexpr double kCloser = 200.0;    // the solver's tolerance than the error asked for
 
 // The solver's tolerance to a relative error of \p target.
@@ -35,14 +37,20 @@ double bound_of_rays(double target, const RadiosityFlux& flux, const SolveOption
     return options.of_rays ? target : target_of_rays(target, flux.discretisation_error);
 }
 
-// Rays an unknown that it takes to a relative error of \p target, from what the first ones show of it.
-double rays_needed(double target, const RadiosityFlux& first) {
-    // Errors of few rays fall faster than their square root: in trenches and holes of any sticking the square
-    // of n times as many rays falls to (1 - kFew) / n + kFew / n^2, from 1 to 100 times within a tenth.
+double rays_of_unknown(const Exchange& exchange) {
+    return static_cast<double>(exchange.rays()) / static_cast<double>(exchange.unknowns());
+}
+
+// Rays an unknown that it takes to a statistical error of \p target, from what those so far leave. The square
+// of the error falls faster than 1 / n, n in units of the first rays: to (1 - kFew) / n + kFew / n^2. In a
+// trench and in a deep hole, at stickings of 0.01 and 0.1, it is within a third of that from 2 to 100 of
+// them.
+double rays_needed(double target, double error, double rays) {
     constexpr double kFew = 0.6, kMany = 1.0 - kFew;
-    const double left = std::pow(target / first.statistical_error, 2.0);
-    const double times = (kMany + std::sqrt(kMany * kMany + 4.0 * left * kFew)) / (2.0 * left);
-    return kFirstRays * std::max(1.0, kMargin * times);
+    const double n = rays / kFirstRays, few = kFew / (kMany * n + kFew);
+    const double left = std::pow(target / error, 2.0);
+    const double times = (1.0 - few + std::sqrt((1.0 - few) * (1.0 - few) + 4.0 * left * few)) / (2.0 * left);
+    return times > 1.0 ? kMargin * times * rays : rays;
 }
 
 }  // namespace
@@ -163,7 +171,9 @@ MethodChoice choose_method(double target, Exchange& exchange, const Species& spe
     const auto cost = [&](double rays) {
         return kRayCost * (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
     };
-    choice.radiosity_cost = cost(kFirstRays);
+    choice.radiosity_cost = kSeldomLess * cost(kFirstRays);
+    const bool allowed = target == 0.0 || exchange.rays() > 0 || exchange.fewest_rays() <= options.rays;
+    if (!allowed) choice.radiosity_cost = std::max(choice.radiosity_cost, choice.monte_carlo_cost);
     if (choice.radiosity_cost < choice.monte_carlo_cost) try {
             const std::vector<double> sticking =
                 options.sticking_by_wedge.empty()
@@ -175,16 +185,17 @@ MethodChoice choose_method(double target, Exchange& exchange, const Species& spe
             SolveOptions close{.of_rays = target == 0.0, .stop = options.stop};
             close.tolerance = tolerance_to(choice.target, close);
             RadiosityFlux first = solve_flux(exchange, diffuse, close);
-            choice.rays = rays_needed(choice.target, first);
+            const double rays = rays_of_unknown(exchange);
+            // All of the target: what few rays show of the elements' error is mostly noise.
+            choice.rays = rays_needed(choice.target, first.statistical_error, rays);
+            choice.spent = cost(rays);
+            choice.radiosity_cost = cost(choice.rays);
             if (first.statistical_error <= bound_of_rays(choice.target, first, close))
                 choice.first = std::move(first);
-            choice.radiosity_cost = cost(choice.rays);
         } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave
             choice.radiosity_cost = choice.monte_carlo_cost;
         }
-    // Rays that are gathered cost no more.
-    const double spent = choice.rays > 0.0 ? cost(kFirstRays) : 0.0;
-    choice.radiosity = choice.radiosity_cost - spent < choice.monte_carlo_cost;
+    choice.radiosity = choice.radiosity_cost - choice.spent < choice.monte_carlo_cost;
     return choice;
 }
 

@@ -172,10 +172,11 @@ constexpr std::uint64_t kMostOfAuto = 4;
 
 /// Which method takes less CPU time to a relative error, as estimated.
 struct MethodChoice {
-    bool radiosity = false;  ///< takes less from here on: first rays that are gathered go on to count
+    bool radiosity = false;  ///< takes less from here on, on an exchange that is gone on with
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer's
-    double target = 0.0;                                  ///< the relative error they are for
-    double rays = 0.0;  ///< an unknown that radiosity gathers; 0 if not estimated
+    double spent = 0.0;   ///< what the rays gathered to choose cost, a part of radiosity_cost
+    double target = 0.0;  ///< the relative error they are for
+    double rays = 0.0;    ///< an unknown that radiosity gathers; 0 if not estimated
     /// By the first rays that were gathered to choose; empty unless they reach the target.
     std::optional<RadiosityFlux> first;
     std::string why_not;  ///< radiosity is out of the question, whatever the cost; empty if it can be taken

@@ -40,9 +40,10 @@ RadiosityFlux solve(const SingleFlux& asked, MethodChoice choice, Exchange& exch
         const std::uint64_t most = asked.relative_error
                                        ? asked.options.rays
                                        : std::max(kMostOfAuto * asked.options.rays, exchange.fewest_rays());
-        const auto estimated =
-            static_cast<std::uint64_t>(choice.rays * static_cast<double>(exchange.unknowns()));
-        gather_for({&species, 1}, exchange, std::min({estimated, most, exchange.rays_left()}), options);
+        const double estimated = choice.rays * static_cast<double>(exchange.unknowns());
+        const std::uint64_t allowed = std::min(most, exchange.rays() + exchange.rays_left());
+        gather_for({&species, 1}, exchange,
+                   static_cast<std::uint64_t>(std::min(estimated, static_cast<double>(allowed))), options);
         return std::move(
             solve_fluxes_to({&choice.target, 1}, exchange, {&species, 1}, most, options).front());
     }

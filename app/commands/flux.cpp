@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
@@ -118,6 +119,9 @@ void check_arguments(const FluxArguments& arguments) {
     if (!arguments.output.empty() && arguments.output == arguments.json)
         throw RecipeError(fmt::format("--json {}: is the output file, too; name another", arguments.json));
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
+    if (arguments.relative_error && !(*arguments.relative_error > 0.0))
+        throw RecipeError(
+            fmt::format("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error));
     if (arguments.source.mean_free_path && arguments.method == "radiosity")
         throw RecipeError(fmt::format(
             "--mean-free-path {:g}: radiosity knows no collisions in the gas: use --method monte-carlo",
@@ -174,18 +178,21 @@ flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& 
     flux::MethodChoice choice = flux::choose_method(asked, exchange);
     json["auto"] = {{"relative_error", choice.target},
                     {"monte_carlo_cost", choice.monte_carlo_cost},
-                    {"radiosity_cost", choice.radiosity_cost}};
+                    {"radiosity_cost", choice.radiosity_cost},
+                    {"spent", choice.spent}};
     fmt::print(stderr,
                "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
-               "radiosity {:.2g} million segments\n",
+               "radiosity {:.2g} million segments{}\n",
                choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
-               choice.radiosity_cost * 1e-6);
+               choice.radiosity_cost * 1e-6,
+               choice.spent > 0.0 ? fmt::format(", of which {:.2g} are spent", choice.spent * 1e-6) : "");
     return choice;
 }
 
 // By the method asked for.
-// \param why  gets why auto took what it took.
-Outcome find(const std::string& method, const flux::SingleFlux& asked, Json& why) {
+// \param choosing  set while auto chooses, which is no progress.
+// \param why       gets why auto took what it took.
+Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& choosing, Json& why) {
     if (method == "monte-carlo") return followed(asked);
     if (const std::string reason = flux::why_not_radiosity(asked.species);
         method == "auto" && !reason.empty()) {
@@ -193,8 +200,9 @@ Outcome find(const std::string& method, const flux::SingleFlux& asked, Json& why
         return followed(asked);
     }
     flux::Exchange exchange = flux::exchange_of(asked);
-    flux::MethodChoice choice =
-        method == "auto" ? choose_method(asked, exchange, why) : flux::as_asked(asked);
+    choosing = method == "auto";
+    flux::MethodChoice choice = choosing ? choose_method(asked, exchange, why) : flux::as_asked(asked);
+    choosing = false;
     return choice.radiosity ? solved(asked, std::move(choice), exchange) : followed(asked);
 }
 
@@ -210,6 +218,7 @@ void run_flux(const FluxArguments& arguments) {
     const double bvh = now() - start;
 
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
+    bool choosing = false;
     const flux::SingleFlux asked{mesh,
                                  materials.of_triangle,
                                  box,
@@ -218,15 +227,18 @@ void run_flux(const FluxArguments& arguments) {
                                  species,
                                  {.rays = parse_rays(arguments),
                                   .seed = parse_number<std::uint64_t>(arguments.seed, "--seed"),
-                                  .progress = [&](double fraction) { bar->update(100.0 * fraction); },
+                                  .progress =
+                                      [&](double fraction) {
+                                          if (!choosing) bar->update(100.0 * fraction);
+                                      },
                                   .stop = interrupted},
                                  arguments.relative_error,
                                  arguments.rays.has_value()};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
     Json why;
-    const Outcome outcome = find(arguments.method, asked, why);
+    const Outcome outcome = find(arguments.method, asked, choosing, why);
     bar.reset();
-    if (flux::leaks_too_much(outcome.leaked, outcome.emitted, flux::kChanceLeaks))
+    if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
         throw NumericsError(fmt::format(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "

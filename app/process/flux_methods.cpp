@@ -35,6 +35,7 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
                                 {model.species[k].source_exponent},
                                 {.seed = options.seed,
                                  .time_step = options.time_step,
+                                 .most_bytes = most_link_bytes(recipe.flux),
                                  .stop = options.stop,
                                  .shares = options.shares});
         choices.push_back(flux::choose_method(recipe.flux.relative_error.value_or(0.0), exchange,

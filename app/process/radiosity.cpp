@@ -28,7 +28,7 @@ flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const Tra
     flux::ExchangeOptions options;
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
     options.time_step = request.key;
-    options.most_bytes = static_cast<std::uint64_t>(recipe.flux.memory * kBytesPerGigabyte);
+    options.most_bytes = most_link_bytes(recipe.flux);
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;
@@ -62,9 +62,10 @@ std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flu
         std::ranges::replace(bounds, 0.0, kInfinity);
         const std::uint64_t fewest = recipe.flux.relative_error ? 0 : exchange.fewest_rays();
         const std::uint64_t most = std::max(most_rays(recipe.flux), fewest);
-        const auto begin = static_cast<std::uint64_t>(first * static_cast<double>(exchange.unknowns()));
+        const auto begin = static_cast<std::uint64_t>(
+            std::min(first * static_cast<double>(exchange.unknowns()), static_cast<double>(most)));
         if (exchange.rays() == 0 && begin > 0)
-            flux::gather_for(species, exchange, std::min({begin, most, exchange.rays_left()}), options);
+            flux::gather_for(species, exchange, std::min(begin, exchange.rays_left()), options);
         return flux::solve_fluxes_to(bounds, exchange, species, most, options);
     }
     if (exchange.rays() == 0)
@@ -126,12 +127,15 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
     try {
         fluxes = solve(recipe, species, targets, first, *exchange, request);
     } catch (const NumericsError& error) {
-        if (flux::leaks_too_much(exchange->leaked(), exchange->rays(), flux::kChanceLeaks))
-            throw LeakError(error.what());
+        if (flux::leaks_too_much(exchange->leaked(), exchange->rays())) throw LeakError(error.what());
         throw;
     }
     for (std::size_t i = 0; i < places.size(); ++i)
         trace.species[places[i]] = as_result(std::move(fluxes[i]), *exchange, places.size(), i);
+}
+
+std::uint64_t most_link_bytes(const FluxSection& flux) {
+    return static_cast<std::uint64_t>(flux.memory * kBytesPerGigabyte);
 }
 
 double radiosity_memory(const FluxSection& flux) {

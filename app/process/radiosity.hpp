@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,6 +22,9 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
                    std::span<const double> sticking, std::span<const double> emission,
                    const TraceRequest& request, std::optional<flux::Exchange>& exchange,
                    const std::optional<TraceReport>& before, SurfaceFlux& arriving);
+
+/// Bytes that [flux] memory allows the links of an exchange.
+std::uint64_t most_link_bytes(const FluxSection& flux);
 
 /// Bytes that the rays of a recipe's radiosity may take at most; 0 if it has none.
 double radiosity_memory(const FluxSection& flux);

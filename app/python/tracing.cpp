@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "app/python/arrays.hpp"
@@ -98,20 +99,20 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
 }
 
 flux::FluxResult solved(const flux::SingleFlux& asked, flux::MethodChoice choice, flux::Exchange& exchange) {
-    flux::RadiosityFlux solved = flux::solve(asked, std::move(choice), exchange);
+    flux::RadiosityFlux found = flux::solve(asked, std::move(choice), exchange);
     flux::FluxResult result;
     result.emitted = exchange.rays();
     const auto of_rays = [&](double share) {
         return static_cast<std::uint64_t>(share * static_cast<double>(result.emitted) + 0.5);
     };
-    result.absorbed = of_rays(solved.absorbed);
+    result.absorbed = of_rays(found.absorbed);
     result.escaped = result.emitted - result.absorbed;
     result.leaked = exchange.leaked();
     result.segments = exchange.segments();
-    result.seconds = exchange.seconds() + solved.seconds;
-    result.relative_error = solved.relative_error;
-    result.discretisation_error = solved.discretisation_error;
-    static_cast<flux::TallyFlux&>(result) = std::move(static_cast<flux::TallyFlux&>(solved));
+    result.seconds = exchange.seconds() + found.seconds;
+    result.relative_error = found.relative_error;
+    result.discretisation_error = found.discretisation_error;
+    static_cast<flux::TallyFlux&>(result) = std::move(static_cast<flux::TallyFlux&>(found));
     return result;
 }
 
@@ -146,7 +147,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
         return done;
     });
     const flux::FluxResult& result = traced.result;
-    if (flux::leaks_too_much(result.leaked, result.emitted, flux::kChanceLeaks))
+    if (flux::leaks_too_much(result.leaked, result.emitted))
         throw NumericsError(fmt::format(
             "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",

@@ -263,8 +263,8 @@ TEST_CASE("bad meshes and options of the flux command end with their code and a 
         {"trench.vtp --rays 1.5", 2, "--rays 1.5"},
         {"trench.vtp --rays nan", 2, "--rays nan"},
         {"trench.vtp --rays many", 2, "many"},
-        {"trench.vtp --relative-error 0", 2, "relative_error = 0"},
-        {"trench.vtp --relative-error nan", 2, "relative_error = nan"},
+        {"trench.vtp --relative-error 0", 2, "--relative-error 0"},
+        {"trench.vtp --relative-error nan", 2, "--relative-error nan"},
         {"trench.vtp --source-exponent -1", 2, "source_exponent = -1"},
         {"trench.vtp --source-exponent nan", 2, "source_exponent = nan"},
         {"trench.vtp --sticking 1.4", 2, "must be in [0, 1]"},
@@ -341,7 +341,11 @@ TEST_CASE("the flux command solves by radiosity what the library solves", "[fore
     CHECK(automatic.code == 0);
     CHECK_THAT(automatic.error, Contains("is taken: to a relative error of 0.05"));
     CHECK(nlohmann::json::parse(automatic.out)["relative_error"].get<double>() <= 0.05);
+    const auto few = shop.run(options + "--method auto --relative-error 1e-4 --rays 200 --json few.json");
+    CHECK(few.code == 4);
+    CHECK(nlohmann::json::parse(slurp(shop.folder / "few.json"))["rays"] < 400);
     CHECK(nlohmann::json::parse(shop.run(options + "--json - --rays 3200").out)["method"] == "monte-carlo");
+    CHECK(shop.run(options + "--relative-error 0").code == 2);
     CHECK(shop.run(options + "--method guess").code == 2);
     CHECK(shop.run(options + "--method radiosity --relative-error 1e-4 --rays 10000").code == 4);
     const auto large = shop.run(options + "--method radiosity --rays 1e11");
