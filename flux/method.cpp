@@ -138,8 +138,8 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
         if (worst <= 1.0 || left < rays / 16) return fluxes;
-        // Errors of few rays fall faster than their square root: do not leap too far.
-        const double more = std::clamp(kMargin * std::pow(worst, 2.0) - 1.0, 0.25, 3.0);
+        const double now = rays_of_unknown(exchange);
+        const double more = std::clamp(rays_needed(1.0, worst, now) / now - 1.0, 0.25, 3.0);
         try {
             if (!exchange.is_focused() && more == 3.0) focus(exchange, species, fluxes, options);
         } catch (const NumericsError&) {
