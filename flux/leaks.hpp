@@ -8,8 +8,8 @@ namespace sidewall::flux {
 /// the study's surfaces leak none (flux_bench --table long).
 constexpr double kRoundingLeaks = 1e-5;
 
-/// Whether more particles leaked than rounding explains, by three standard deviations, so that the surface has a hole, an overlap or a piece
-/// turned inside out.
+/// Whether more particles leaked than rounding explains, by three standard deviations, so that the surface has
+/// a hole, an overlap or a piece turned inside out.
 /// \param leaked, emitted  particles, of a FluxResult.
 /// \param allowance        leaks that are put up with besides kRoundingLeaks: a few single ones, where two
 ///                         sheets of an evolving surface touch, are no reason to end a run of few rays.

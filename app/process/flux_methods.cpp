@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/process/radiosity.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/radiosity.hpp"
 
@@ -31,13 +32,10 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
         options.batches = std::min(options.batches, flux::TraceOptions().batches);  // of few rays
         options.species_index = static_cast<std::uint32_t>(k);
         if (!sticking.empty()) options.sticking_by_wedge = sticking.subspan(k * wedges, wedges);
+        flux::ExchangeOptions of_exchange = exchange_options(recipe, request);
+        of_exchange.progress = nullptr;
         flux::Exchange exchange(surface.traced(), *surface.scene, surface.box, arriving.wedges,
-                                {model.species[k].source_exponent},
-                                {.seed = options.seed,
-                                 .time_step = options.time_step,
-                                 .most_bytes = most_link_bytes(recipe.flux),
-                                 .stop = options.stop,
-                                 .shares = options.shares});
+                                {model.species[k].source_exponent}, std::move(of_exchange));
         choices.push_back(flux::choose_method(recipe.flux.relative_error.value_or(0.0), exchange,
                                               model.species[k], arriving.materials, options));
     }

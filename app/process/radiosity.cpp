@@ -25,19 +25,12 @@ std::vector<double> exponents_of(const Model& model, const std::vector<SpeciesMe
 
 flux::Exchange make_exchange(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                              const TraceRequest& request, const SurfaceFlux& arriving) {
-    flux::ExchangeOptions options;
-    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-    options.time_step = request.key;
-    options.most_bytes = most_link_bytes(recipe.flux);
-    options.progress = request.progress;
-    options.stop = request.stop;
-    options.shares = request.shares;
     return {surface.traced(),
             *surface.scene,
             surface.box,
             arriving.wedges,
             exponents_of(model, arriving.trace->methods),
-            std::move(options)};
+            exchange_options(recipe, request)};
 }
 
 // Rays that may be gathered.
@@ -134,8 +127,13 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
         trace.species[places[i]] = as_result(std::move(fluxes[i]), *exchange, places.size(), i);
 }
 
-std::uint64_t most_link_bytes(const FluxSection& flux) {
-    return static_cast<std::uint64_t>(flux.memory * kBytesPerGigabyte);
+flux::ExchangeOptions exchange_options(const Recipe& recipe, const TraceRequest& request) {
+    return {.seed = static_cast<std::uint64_t>(recipe.flux.seed),
+            .time_step = request.key,
+            .most_bytes = static_cast<std::uint64_t>(recipe.flux.memory * kBytesPerGigabyte),
+            .progress = request.progress,
+            .stop = request.stop,
+            .shares = request.shares};
 }
 
 double radiosity_memory(const FluxSection& flux) {

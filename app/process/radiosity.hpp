@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -23,8 +22,8 @@ void solve_species(const Recipe& recipe, const Model& model, const TracedSurface
                    const TraceRequest& request, std::optional<flux::Exchange>& exchange,
                    const std::optional<TraceReport>& before, SurfaceFlux& arriving);
 
-/// Bytes that [flux] memory allows the links of an exchange.
-std::uint64_t most_link_bytes(const FluxSection& flux);
+/// Of an exchange of the surface: seed, memory and who asks.
+flux::ExchangeOptions exchange_options(const Recipe& recipe, const TraceRequest& request);
 
 /// Bytes that the rays of a recipe's radiosity may take at most; 0 if it has none.
 double radiosity_memory(const FluxSection& flux);

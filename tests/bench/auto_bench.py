@@ -5,12 +5,12 @@
 on one thread and in turn; medians over the seeds, loading of the program and reading of the mesh included.
 """
 
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from used import cpu_seconds_of
 
 METHODS = ("monte-carlo", "radiosity", "auto")
 ERRORS = ("0.1", "0.07", "0.05", "0.03", "0.02", "0.01", "0.005")
@@ -34,16 +34,8 @@ rays = 10000
 """
 
 
-def cpu_seconds(*command):
-    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, used = os.wait4(process.pid, 0)
-    if status != 0:
-        sys.exit(f"auto_bench: {' '.join(map(str, command))} failed")
-    return used.ru_utime + used.ru_stime
-
-
 def compare(name, error, seeds, command):
-    turns = [[cpu_seconds(*command(method, error, seed)) for method in METHODS] for seed in range(1, seeds + 1)]
+    turns = [[cpu_seconds_of(command(method, error, seed)) for method in METHODS] for seed in range(1, seeds + 1)]
     medians = [statistics.median(column) for column in zip(*turns)]
     print(f"{name:<12}{error:>7}" + "".join(f"{seconds:12.3f}" for seconds in medians) + f"{medians[2] / min(medians[:2]):8.2f}",
           flush=True)
@@ -61,9 +53,9 @@ def main(arguments):
         folder = Path(folder)
         recipe = folder / "trench.toml"
         recipe.write_text(TRENCH)
-        cpu_seconds(program, "run", recipe, "--quiet", "-o", folder / "run")
+        cpu_seconds_of([program, "run", recipe, "--quiet", "-o", folder / "run"])
         raw, simplified = folder / "run/surface_0000.vtp", folder / "simplified.vtp"
-        cpu_seconds(program, "simplify", raw, "-o", simplified, "--grid-spacing", "0.05")
+        cpu_seconds_of([program, "simplify", raw, "-o", simplified, "--grid-spacing", "0.05"])
         print(f"{'':12}{'error':>7}" + "".join(f"{method:>12}" for method in METHODS) + "   auto / better")
         for error in arguments or ERRORS:
             for mesh in (raw, simplified):

@@ -7,12 +7,12 @@ voxels at the end.
 """
 
 import json
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from used import used_by
 
 LEVELS = (1, 2, 3)
 
@@ -21,10 +21,7 @@ def run(program, recipe, extent, levels, folder):
     """CPU seconds, megabytes at the peak, voxels by level."""
     command = [program, "run", recipe, "--threads", "1", "--quiet", "--overwrite", "-o", folder,
                "--set", f"domain.extent=[{extent}, {extent}]", "--set", f"grid.levels={levels}"]
-    process = subprocess.Popen([str(word) for word in command], stderr=subprocess.DEVNULL)
-    _, status, used = os.wait4(process.pid, 0)
-    if status != 0:
-        sys.exit(f"levels_bench: {' '.join(map(str, command))} failed")
+    used = used_by(command)
     summary = json.loads((folder / "summary.json").read_text())
     return used.ru_utime + used.ru_stime, used.ru_maxrss / 1e3, [level["voxels"] for level in summary["grid"]["levels"]]
 

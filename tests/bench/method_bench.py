@@ -14,10 +14,8 @@ With -v also the phases of both runs, and what took which method.
 import csv
 import json
 import math
-import os
 import statistics
 import struct
-import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree as xml
@@ -25,6 +23,8 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+
+from used import cpu_seconds_of
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 # The relative error that the recipe's own rays leave, and what makes runs of it short enough.
@@ -80,10 +80,7 @@ def run(program, recipe, method, error, seed, settings, folder):
     command = [program, "run", CONFIGS / f"{recipe}.toml", "--threads", "1", "--quiet", "--overwrite", "-o", folder]
     for setting in [f"flux.method={method}", f"flux.seed={seed}", *([f"flux.relative_error={error}"] if error else []), *settings]:
         command += ["--set", setting]
-    before = os.times()
-    subprocess.run([str(word) for word in command], check=True, stderr=subprocess.DEVNULL)
-    after = os.times()
-    seconds = after.children_user + after.children_system - before.children_user - before.children_system
+    seconds = cpu_seconds_of(command)
     with open(folder / "timeline.csv") as file:
         errors = [float(row["relative_error"]) for row in csv.DictReader(file) if row["relative_error"]]
     summary = json.loads((folder / "summary.json").read_text())

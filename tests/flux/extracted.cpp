@@ -35,16 +35,18 @@ TriangleMesh extracted_trench(double depth) {
                    });
 }
 
-// Not a distance, but a level set whose zeros along the grid's edges are those of a sharp rim and a sharp
-// foot.
+std::function<double(double, double, double)> sharp_hole(double depth, double dx) {
+    return [depth, drop = 0.01 * dx](double x, double y, double z) {
+        const double inside = 1.0 + 1e-7 - std::hypot(x, y);
+        return inside > 0.0 ? inside * std::min(1.0, (z + depth) / drop + 1.0)
+                            : inside * std::min(1.0, 1.0 - z / drop);
+    };
+}
+
 TriangleMesh extracted_hole(double depth, int cells) {
-    const double dx = 1.0 / cells, drop = 0.01 * dx;
+    const double dx = 1.0 / cells;
     return extract({0, 0}, {2 * cells, 2 * cells}, -static_cast<int>(std::lround(depth * cells)) - 3, 2, dx,
-                   [&](double x, double y, double z) {
-                       const double inside = 1.0 + 1e-7 - std::hypot(x, y);
-                       return inside > 0.0 ? inside * std::min(1.0, (z + depth) / drop + 1.0)
-                                           : inside * std::min(1.0, 1.0 - z / drop);
-                   });
+                   sharp_hole(depth, dx));
 }
 
 TriangleMesh simplified(const TriangleMesh& mesh, double dx) {

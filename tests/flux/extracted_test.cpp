@@ -19,17 +19,10 @@ namespace {
 
 constexpr double kDepth = 2.0;  // of the trench
 
-// A round hole of radius 1 and the given depth whose axis lies off the box's centre. Not a distance, but a
-// level set whose zeros along the grid's edges are those of a sharp rim and a sharp foot: they are cut by
-// kCut cells only.
-constexpr double kCell = 1.0 / 16.0, kCut = 0.01;
+// A round hole whose axis lies off the box's centre.
 TriangleMesh raw_hole(int depth) {
-    const double drop = kCut * kCell;
-    return extract({-18, -20}, {38, 37}, -16 * depth - 3, 2, kCell, [&](double x, double y, double z) {
-        const double inside = 1.0 + 1e-7 - std::hypot(x, y);
-        return inside > 0.0 ? inside * std::min(1.0, (z + depth) / drop + 1.0)
-                            : inside * std::min(1.0, 1.0 - z / drop);
-    });
+    constexpr double kCell = 1.0 / 16.0;
+    return extract({-18, -20}, {38, 37}, -16 * depth - 3, 2, kCell, sharp_hole(depth, kCell));
 }
 
 // Raw, or with at most 0.6 of its vertices.

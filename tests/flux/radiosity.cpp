@@ -32,8 +32,9 @@ std::vector<std::size_t> triangles_of(const TriangleMesh& mesh, const Row& row) 
     std::vector<std::size_t> group;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Vec3 c = triangle_centroid(mesh, t);
-        const bool wall = std::abs(std::abs(c.x()) - 0.5) < 1e-9 && c.z() < -1e-9;
-        const bool floor = std::abs(c.z() + row.aspect) < 1e-9;
+        const Vec3 normal = area_vector(mesh, t);
+        const bool wall = std::abs(normal.z()) < 0.7 * normal.norm(),
+                   floor = !wall && c.z() < -0.5 * row.aspect;
         const double position = wall ? -c.z() / row.aspect : 0.5 - std::abs(c.x());
         const bool inside =
             row.position < 0.0 || std::abs(position - row.position) < half_width(row.position);

@@ -25,7 +25,7 @@ double half_width(double position);
 /// Where those strips end, but for 0 and 1.
 inline const std::vector<double> kCuts{0.05, 0.15, 0.35, 0.4, 0.6, 0.65, 0.85, 0.95};
 
-/// Triangles of the extruded trench that a row speaks of; by symmetry, of both walls and both halves of the
+/// Triangles of a trench of width 1, extruded or extracted, that a row speaks of; by symmetry, of both walls and both halves of the
 /// floor.
 std::vector<std::size_t> triangles_of(const TriangleMesh& mesh, const Row& row);
 
