@@ -94,46 +94,47 @@ Sizes sizes_of(const Exchange::State& s) {
 
 // Adds what came since \p before between the pieces, in the groups' order.
 void add_to_pieces(Exchange::State& s, const Sizes& before) {
-    std::array<Eigen::MatrixXd, kLinkGroups> added;
-    tbb::parallel_for(std::size_t{0}, kLinkGroups, [&](std::size_t g) {
-        added[g] = Eigen::MatrixXd::Zero(s.piece_links.rows(), s.piece_links.cols());
-        add_links(s.pieces, s.strip.unknowns, s.groups[g], before[g].first, before[g].second, added[g]);
+    tbb::parallel_for(std::size_t{0}, std::size_t{2}, [&](std::size_t half) {
+        for (std::size_t g = half * kLinkGroups / 2; g < (half + 1) * kLinkGroups / 2; ++g)
+            add_links(s.pieces, s.strip.unknowns, s.groups[g], before[g].first, before[g].second,
+                      s.piece_links[half]);
     });
-    for (const Eigen::MatrixXd& matrix : added) s.piece_links += matrix;
 }
 
-// What a solve needs besides links.
+// What gathers and solves need besides links.
 void prepare(Exchange::State& s) {
+    if (s.densities) return;
+    s.densities.emplace(s.geometry, s.strip, s.source_exponents);
     s.mass = mass_matrix(s.geometry.mesh, s.strip.unknowns);
     s.pieces = make_pieces(s.geometry.mesh, s.strip.unknowns);
     const auto count = static_cast<Eigen::Index>(s.pieces.count);
-    s.piece_links = Eigen::MatrixXd::Zero(count, count);
+    s.piece_links.fill(Eigen::MatrixXd::Zero(count, count));
 }
 
 // Where rays from the surface and from the source go, by a few that are not kept.
 void look_around(Exchange::State& s, RandomKey key, std::uint64_t rays) {
     const auto looks = static_cast<std::uint32_t>(std::clamp<std::size_t>(
         std::min<std::size_t>(4 * s.geometry.mesh.triangles.size(), rays / 4), 1024, 16384));
-    s.densities.set_counts({.cosine = looks, .source = looks});
-    const std::vector<Found> found = trace_all(s, jobs_of(s.densities.counts(), 1, 1), key, true);
+    s.densities->set_counts({.cosine = looks, .source = looks});
+    const std::vector<Found> found = trace_all(s, jobs_of(s.densities->counts(), 1, 1), key, true);
     const std::size_t items = s.geometry.mesh.triangles.size();
     std::vector<double> images(std::size_t{kImageRow} * kImageRow, 0.0), lit(items, 0.0), started(items, 0.0),
         kept(items, 0.0);
     for (const Found& part : found) {
         for (std::size_t i = 0; i < images.size(); ++i) images[i] += part.images[i];
-        for (const std::uint32_t t : part.lit) lit[s.densities.item_of(t)] += 1.0;
-        for (const std::uint32_t t : part.started) started[s.densities.item_of(t)] += 1.0;
-        for (const Link& link : part.links) kept[s.densities.item_of(link.a)] += 1.0;
+        for (const std::uint32_t t : part.lit) lit[s.densities->item_of(t)] += 1.0;
+        for (const std::uint32_t t : part.started) started[s.densities->item_of(t)] += 1.0;
+        for (const Link& link : part.links) kept[s.densities->item_of(link.a)] += 1.0;
         s.segments += part.flights.segments;
     }
-    const std::vector<double> share = s.densities.share_kept(started, kept);
+    const std::vector<double> share = s.densities->share_kept(started, kept);
     std::vector<double> openings(RayDensities::kCells * RayDensities::kCells, 0.0);
     for (const Found& part : found)
         for (std::size_t i = 0; i < part.openings.size(); ++i)
-            openings[part.openings[i]] += share[s.densities.item_of(part.lit[i])];
-    s.densities.set_images(images);
-    s.densities.set_openings(openings);
-    s.densities.set_relays(lit, share);
+            openings[part.openings[i]] += share[s.densities->item_of(part.lit[i])];
+    s.densities->set_images(images);
+    s.densities->set_openings(openings);
+    s.densities->set_relays(lit, share);
 }
 
 }  // namespace
@@ -174,9 +175,8 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
     Geometry geometry = make_geometry(mesh, scene, box);
     Strip strip = make_strip(geometry, wedges);
     geometry.straight = !strip.partner.empty();
-    RayDensities densities(geometry, strip, std::move(source_exponents));
     state_ = std::unique_ptr<State>(
-        new State{geometry, wedges, std::move(strip), std::move(options), std::move(densities)});
+        new State{geometry, wedges, std::move(strip), std::move(options), std::move(source_exponents)});
 }
 
 Exchange::~Exchange() = default;
@@ -199,14 +199,14 @@ void Exchange::gather(std::uint64_t rays) {
         look_around(s, key, rays);  // by random numbers of its own
     }
     ++s.gathers;
-    const std::size_t exponents = s.densities.exponents().size();
+    const std::size_t exponents = s.densities->exponents().size();
     const double group_rays = static_cast<double>(rays) / kLinkGroups;
     const auto share = [&](double part) {
         return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(part * group_rays)));
     };
-    s.densities.set_counts({share(kCosineShare), share(kConnectShare),
-                            share((1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents))});
-    const RayCounts& counts = s.densities.counts();
+    s.densities->set_counts({share(kCosineShare), share(kConnectShare),
+                             share((1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents))});
+    const RayCounts& counts = s.densities->counts();
     const std::vector<Job> jobs = jobs_of(counts, exponents, kLinkGroups);
     std::vector<Found> found = trace_all(s, jobs, key, false);
     const std::uint64_t in_group = counts.cosine + counts.connect + exponents * counts.source;
@@ -218,7 +218,7 @@ void Exchange::gather(std::uint64_t rays) {
     }
     add_to_pieces(s, before);
     const std::uint64_t segments = s.residual.segments;
-    trace_residual(s.geometry, s.densities, key, s.gathers, rays, s.residual);
+    trace_residual(s.geometry, *s.densities, key, s.gathers, rays, s.residual);
     s.segments += s.residual.segments - segments;
     s.group_rays += in_group;
     s.rays += in_group * kLinkGroups;
@@ -231,12 +231,14 @@ void Exchange::gather(std::uint64_t rays) {
 }
 
 void Exchange::start_where(std::span<const double> variance) {
-    state_->densities.set_starts(variance);
+    prepare(*state_);
+    state_->densities->set_starts(variance);
     state_->focused = true;
 }
 
 void Exchange::look_where(std::span<const double> error) {
-    state_->residual.share = shares_of_edges(state_->densities, error);
+    prepare(*state_);
+    state_->residual.share = shares_of_edges(*state_->densities, error);
 }
 
 bool Exchange::is_focused() const {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "flux/coarse.hpp"
@@ -24,10 +25,11 @@ struct Exchange::State {
     const Wedges& wedges;
     Strip strip;  ///< tells the unknowns
     ExchangeOptions options;
-    RayDensities densities;
-    MassMatrix mass{};  ///< this and the next two: from the first gather on
+    std::vector<double> source_exponents;
+    std::optional<RayDensities> densities{};  ///< this and the next three: from the first gather on
+    MassMatrix mass{};
     Pieces pieces{};
-    Eigen::MatrixXd piece_links{};  ///< of all groups, see add_links
+    std::array<Eigen::MatrixXd, 2> piece_links{};  ///< of either half of the groups, see add_links
     std::array<LinkGroup, kLinkGroups> groups{};
     std::uint64_t group_rays = 0;
     std::uint64_t rays = 0, segments = 0, leaked = 0;

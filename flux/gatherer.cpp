@@ -90,7 +90,7 @@ std::uint32_t Gatherer::number(const Job& job) const {
 
 // Rays from the surface; rows that cannot get anywhere are left out.
 void Gatherer::draw(const Job& job, Block& block) const {
-    const RayDensities& densities = s_.densities;
+    const RayDensities& densities = *s_.densities;
     const LateralBox& box = s_.geometry.box;
     Stream scramble(key_, {.batch = number(job), .bounce = kScrambles});
     const std::uint32_t words[4] = {scramble.next(), scramble.next(), scramble.next(), scramble.next()};
@@ -133,7 +133,7 @@ void Gatherer::draw(const Job& job, Block& block) const {
 // A ray that left: through the source plane, or past a side or the rim.
 void Gatherer::join_exit(const Ray& ray, Found& found) const {
     if (ray.aimed && ray.target != surface::kNoTriangle) return;
-    const RayDensities& densities = s_.densities;
+    const RayDensities& densities = *s_.densities;
     const Facet& facet = densities.facets()[ray.from];
     Exit exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
     barycentric(facet, ray.start, exit.au, exit.av);
@@ -156,7 +156,7 @@ void Gatherer::join_exit(const Ray& ray, Found& found) const {
 
 // A ray from the source that hit: the surface's point sees the source there.
 void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
-    const RayDensities& densities = s_.densities;
+    const RayDensities& densities = *s_.densities;
     if (pilot) {
         found.lit.push_back(ray.triangle);
         found.openings.push_back(static_cast<std::uint32_t>(densities.cell_of(ray.start)));
@@ -174,7 +174,7 @@ void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
 
 // A ray from one point of the surface to another.
 void Gatherer::join_link(const Ray& ray, bool pilot, Found& found) const {
-    const RayDensities& densities = s_.densities;
+    const RayDensities& densities = *s_.densities;
     if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;
     const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
     if (ray.aimed && path.image != ray.image) return;
@@ -231,10 +231,10 @@ Found Gatherer::trace(const Job& job, bool pilot) const {
     }
     if (job.kind == RayKind::source) {
         Species species;
-        species.source_exponent = s_.densities.exponents()[job.exponent];
-        const Batch batch = make_batch(key_, number(job), s_.densities.counts().source);
+        species.source_exponent = s_.densities->exponents()[job.exponent];
+        const Batch batch = make_batch(key_, number(job), s_.densities->counts().source);
         emit(s_.geometry, species, {}, key_, batch, job.first, job.count, r);
-        if (s_.densities.straight()) turn_into_plane(r);
+        if (s_.densities->straight()) turn_into_plane(r);
     } else {
         draw(job, block);
     }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <utility>
 
 namespace sidewall::flux {
 namespace {
@@ -68,108 +70,62 @@ double lobe_scale(double exponent, bool straight) {
 }
 
 MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
-    struct Entry {
-        std::uint32_t row, column;
-        double value;
-    };
-    std::vector<Entry> entries;
-    entries.reserve(9 * mesh.triangles.size());
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const std::uint32_t* corner = &wedges.corner[3 * t];
-        const double twelfth = triangle_area(mesh, t) / 12.0;
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j)
-                entries.push_back({corner[i], corner[j], i == j ? 2.0 * twelfth : twelfth});
-    }
-    std::stable_sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
-        return a.row != b.row ? a.row < b.row : a.column < b.column;
-    });
+    // The corners of every wedge's triangles, in their order.
+    std::vector<std::uint32_t> first(wedges.count() + 1, 0), corners(wedges.corner.size());
+    for (const std::uint32_t row : wedges.corner) ++first[row + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t c = 0; c < corners.size(); ++c) corners[next[wedges.corner[c]]++] = c;
+
     MassMatrix mass;
-    mass.first.assign(wedges.count() + 1, 0);
-    for (std::size_t n = 0; n < entries.size(); ++n) {
-        const Entry& entry = entries[n];
-        if (n > 0 && entries[n - 1].row == entry.row && entries[n - 1].column == entry.column) {
-            mass.value.back() += entry.value;
-            continue;
+    mass.first.assign(1, 0);
+    mass.first.reserve(first.size());
+    mass.column.reserve(3 * corners.size());
+    mass.value.reserve(3 * corners.size());
+    std::vector<std::pair<std::uint32_t, double>> row;  // column and value
+    for (std::size_t i = 0; i < wedges.count(); ++i) {
+        row.clear();
+        for (std::uint32_t n = first[i]; n < first[i + 1]; ++n) {
+            const std::uint32_t c = corners[n], t = c / 3;
+            const double twelfth = triangle_area(mesh, t) / 12.0;
+            for (std::uint32_t other = 3 * t; other < 3 * t + 3; ++other) {
+                const double value = other == c ? 2.0 * twelfth : twelfth;
+                const auto found =
+                    std::ranges::find(row, wedges.corner[other], &decltype(row)::value_type::first);
+                if (found == row.end())
+                    row.emplace_back(wedges.corner[other], value);
+                else
+                    found->second += value;
+            }
         }
-        mass.column.push_back(entry.column);
-        mass.value.push_back(entry.value);
-        ++mass.first[entry.row + 1];
+        std::ranges::sort(row, {}, &decltype(row)::value_type::first);
+        for (const auto& [column, value] : row) {
+            mass.column.push_back(column);
+            mass.value.push_back(value);
+        }
+        mass.first.push_back(static_cast<std::uint32_t>(mass.column.size()));
     }
-    for (std::size_t i = 0; i < wedges.count(); ++i) mass.first[i + 1] += mass.first[i];
     return mass;
 }
 
-// Some links and exits of a group, with their balanced weights.
+// Links and exits of half a group: what one task sums up.
 struct BalancedLinks::Part {
-    const Link* links;
-    const float* weight;
-    std::size_t count;
-    const Exit* exits;
-    const float* exit_weight;
-    std::size_t leaving;
+    std::size_t group = 0, link = 0, links = 0, exit = 0, exits = 0;  // from link up to links, exit to exits
 };
 
-BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale)
-    : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
-    balance_weights();
-    sum_parts(diagonal_, [this](const Part& part, double* y) {
-        for (std::size_t n = 0; n < part.count; ++n) {
-            const Link& link = part.links[n];
-            const Ends a(wedges_, link.a, link.au, link.av), b(wedges_, link.b, link.bu, link.bv);
-            const auto w = static_cast<double>(part.weight[n]);
-            a.add_squares(w, y);
-            b.add_squares(w, y);
-            // A corner that both ends share.
-            for (int i = 0; i < 3; ++i)
-                for (int j = 0; j < 3; ++j)
-                    if (a.corner[i] == b.corner[j]) y[a.corner[i]] -= 2.0 * w * a.weight[i] * b.weight[j];
-        }
-        for (std::size_t n = 0; n < part.leaving; ++n)
-            Ends(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av)
-                .add_squares(static_cast<double>(part.exit_weight[n]), y);
-    });
+template <class Use>
+void BalancedLinks::for_links(const Part& part, const Use& use) const {
+    const std::vector<Link>& links = groups_[part.group]->links;
+    for (std::size_t n = part.link; n < part.links; ++n)
+        use(n, Ends(wedges_, links[n].a, links[n].au, links[n].av),
+            Ends(wedges_, links[n].b, links[n].bu, links[n].bv));
 }
 
-// Factors of both ends of a link, found by Sinkhorn's iteration, keep the balance symmetric.
-void BalancedLinks::balance_weights() {
-    for (const LinkGroup* group : groups_) {
-        std::vector<float>& weight = weights_.emplace_back();
-        for (const Link& link : group->links) weight.push_back(link.weight);
-        std::vector<float>& exit = exit_weights_.emplace_back();
-        for (const Exit& one : group->exits) exit.push_back(one.weight);
-    }
-    std::vector<double> sum(wedges_.count()), factor(wedges_.count());
-    for (int pass = 0; pass < kBalancings; ++pass) {
-        std::fill(sum.begin(), sum.end(), 0.0);
-        sum_parts(sum, [this](const Part& part, double* y) {
-            for (std::size_t n = 0; n < part.count; ++n) {
-                const Link& link = part.links[n];
-                const auto w = static_cast<double>(part.weight[n]);
-                Ends(wedges_, link.a, link.au, link.av).add(w, y);
-                Ends(wedges_, link.b, link.bu, link.bv).add(w, y);
-            }
-            for (std::size_t n = 0; n < part.leaving; ++n)
-                Ends(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av)
-                    .add(static_cast<double>(part.exit_weight[n]), y);
-        });
-        for (std::size_t i = 0; i < sum.size(); ++i)
-            factor[i] = sum[i] > 0.0 ? std::clamp(std::sqrt(wedges_.area[i] / sum[i]), 0.5, 2.0) : 1.0;
-        tbb::parallel_for(std::size_t{0}, groups_.size(), [&](std::size_t g) {
-            const LinkGroup& group = *groups_[g];
-            for (std::size_t n = 0; n < group.links.size(); ++n) {
-                const Link& link = group.links[n];
-                weights_[g][n] *=
-                    static_cast<float>(Ends(wedges_, link.a, link.au, link.av).value(factor.data()) *
-                                       Ends(wedges_, link.b, link.bu, link.bv).value(factor.data()));
-            }
-            for (std::size_t n = 0; n < group.exits.size(); ++n) {
-                const Exit& exit = group.exits[n];
-                exit_weights_[g][n] *=
-                    static_cast<float>(Ends(wedges_, exit.a, exit.au, exit.av).value(factor.data()));
-            }
-        });
-    }
+template <class Use>
+void BalancedLinks::for_exits(const Part& part, const Use& use) const {
+    const std::vector<Exit>& exits = groups_[part.group]->exits;
+    for (std::size_t n = part.exit; n < part.exits; ++n)
+        use(n, Ends(wedges_, exits[n].a, exits[n].au, exits[n].av));
 }
 
 // Calls use(part, sums) for every part of every group, each with sums of its own, and adds them, scaled, to
@@ -181,15 +137,11 @@ void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t number) {
         sums[number].assign(y.size(), 0.0);
         const std::size_t g = number / kPartsOfGroup, half = number % kPartsOfGroup;
-        const LinkGroup& group = *groups_[g];
         const auto cut = [half](std::size_t size, std::size_t end) {
             return size * (half + end) / kPartsOfGroup;
         };
-        const std::size_t link = cut(group.links.size(), 0), exit = cut(group.exits.size(), 0);
-        use(Part{group.links.data() + link, weights_[g].data() + link, cut(group.links.size(), 1) - link,
-                 group.exits.data() + exit, exit_weights_[g].data() + exit,
-                 cut(group.exits.size(), 1) - exit},
-            sums[number].data());
+        const std::size_t links = groups_[g]->links.size(), exits = groups_[g]->exits.size();
+        use(Part{g, cut(links, 0), cut(links, 1), cut(exits, 0), cut(exits, 1)}, sums[number].data());
     });
     tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -200,20 +152,67 @@ void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
     });
 }
 
+// Factors of both ends of a link, found by Sinkhorn's iteration, keep the balance symmetric.
+BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale)
+    : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
+    for (const LinkGroup* group : groups_) {
+        std::ranges::transform(group->links, weights_.emplace_back(group->links.size()).begin(),
+                               &Link::weight);
+        std::ranges::transform(group->exits, exit_weights_.emplace_back(group->exits.size()).begin(),
+                               &Exit::weight);
+    }
+    std::vector<double> sum(wedges_.count()), factor;
+    // Multiplies the weights by the factors so far.
+    const auto weigh = [&](std::size_t group, std::size_t n, const Ends& a, const Ends& b) {
+        float& weight = weights_[group][n];
+        if (!factor.empty()) weight *= static_cast<float>(a.value(factor.data()) * b.value(factor.data()));
+        return static_cast<double>(weight);
+    };
+    const auto weigh_exit = [&](std::size_t group, std::size_t n, const Ends& a) {
+        float& weight = exit_weights_[group][n];
+        if (!factor.empty()) weight *= static_cast<float>(a.value(factor.data()));
+        return static_cast<double>(weight);
+    };
+    for (int pass = 0; pass < kBalancings; ++pass) {
+        std::ranges::fill(sum, 0.0);
+        sum_parts(sum, [&](const Part& part, double* y) {
+            for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+                const double w = weigh(part.group, n, a, b);
+                a.add(w, y);
+                b.add(w, y);
+            });
+            for_exits(part, [&](std::size_t n, const Ends& a) { a.add(weigh_exit(part.group, n, a), y); });
+        });
+        factor.resize(sum.size());
+        for (std::size_t i = 0; i < sum.size(); ++i)
+            factor[i] = sum[i] > 0.0 ? std::clamp(std::sqrt(wedges_.area[i] / sum[i]), 0.5, 2.0) : 1.0;
+    }
+    sum_parts(diagonal_, [&](const Part& part, double* y) {
+        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+            const double w = weigh(part.group, n, a, b);
+            a.add_squares(w, y);
+            b.add_squares(w, y);
+            // A corner that both ends share.
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j)
+                    if (a.corner[i] == b.corner[j]) y[a.corner[i]] -= 2.0 * w * a.weight[i] * b.weight[j];
+        });
+        for_exits(part,
+                  [&](std::size_t n, const Ends& a) { a.add_squares(weigh_exit(part.group, n, a), y); });
+    });
+}
+
 void BalancedLinks::add(std::span<const double> x, std::span<double> y) const {
     sum_parts(y, [&](const Part& part, double* sums) {
-        for (std::size_t n = 0; n < part.count; ++n) {
-            const Link& link = part.links[n];
-            const Ends a(wedges_, link.a, link.au, link.av), b(wedges_, link.b, link.bu, link.bv);
+        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
             const double amount =
-                static_cast<double>(part.weight[n]) * (a.value(x.data()) - b.value(x.data()));
+                static_cast<double>(weights_[part.group][n]) * (a.value(x.data()) - b.value(x.data()));
             a.add(amount, sums);
             b.add(-amount, sums);
-        }
-        for (std::size_t n = 0; n < part.leaving; ++n) {
-            const Ends a(wedges_, part.exits[n].a, part.exits[n].au, part.exits[n].av);
-            a.add(static_cast<double>(part.exit_weight[n]) * a.value(x.data()), sums);
-        }
+        });
+        for_exits(part, [&](std::size_t n, const Ends& a) {
+            a.add(static_cast<double>(exit_weights_[part.group][n]) * a.value(x.data()), sums);
+        });
     });
 }
 
@@ -221,14 +220,13 @@ std::vector<double> BalancedLinks::direct(double exponent, bool straight) const 
     const double scale = lobe_scale(exponent, straight);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
-        for (std::size_t n = 0; n < part.leaving; ++n) {
-            const Exit& exit = part.exits[n];
-            if (exit.cosine > 0.0f)
-                Ends(wedges_, exit.a, exit.au, exit.av)
-                    .add(static_cast<double>(part.exit_weight[n]) * scale *
-                             lobe(exponent, static_cast<double>(exit.cosine)),
-                         sums);
-        }
+        for_exits(part, [&](std::size_t n, const Ends& a) {
+            const float cosine = groups_[part.group]->exits[n].cosine;
+            if (cosine > 0.0f)
+                a.add(static_cast<double>(exit_weights_[part.group][n]) * scale *
+                          lobe(exponent, static_cast<double>(cosine)),
+                      sums);
+        });
     });
     return y;
 }
@@ -236,13 +234,11 @@ std::vector<double> BalancedLinks::direct(double exponent, bool straight) const 
 std::vector<double> BalancedLinks::arrivals(std::span<const double> x) const {
     std::vector<double> y(x.size(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
-        for (std::size_t n = 0; n < part.count; ++n) {
-            const Link& link = part.links[n];
-            const Ends a(wedges_, link.a, link.au, link.av), b(wedges_, link.b, link.bu, link.bv);
-            const auto w = static_cast<double>(part.weight[n]);
+        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+            const auto w = static_cast<double>(weights_[part.group][n]);
             a.add(w * b.value(x.data()), sums);
             b.add(w * a.value(x.data()), sums);
-        }
+        });
     });
     return y;
 }

@@ -64,7 +64,7 @@ struct MassMatrix {
     std::vector<double> value;
 };
 
-/// M of piecewise linear elements. O(n log n).
+/// M of piecewise linear elements. O(n).
 MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
 
 /// What the wedges absorb of an emission, as a symmetric matrix: by entry of \p mass.
@@ -89,7 +89,10 @@ class BalancedLinks {
 
   private:
     struct Part;
-    void balance_weights();
+    template <class Use>
+    void for_links(const Part& part, const Use& use) const;  // use(n, its ends)
+    template <class Use>
+    void for_exits(const Part& part, const Use& use) const;  // use(n, its end)
     template <class Use>
     void sum_parts(std::span<double> y, const Use& use) const;
     const Wedges& wedges_;

@@ -12,11 +12,14 @@
 namespace sidewall::flux {
 namespace {
 
-// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.06
-// to 0.2 microseconds. And rays of an exchange's pilot.
-constexpr double kRayCost = 6.0, kPilotRays = 4096.0;
+// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.09
+// to 0.2 microseconds, and more in a program that solves once and touches all its memory for the first time.
+// And rays of an exchange's pilot.
+constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
 constexpr double kFirstRays = 12.0;  // an unknown: with fewer, halves of the rays tell no errors
 constexpr double kMargin = 1.1;      // rays more than errors ask for, which scatter
+// Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
+constexpr double kOneHalving = 1.155;
 constexpr double kSeldomLess = 1.5;  // times the first rays that a target takes; they are lost if paths win
 constexpr double kCloser = 200.0;    // the solver's tolerance than the error asked for
 
@@ -149,7 +152,7 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
 }
 
 MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
-                           std::span<const std::int32_t> materials, const TraceOptions& options) {
+                           std::span<const std::int32_t> materials, const TraceOptions& options, bool once) {
     MethodChoice choice;
     if (const std::string why = why_not_radiosity(species); !why.empty()) {
         choice.why_not = why;
@@ -168,7 +171,8 @@ MethodChoice choose_method(double target, Exchange& exchange, const Species& spe
     const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);
     const auto cost = [&](double rays) {
-        return kRayCost * (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
+        return (once ? kRayCostOnce : kRayCost) *
+               (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
     };
     choice.radiosity_cost = kSeldomLess * cost(kFirstRays);
     const bool allowed = target == 0.0 || exchange.rays() > 0 || exchange.fewest_rays() <= options.rays;
@@ -181,16 +185,15 @@ MethodChoice choose_method(double target, Exchange& exchange, const Species& spe
             const DiffuseSpecies diffuse{
                 .name = species.name, .source_exponent = species.source_exponent, .sticking = sticking};
             if (exchange.rays() == 0) exchange.gather(std::min(exchange.fewest_rays(), exchange.rays_left()));
-            SolveOptions close{.of_rays = target == 0.0, .stop = options.stop};
+            SolveOptions close{.halvings = 1, .stop = options.stop};
             close.tolerance = tolerance_to(choice.target, close);
             RadiosityFlux first = solve_flux(exchange, diffuse, close);
+            choice.guess = std::move(first.wedge.flux);
             const double rays = rays_of_unknown(exchange);
             // All of the target: what few rays show of the elements' error is mostly noise.
-            choice.rays = rays_needed(choice.target, first.statistical_error, rays);
+            choice.rays = rays_needed(choice.target, kOneHalving * first.statistical_error, rays);
             choice.spent = cost(rays);
             choice.radiosity_cost = cost(choice.rays);
-            if (first.statistical_error <= bound_of_rays(choice.target, first, close))
-                choice.first = std::move(first);
         } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave
             choice.radiosity_cost = choice.monte_carlo_cost;
         }

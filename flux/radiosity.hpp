@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -103,8 +102,9 @@ struct SolveOptions {
     /// Mean of what one more relaxation changes an unknown by, relative to it or to 1e-7 of the brightest.
     double tolerance = 1e-5;
     std::uint32_t most_iterations = 2000;
-    bool errors = true;    ///< standard errors, for about twice as much time; false leaves them 0
-    bool unbiased = true;  ///< takes off what the halves of the rays show of the bias; free with errors
+    bool errors = true;          ///< standard errors, for about twice as much time; false leaves them 0
+    std::uint32_t halvings = 3;  ///< of the rays that errors come from, 1 to 3: with fewer they scatter more
+    bool unbiased = true;        ///< takes off what the halves of the rays show of the bias; free with errors
     /// Of solve_fluxes_to: targets are for the statistical errors alone, as two methods on one mesh are compared.
     bool of_rays = false;
     std::function<bool()> stop{};
@@ -174,11 +174,10 @@ constexpr std::uint64_t kMostOfAuto = 4;
 struct MethodChoice {
     bool radiosity = false;  ///< takes less from here on, on an exchange that is gone on with
     double monte_carlo_cost = 0.0, radiosity_cost = 0.0;  ///< CPU time, in segments of the tracer's
-    double spent = 0.0;   ///< what the rays gathered to choose cost, a part of radiosity_cost
-    double target = 0.0;  ///< the relative error they are for
-    double rays = 0.0;    ///< an unknown that radiosity gathers; 0 if not estimated
-    /// By the first rays that were gathered to choose; empty unless they reach the target.
-    std::optional<RadiosityFlux> first;
+    double spent = 0.0;         ///< what the rays gathered to choose cost, a part of radiosity_cost
+    double target = 0.0;        ///< the relative error they are for
+    double rays = 0.0;          ///< an unknown that radiosity gathers; 0 if not estimated
+    std::vector<double> guess;  ///< by wedge, of the first rays: to start a solver from; empty without them
     std::string why_not;  ///< radiosity is out of the question, whatever the cost; empty if it can be taken
 };
 
@@ -186,8 +185,10 @@ struct MethodChoice {
 /// tracer's and, where those cost more, radiosity's first rays. The same choice on every machine.
 /// \param target    0: what the tracer reaches with options.rays.
 /// \param exchange  of the surface and the species' source; gathers the first rays if it has none, with which it can go on.
+/// \param once      whether nothing else is traced or solved in this process, as in `sidewall flux`: then radiosity takes longer.
 /// \throws as trace_flux.
 MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
-                           std::span<const std::int32_t> materials, const TraceOptions& options);
+                           std::span<const std::int32_t> materials, const TraceOptions& options,
+                           bool once = false);
 
 }  // namespace sidewall::flux

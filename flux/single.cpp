@@ -11,7 +11,7 @@ MethodChoice as_asked(const SingleFlux& asked) {
 
 MethodChoice choose_method(const SingleFlux& asked, Exchange& exchange) {
     return choose_method(asked.relative_error.value_or(0.0), exchange, asked.species, asked.materials,
-                         asked.options);
+                         asked.options, true);
 }
 
 FluxResult follow(const SingleFlux& a) {
@@ -29,12 +29,12 @@ Exchange exchange_of(const SingleFlux& a) {
             {.seed = a.options.seed, .progress = a.options.progress, .stop = a.options.stop}};
 }
 
-RadiosityFlux solve(const SingleFlux& asked, MethodChoice choice, Exchange& exchange) {
-    if (choice.first) return *std::move(choice.first);
+RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchange& exchange) {
     constexpr std::uint64_t kRaysOfUnknown = 64;
     const std::vector<double> sticking = sticking_by_wedge(asked.wedges, asked.materials, asked.species);
-    const DiffuseSpecies species{
+    DiffuseSpecies species{
         .name = asked.species.name, .source_exponent = asked.species.source_exponent, .sticking = sticking};
+    species.guess = choice.guess;
     const SolveOptions options{.of_rays = !asked.relative_error, .stop = asked.options.stop};
     if (choice.target > 0.0) {
         const std::uint64_t most = asked.relative_error

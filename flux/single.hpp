@@ -35,6 +35,6 @@ FluxResult follow(const SingleFlux& asked);
 /// Rays between points of the surface, none yet, for solve.
 Exchange exchange_of(const SingleFlux& asked);
 /// By radiosity on the rays that \p exchange has and gathers. \throws as Exchange::gather and solve_flux.
-RadiosityFlux solve(const SingleFlux& asked, MethodChoice choice, Exchange& exchange);
+RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchange& exchange);
 
 }  // namespace sidewall::flux

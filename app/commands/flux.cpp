@@ -167,8 +167,8 @@ Outcome followed(const flux::SingleFlux& asked) {
     return {result, traced_json(result), result.leaked, result.emitted};
 }
 
-Outcome solved(const flux::SingleFlux& asked, flux::MethodChoice choice, flux::Exchange& exchange) {
-    const flux::RadiosityFlux result = flux::solve(asked, std::move(choice), exchange);
+Outcome solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice, flux::Exchange& exchange) {
+    const flux::RadiosityFlux result = flux::solve(asked, choice, exchange);
     return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
 }
 
@@ -201,9 +201,9 @@ Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& cho
     }
     flux::Exchange exchange = flux::exchange_of(asked);
     choosing = method == "auto";
-    flux::MethodChoice choice = choosing ? choose_method(asked, exchange, why) : flux::as_asked(asked);
+    const flux::MethodChoice choice = choosing ? choose_method(asked, exchange, why) : flux::as_asked(asked);
     choosing = false;
-    return choice.radiosity ? solved(asked, std::move(choice), exchange) : followed(asked);
+    return choice.radiosity ? solved(asked, choice, exchange) : followed(asked);
 }
 
 void run_flux(const FluxArguments& arguments) {

@@ -98,8 +98,9 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
     return static_cast<std::uint64_t>(value);
 }
 
-flux::FluxResult solved(const flux::SingleFlux& asked, flux::MethodChoice choice, flux::Exchange& exchange) {
-    flux::RadiosityFlux found = flux::solve(asked, std::move(choice), exchange);
+flux::FluxResult solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice,
+                        flux::Exchange& exchange) {
+    flux::RadiosityFlux found = flux::solve(asked, choice, exchange);
     flux::FluxResult result;
     result.emitted = exchange.rays();
     const auto of_rays = [&](double share) {
@@ -121,7 +122,7 @@ flux::FluxResult find(const std::string& method, const flux::SingleFlux& asked) 
     flux::Exchange exchange = flux::exchange_of(asked);
     flux::MethodChoice choice =
         method == "auto" ? flux::choose_method(asked, exchange) : flux::as_asked(asked);
-    return choice.radiosity ? solved(asked, std::move(choice), exchange) : flux::follow(asked);
+    return choice.radiosity ? solved(asked, choice, exchange) : flux::follow(asked);
 }
 
 Traced trace(const py::object& points, const py::object& triangles, const Sticking& sticking,

@@ -532,19 +532,17 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
 
     const MethodChoice close = choose(exchange, 0.01, kMany);
     CHECK(close.radiosity);
-    CHECK_FALSE(close.first);
+    CHECK(close.guess.size() == cavity.wedges.count());
     CHECK(static_cast<double>(exchange.rays()) == about(fewest));
     CHECK(close.spent > 0.0);
     CHECK(close.radiosity_cost > close.spent);
     const std::uint64_t before = exchange.rays();
     // Where little sticks, they leave a small error.
     const std::vector<double> little(cavity.wedges.count(), 0.01);
-    const double reached = 1.05 * solve_flux(exchange, {.sticking = little}).relative_error;
+    const double reached = 1.15 * solve_flux(exchange, {.sticking = little}).relative_error;
     const MethodChoice rough = choose(exchange, reached, kMany, 0.01);
     CHECK(exchange.rays() == before);
     CHECK(rough.radiosity);
-    REQUIRE(rough.first);
-    CHECK(rough.first->relative_error <= reached);
     CHECK(rough.radiosity_cost == rough.spent);
 
     const auto needed = static_cast<std::uint64_t>(close.rays * static_cast<double>(exchange.unknowns()));
