@@ -104,31 +104,45 @@ unsigned faces_touched(const Mask& m) {
            ((all & kLowZ) != 0) << 4 | ((all & kHighZ) != 0) << 5;
 }
 
+// Voxels of a leaf.
+struct LeafVoxels {
+    openvdb::Coord origin;
+    Mask mask;
+};
+
+// A plane of the mask, moved along the axis.
+Mask moved_plane(const Mask& mask, int axis, int from, int to) {
+    Mask moved{};
+    if (axis == 0) {
+        moved[static_cast<std::size_t>(to)] = mask[static_cast<std::size_t>(from)];
+    } else {
+        for (std::size_t x = 0; x < 8; ++x) moved[x] = (mask[x] >> 8 * from & kLowY) << 8 * to;
+    }
+    return moved;
+}
+
 // Voxels on a periodic side, carried across it.
-std::vector<openvdb::Coord> across_sides(const Band& band, const Domain& domain) {
-    std::vector<openvdb::Coord> wrapped;
+std::vector<LeafVoxels> across_sides(const Band& band, const Domain& domain) {
+    std::vector<LeafVoxels> carried;
     for (int axis = 0; axis < 2; ++axis) {
         if (domain.side[static_cast<std::size_t>(axis)] != Side::periodic) continue;
         const int last = domain.last_node(axis);
-        for (const auto& [from, to] : {std::pair{0, last}, {last, 0}}) {
-            const Nodes side = nodes_in_plane(axis, from & 7);
+        for (const auto& [from, to] : {std::pair{0, last}, {last, 0}})
             for (const std::uint32_t n : band.awake) {
                 const Leaf& leaf = *band.leaves[n];
-                if (leaf.origin()[axis] != (from & ~7)) continue;
-                const Nodes on_side = leaf.getValueMask() & side;
-                for (auto it = on_side.beginOn(); it; ++it) {
-                    openvdb::Coord c = leaf.offsetToGlobalCoord(it.pos());
-                    c[axis] = to;
-                    wrapped.push_back(c);
-                }
+                openvdb::Coord origin = leaf.origin();
+                if (origin[axis] != (from & ~7)) continue;
+                const Mask mask = moved_plane(mask_of(leaf), axis, from & 7, to & 7);
+                if (mask == Mask{}) continue;
+                origin[axis] = to & ~7;
+                carried.push_back({origin, mask});
             }
-        }
     }
-    return wrapped;
+    return carried;
 }
 
 // Makes the leaves that the band grows into, and lists all anew.
-void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector<openvdb::Coord>& wrapped) {
+void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector<LeafVoxels>& carried) {
     const auto beside = [&](std::uint32_t leaf, std::size_t face) {
         return band.leaves[leaf]->origin().offsetBy(8 * kFaces[face][0], 8 * kFaces[face][1],
                                                     8 * kFaces[face][2]);
@@ -147,8 +161,10 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
     for (std::size_t k = 0; k < grows.size(); ++k)
         for (std::size_t f = 0; grows[k] != 0 && f < 6; ++f)
             if (grows[k] >> f & 1) missing.push_back(beside(band.awake[k], f));
-    for (const openvdb::Coord& c : wrapped)
-        if (band.table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3) < 0) missing.push_back(c & ~7);
+    for (const LeafVoxels& on_side : carried) {
+        const openvdb::Coord& o = on_side.origin;
+        if (band.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3) < 0) missing.push_back(o);
+    }
     if (missing.empty()) return;
     for (const openvdb::Coord& origin : missing) grid.tree().touchLeaf(origin);
 
@@ -225,8 +241,8 @@ std::uint32_t fingerprint(const Leaf& leaf) {
 }
 
 void grow(Band& band, Grid& grid, const Domain& domain) {
-    const std::vector<openvdb::Coord> wrapped = across_sides(band, domain);
-    make_leaves(band, grid, domain, wrapped);
+    const std::vector<LeafVoxels> carried = across_sides(band, domain);
+    make_leaves(band, grid, domain, carried);
     std::vector<Mask> before(band.leaves.size());
     each_of(before.size(), [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
     each_of(band.awake.size(), [&](std::size_t k) {
@@ -245,8 +261,13 @@ void grow(Band& band, Grid& grid, const Domain& domain) {
             active.getWord<std::uint64_t>(x) = mask[x] & own_voxels(domain, o, static_cast<int>(x));
         leaf.setValueMask(active);
     });
-    auto accessor = grid.getAccessor();
-    for (const openvdb::Coord& c : wrapped) accessor.setActiveState(c, true);
+    for (const auto& [o, mask] : carried) {
+        Leaf& leaf =
+            *band.leaves[static_cast<std::size_t>(band.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3))];
+        Nodes active = leaf.getValueMask();
+        for (openvdb::Index x = 0; x < 8; ++x) active.getWord<std::uint64_t>(x) |= mask[x];
+        leaf.setValueMask(active);
+    }
 }
 
 }  // namespace sidewall::levelset

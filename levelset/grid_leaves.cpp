@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <map>
+
+#include "surface/leaf_table.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -21,26 +24,35 @@ bool before(const Leaf* a, const Leaf* b) {
 GridLeaves::GridLeaves(const Grid& grid, const Domain& domain, const NodeValues& other)
     : background_(grid.background()) {
     grid.tree().getNodes(list_);
+    const auto in_grid = static_cast<std::ptrdiff_t>(list_.size());
     set(other);
     for (int axis = 0; axis < 2; ++axis)
         if (const auto a = static_cast<std::size_t>(axis); domain.side[a] == Side::periodic)
-            set(images(axis, domain.cells[a]));
-    if (!own_.empty()) std::sort(list_.begin(), list_.end(), before);
+            set_images(axis, domain.cells[a]);
+    std::sort(list_.begin() + in_grid, list_.end(), before);
+    std::inplace_merge(list_.begin(), list_.begin() + in_grid, list_.end(), before);
 }
 
-NodeValues GridLeaves::images(int axis, int cells) const {
-    NodeValues images;
+void GridLeaves::set_images(int axis, int cells) {
     const Nodes low_side = nodes_in_plane(axis, 0);
-    for (const Leaf* leaf : list_) {
-        if (leaf->origin()[axis] != 0) continue;
-        const Nodes on_side = leaf->getValueMask() & low_side;
-        for (auto it = on_side.beginOn(); it; ++it) {
-            openvdb::Coord c = leaf->offsetToGlobalCoord(it.pos());
-            c[axis] = cells;
-            images.emplace_back(c, leaf->getValue(it.pos()));
-        }
+    const auto ahead = static_cast<openvdb::Index>((cells & 7) << (6 - 3 * axis));
+    const surface::LeafTable table(list_);
+    for (std::size_t n = 0, count = list_.size(); n < count; ++n) {
+        const Leaf& leaf = *list_[n];
+        openvdb::Coord o = leaf.origin();
+        if (o[axis] != 0) continue;
+        const Nodes on_side = leaf.getValueMask() & low_side;
+        if (on_side.isOff()) continue;
+        o[axis] = cells & ~7;
+        const std::int32_t at = table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3);
+        const Leaf*& entry = at < 0 ? list_.emplace_back() : list_[static_cast<std::size_t>(at)];
+        Leaf* copy = own_.emplace_back(at < 0 ? std::make_unique<Leaf>(o, background_, false)
+                                              : std::make_unique<Leaf>(*entry))
+                         .get();
+        for (auto it = on_side.beginOn(); it; ++it)
+            copy->setValueOn(it.pos() + ahead, leaf.getValue(it.pos()));
+        entry = copy;
     }
-    return images;
 }
 
 void GridLeaves::set(const NodeValues& values) {

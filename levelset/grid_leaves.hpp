@@ -22,7 +22,7 @@ class GridLeaves {
 
   private:
     void set(const NodeValues& values);
-    NodeValues images(int axis, int cells) const;
+    void set_images(int axis, int cells);
 
     std::vector<const Leaf*> list_;
     std::vector<std::unique_ptr<Leaf>> own_;  // the copies
