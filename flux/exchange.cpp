@@ -94,21 +94,21 @@ Sizes sizes_of(const Exchange::State& s) {
 
 // Adds what came since \p before between the pieces, in the groups' order.
 void add_to_pieces(Exchange::State& s, const Sizes& before) {
-    tbb::parallel_for(std::size_t{0}, std::size_t{2}, [&](std::size_t half) {
-        for (std::size_t g = half * kLinkGroups / 2; g < (half + 1) * kLinkGroups / 2; ++g)
+    tbb::parallel_for(std::size_t{0}, s.piece_links.size(), [&](std::size_t pair) {
+        for (const std::size_t g : {2 * pair, 2 * pair + 1})
             add_links(s.pieces, s.strip.unknowns, s.groups[g], before[g].first, before[g].second,
-                      s.piece_links[half]);
+                      s.piece_links[pair]);
     });
 }
 
 // What gathers and solves need besides links.
 void prepare(Exchange::State& s) {
     if (s.densities) return;
-    s.densities.emplace(s.geometry, s.strip, s.source_exponents);
     s.mass = mass_matrix(s.geometry.mesh, s.strip.unknowns);
     s.pieces = make_pieces(s.geometry.mesh, s.strip.unknowns);
     const auto count = static_cast<Eigen::Index>(s.pieces.count);
     s.piece_links.fill(Eigen::MatrixXd::Zero(count, count));
+    s.densities.emplace(s.geometry, s.strip, s.source_exponents);
 }
 
 // Where rays from the surface and from the source go, by a few that are not kept.

@@ -26,10 +26,10 @@ struct Exchange::State {
     Strip strip;  ///< tells the unknowns
     ExchangeOptions options;
     std::vector<double> source_exponents;
-    std::optional<RayDensities> densities{};  ///< this and the next three: from the first gather on
+    std::optional<RayDensities> densities{};  ///< this and the next three: once needed
     MassMatrix mass{};
     Pieces pieces{};
-    std::array<Eigen::MatrixXd, 2> piece_links{};  ///< of either half of the groups, see add_links
+    std::array<Eigen::MatrixXd, kLinkGroups / 2> piece_links{};  ///< of two groups each, see add_links
     std::array<LinkGroup, kLinkGroups> groups{};
     std::uint64_t group_rays = 0;
     std::uint64_t rays = 0, segments = 0, leaked = 0;

@@ -128,11 +128,8 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
                                                     : 0;
     for (std::size_t k = 0; k < halvings; ++k) {
         const double tolerance = 10.0 * options.tolerance;
-        Values one = solver.solve(kHalves[k], whole.flux, tolerance).flux;
-        // To first order the halves are off by as much, either way.
-        Values guess(one.size());
-        for (std::size_t i = 0; i < guess.size(); ++i) guess[i] = 2.0 * whole.flux[i] - one[i];
-        Values other = solver.solve(kAllGroups & ~kHalves[k], guess, tolerance).flux;
+        Values one = solver.solve(kHalves[k], whole.flux, tolerance).flux,
+               other = solver.solve(kAllGroups & ~kHalves[k], whole.flux, tolerance).flux;
         sums.add(s, difference(one, other));
         // The bias falls as 1 / rays: the two halves of the rays are off by twice the whole's.
         for (std::size_t i = 0; i < whole.flux.size() && options.unbiased; ++i)

@@ -134,7 +134,7 @@ std::string why_not_radiosity(const Species& species);
 /// Solves for \p species on the rays gathered so far. Traces no ray.
 ///
 /// The answer is consistent, not unbiased: its bias falls as 1/rays, and what the two halves of the rays show of
-/// it is taken off. Standard errors come from what the two halves differ by, in three ways to halve the rays.
+/// it is taken off. Standard errors come from what the two halves differ by, in `halvings` ways to halve the rays.
 /// \throws RecipeError for values out of range or an exponent that was not gathered, GeometryError for arrays
 ///         that do not fit, Interrupted, NumericsError if the balance has no solution (nothing sticks and
 ///         nothing escapes) or the solver does not converge, saying why.
@@ -185,7 +185,7 @@ struct MethodChoice {
 /// tracer's and, where those cost more, radiosity's first rays. The same choice on every machine.
 /// \param target    0: what the tracer reaches with options.rays.
 /// \param exchange  of the surface and the species' source; gathers the first rays if it has none, with which it can go on.
-/// \param once      whether nothing else is traced or solved in this process, as in `sidewall flux`: then radiosity takes longer.
+/// \param once      whether a process is expected to trace or solve nothing else, as `sidewall flux` is: then radiosity takes longer.
 /// \throws as trace_flux.
 MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
                            std::span<const std::int32_t> materials, const TraceOptions& options,

@@ -32,9 +32,10 @@ Exchange exchange_of(const SingleFlux& a) {
 RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchange& exchange) {
     constexpr std::uint64_t kRaysOfUnknown = 64;
     const std::vector<double> sticking = sticking_by_wedge(asked.wedges, asked.materials, asked.species);
-    DiffuseSpecies species{
-        .name = asked.species.name, .source_exponent = asked.species.source_exponent, .sticking = sticking};
-    species.guess = choice.guess;
+    const DiffuseSpecies species{.name = asked.species.name,
+                                 .source_exponent = asked.species.source_exponent,
+                                 .sticking = sticking,
+                                 .guess = choice.guess};
     const SolveOptions options{.of_rays = !asked.relative_error, .stop = asked.options.stop};
     if (choice.target > 0.0) {
         const std::uint64_t most = asked.relative_error

@@ -133,7 +133,7 @@ std::vector<double> by_unknown(const Exchange::State& s, std::span<const double>
 
 Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, const SolveOptions& options)
     : s_(state), species_(species), options_(options) {
-    const auto& exponents = state.densities->exponents();
+    const auto& exponents = state.source_exponents;
     if (std::find(exponents.begin(), exponents.end(), species.source_exponent) == exponents.end())
         throw RecipeError(fmt::format("{}: rays were gathered for no source exponent {}", species.name,
                                       species.source_exponent));
@@ -150,8 +150,9 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
         ratio.push_back(s / reemitted_.back());
     }
     absorption_ = absorption_matrix(state.mass, state.strip.unknowns.area, ratio);
-    coarse_.emplace(state.pieces, state.scale(kAllGroups) * (state.piece_links[0] + state.piece_links[1]),
-                    state.mass, absorption_);
+    Eigen::MatrixXd links = state.piece_links.front();
+    for (std::size_t k = 1; k < state.piece_links.size(); ++k) links += state.piece_links[k];
+    coarse_.emplace(state.pieces, state.scale(kAllGroups) * links, state.mass, absorption_);
 }
 
 Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const {

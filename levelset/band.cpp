@@ -23,9 +23,12 @@ Mask mask_of(const Leaf& leaf) {
     return mask;
 }
 
+// Leaves that one task takes at least: fewer of their masks are done sooner than another thread is told.
+constexpr std::size_t kGrain = 256;
+
 template <class Use>
 void each_of(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 8), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
     });
 }
@@ -194,7 +197,7 @@ Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& doma
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
     std::vector<std::uint8_t> moved(leaves.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), kGrain / 2), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {
             const bool known = !changed.empty() && changed[n] != 0;
             print[n] = known ? 0 : fingerprint(*leaves[n]);
@@ -209,7 +212,7 @@ Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& doma
 std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
                                        const std::vector<std::uint8_t>& marked) {
     std::vector<std::uint8_t> result(marked.size(), 0);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), 8), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), kGrain / 2), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n)
             if (marked[n])
                 each_around(band.table, domain, band.leaves[n]->origin(), [&](std::size_t k) {

@@ -59,8 +59,7 @@ void GridLeaves::set(const NodeValues& values) {
     if (values.empty()) return;
     std::map<openvdb::Coord, Leaf*> to;  // by origin
     openvdb::CoordBBox box;              // of their leaves
-    for (const auto& leaf : own_) to[leaf->origin()] = leaf.get();
-    auto at = to.end();  // most have the leaf of the one before
+    auto at = to.end();                  // most have the leaf of the one before
     const auto go_to = [&](const openvdb::Coord& origin) {
         if (at == to.end() || at->first != origin) at = to.try_emplace(at, origin, nullptr);
     };
@@ -71,7 +70,7 @@ void GridLeaves::set(const NodeValues& values) {
     for (const Leaf*& leaf : list_) {
         if (!box.isInside(leaf->origin())) continue;
         const auto copied = to.find(leaf->origin());
-        if (copied == to.end() || copied->second != nullptr) continue;
+        if (copied == to.end()) continue;
         leaf = copied->second = own_.emplace_back(std::make_unique<Leaf>(*leaf)).get();
     }
     for (auto& [origin, leaf] : to)

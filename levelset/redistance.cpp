@@ -24,7 +24,7 @@ using B = Block<2>;
 
 template <class Use>
 void each_awake(const Band& band, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, band.awake.size(), 4), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, band.awake.size(), 128), [&](const auto& range) {
         for (std::size_t k = range.begin(); k != range.end(); ++k) use(std::size_t{band.awake[k]});
     });
 }

@@ -217,8 +217,8 @@ void connect_vertices(const Parts<LeafEdges>& part, const Signs& signs, const op
 }
 
 template <class Use>
-void each_leaf(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
+void each_leaf(std::size_t count, std::size_t grain, Use&& use) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
     });
 }
@@ -237,7 +237,7 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
     // Each leaf's are set where it is looked at, by many threads.
     const auto edges = std::make_unique_for_overwrite<LeafEdges[]>(count);
     const auto signs = std::make_unique_for_overwrite<LeafSigns[]>(count);
-    each_leaf(count, [&](std::size_t n) { signs[n] = LeafSigns(*leaves[n]); });
+    each_leaf(count, 128, [&](std::size_t n) { signs[n] = LeafSigns(*leaves[n]); });
     const auto parts = [&](std::size_t n, auto&& of) {
         const openvdb::Coord o = leaves[n]->origin();
         Parts<std::remove_reference_t<decltype(of(n))>> part{&of(n)};
@@ -251,7 +251,7 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
     const auto signs_of = [&](std::size_t n) -> const LeafSigns& { return signs[n]; };
 
     std::atomic<bool> complete{true};
-    each_leaf(count, [&](std::size_t n) {
+    each_leaf(count, 4, [&](std::size_t n) {
         const Parts<LeafSigns> part = parts(n, signs_of);
         bool in = false, out = false;
         for (const LeafSigns* p : part)
@@ -281,7 +281,7 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
     TriangleMesh mesh;
     mesh.vertices.resize(vertex_count);
     mesh.triangles.resize(triangle_count);
-    each_leaf(count, [&](std::size_t n) {
+    each_leaf(count, 4, [&](std::size_t n) {
         if (edges[n].vertices > 0)
             place_vertices(edges[n], parts(n, [&](std::size_t k) -> const Leaf& { return *leaves[k]; }), box,
                            mesh.vertices);

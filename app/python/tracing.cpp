@@ -120,7 +120,7 @@ flux::FluxResult solved(const flux::SingleFlux& asked, const flux::MethodChoice&
 flux::FluxResult find(const std::string& method, const flux::SingleFlux& asked) {
     if (method == "monte-carlo") return flux::follow(asked);
     flux::Exchange exchange = flux::exchange_of(asked);
-    flux::MethodChoice choice =
+    const flux::MethodChoice choice =
         method == "auto" ? flux::choose_method(asked, exchange) : flux::as_asked(asked);
     return choice.radiosity ? solved(asked, choice, exchange) : flux::follow(asked);
 }

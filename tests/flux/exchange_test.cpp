@@ -558,14 +558,14 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
 
 TEST_CASE("a flux by auto takes the first rays if they do, and no more rays than allowed") {
     const Cavity cavity(extracted_trench(2.0), kReflective);
-    const Species species{"test", 1.0, {0.1}};
-    const auto found = [&](double error, std::uint64_t rays) {
+    const auto found = [&](double error, std::uint64_t rays, double sticking = 0.1) {
+        const Species species{"test", 1.0, {sticking}};
         const SingleFlux asked{cavity.mesh,  {},      cavity.box,     cavity.wedges,
                                cavity.scene, species, {.rays = rays}, error};
         Exchange exchange = exchange_of(asked);
-        MethodChoice choice = choose_method(asked, exchange);
+        const MethodChoice choice = choose_method(asked, exchange);
         CHECK(choice.radiosity);
-        const RadiosityFlux flux = solve(asked, std::move(choice), exchange);
+        const RadiosityFlux flux = solve(asked, choice, exchange);
         return std::pair(flux.relative_error, exchange.rays());
     };
     constexpr std::uint64_t kMany = 1'000'000'000;
@@ -575,4 +575,10 @@ TEST_CASE("a flux by auto takes the first rays if they do, and no more rays than
     CHECK(error > 0.016);
     CHECK(rays > 4 * fewest);
     CHECK(found(0.001, 3 * fewest).second <= 3 * fewest);
+    // Where little sticks, the first rays leave a small error.
+    const std::vector<double> little(cavity.wedges.count(), 0.01);
+    const double reached = 1.3 * solve_flux(cavity.gathered(12), {.sticking = little}).relative_error;
+    const auto [least, first] = found(reached, kMany, 0.01);
+    CHECK(least <= reached);
+    CHECK(static_cast<double>(first) == Approx(static_cast<double>(fewest)).epsilon(0.01));
 }
