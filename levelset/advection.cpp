@@ -34,7 +34,8 @@ struct Stages {
     std::vector<std::uint8_t>
         moved;  // by leaf: in this stage or in one before, whether or not values changed
     std::vector<std::uint8_t> changed;
-    const LevelColumns* deep = nullptr;  // of these leaves' columns, those that do not move; null: all do
+    const LevelColumns* deep =
+        nullptr;  // the finer level's columns under which these do not move; null: all do
 };
 
 // Of leaves that an extension does not have.
@@ -73,7 +74,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
         const float* phi = leaf.buffer().data();
         if (keep == 0.0f && !stages.before.empty())
             std::copy_n(phi, Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
-        if (stages.deep && stages.deep->at(leaf.origin().x() >> 3, leaf.origin().y() >> 3)) return;
+        if (stages.deep && stages.deep->of_coarser_node(leaf.origin().x(), leaf.origin().y())) return;
         if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
         if (!stages.moved[n]) return;
         Block<R> block;

@@ -200,12 +200,13 @@ void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segme
     const std::vector<double>& cover = covers_[layer];
     std::vector<Triangle> triangles;
     std::vector<std::size_t> layers;
+    const std::size_t most = most_parts(mesh.triangles.size(), points);
+    triangles.reserve(most);
+    layers.reserve(most);
     const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const std::vector<Triangle> parts = is_whole(mesh.triangles[t], ends)
-                                                ? std::vector<Triangle>{mesh.triangles[t]}
-                                                : parts_of(mesh, mesh.triangles[t], points);
-        for (const Triangle& part : parts) {
+        const Triangle& whole = mesh.triangles[t];
+        const auto add = [&](const Triangle& part) {
             triangles.push_back(part);
             const bool covered =
                 std::any_of(part.begin(), part.end(), [&](std::uint32_t v) { return cover[v] > 0.0; });
@@ -213,8 +214,12 @@ void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segme
                 layers.push_back(result_.layer[t]);
             else
                 layers.push_back(covered ? layer + 1 : layer == 0 ? 0 : kOpen);
-        }
-        if (result_.layer[t] == kOpen) add_segment(cover, mesh.triangles[t], points, segments);
+        };
+        if (is_whole(whole, ends))
+            add(whole);
+        else
+            for (const Triangle& part : parts_of(mesh, whole, points)) add(part);
+        if (result_.layer[t] == kOpen) add_segment(cover, whole, points, segments);
     }
     result_.mesh.triangles = std::move(triangles);
     result_.layer = std::move(layers);

@@ -152,6 +152,7 @@ void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& point
 
 TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points) {
     TriangleMesh result;
+    result.triangles.reserve(most_parts(mesh.triangles.size(), points));
     std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
     const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     const auto add = [&](const Triangle& t) {
@@ -164,6 +165,7 @@ TriangleMesh divided(const TriangleMesh& mesh, const EdgePoints& points) {
         else
             for (const Triangle& part : parts_of(mesh, t, points)) add(part);
     }
+    result.vertices.reserve(number.size());
     for (std::size_t v = 0; v < number.size(); ++v) {
         if (number[v] == kNone) continue;
         number[v] = static_cast<std::uint32_t>(result.vertices.size());

@@ -27,6 +27,11 @@ inline bool is_whole(const Triangle& t, const std::vector<std::uint8_t>& ends) {
 /// The parts of triangle \p t, each oriented as it is: up to four, fewer where one point divides two edges.
 std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points);
 
+/// As many triangles as \p whole ones become at most: a point divides two of them.
+inline std::size_t most_parts(std::size_t whole, const EdgePoints& points) {
+    return whole + 2 * points.size();
+}
+
 /// Makes one of the points on a triangle's edges that lie nearer than \p distance to each other, so that no part between
 /// them is without area.
 void merge_near(const TriangleMesh& mesh, double distance, EdgePoints& points);

@@ -271,7 +271,7 @@ void set_still_sample(const openvdb::Coord& origin, Extension& extension) {
 
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
 // \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
-// \param left_out  columns of leaves that have no samples; nullptr: none.
+// \param left_out  as of extend.
 // \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
 //                    top layer stays where it is.
 Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
@@ -284,7 +284,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     std::vector<std::uint32_t> first(leaves.size() + 1, 0);
     std::vector<std::uint8_t> still(leaves.size(), 0);
     const auto is_left_out = [&](const Leaf& leaf) {
-        return left_out && left_out->at(leaf.origin().x() >> 3, leaf.origin().y() >> 3);
+        return left_out && left_out->of_coarser_node(leaf.origin().x(), leaf.origin().y());
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
         for (std::size_t n = range.begin(); n != range.end(); ++n) {

@@ -39,7 +39,7 @@ struct Extension {
 /// next to their own foot point.
 ///
 /// \param scene  the mesh that carries the fluxes, within half a cell of the front.
-/// \param left_out  columns of leaves without samples; null: none.
+/// \param left_out  the next finer level's columns without samples, of whole leaves; null: none.
 /// \note Parallel, deterministic.
 Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
                  const LevelColumns* left_out = nullptr);

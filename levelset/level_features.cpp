@@ -76,14 +76,21 @@ struct NodeBox {
     bool empty() const { return low[0] > high[0]; }
 };
 
-// Marks the columns, each a leaf of the coarser level, within kReach of the box.
+// Cells of the coarser level from a feature to where it counts: the way the front may go until the columns
+// are chosen anew, at most half a cell of the finest level a time step, and what an interpolation reads.
+int reach(const Domain& coarse) {
+    constexpr int kInterpolated = 2;
+    return kInterpolated + (kTimeStepsBetweenChoices / 2 + coarse.times_finest - 1) / coarse.times_finest;
+}
+
+// Marks the columns with cells within reach of the box.
 void mark(const Domain& coarse, const NodeBox& box, LevelColumns& columns) {
+    constexpr int kNodes = LevelColumns::kNodes / 2;  // of the coarser level
     const auto each = [&](int axis, auto&& use) {
         const auto a = static_cast<std::size_t>(axis);
-        for (int i = (box.low[a] - kReach) >> 3; i <= (box.high[a] + kReach) >> 3; ++i) {
-            const int node = std::clamp(8 * i, box.low[a] - kReach, box.high[a] + kReach);
-            use(coarse.source_node(axis, node) >> 3);
-        }
+        const int low = box.low[a] - reach(coarse), high = box.high[a] + reach(coarse) - 1;
+        for (int node = low; node < high + kNodes; node += kNodes)
+            use(coarse.source_node(axis, std::min(node, high)) / kNodes);
     };
     each(0, [&](int x) {
         each(1, [&](int y) { std::atomic_ref(columns.at(x, y)).store(1, std::memory_order_relaxed); });
@@ -115,13 +122,13 @@ void mark_features(const MaterialStack& stack, const Grid& grid, LevelColumns& c
             const openvdb::Coord o = leaf.origin();
             if (!is_whole(*stack.coarser, o.x(), o.y())) continue;
             load_block(data, coarse, leaf, grid.background(), block);
-            const bool held = std::as_const(stack.columns).at(o.x() >> 3, o.y() >> 3);
-            const double bend = 1.0 / (held ? kGivenUp : kCoarseCells);
             NodeBox box;
             for (auto it = leaf.cbeginValueOn(); it; ++it) {
                 const float distance = std::abs(*it) / static_cast<float>(dx);
                 if (distance > kWithFaces) continue;
                 const openvdb::Coord c = it.getCoord();
+                const double bend =
+                    1.0 / (stack.columns.of_coarser_node(c.x(), c.y()) ? kGivenUp : kCoarseCells);
                 if (is_feature(block, FeatureBlock::at(c.x() & 7, c.y() & 7, c.z() & 7), distance, dx, bend))
                     box.add(c);
             }

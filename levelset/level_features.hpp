@@ -7,10 +7,6 @@ namespace sidewall::levelset {
 /// Radii of curvature, in cells of the coarser level, below which it does not do and above which it does again.
 inline constexpr double kCoarseCells = 5.0, kGivenUp = 8.0;
 
-/// Cells of the coarser level from a feature to where it counts: the way the front may go until the columns are chosen
-/// anew, and what an interpolation reads.
-inline constexpr int kReach = 4;
-
 /// Share of the largest speed by which a straight line through the speeds of a leaf may rise a coarser cell.
 inline constexpr double kSpeedChange = 0.03;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "levelset/grid_leaves.hpp"
@@ -86,13 +87,14 @@ class LevelCells {
     // finer may be null.
     LevelCells(const MaterialStack& level, const MaterialStack* finer)
         : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
+        constexpr int kAlike = LevelColumns::kNodes / 2;  // cells of a finer level's column
         const auto [nx, ny] = domain_.cells;
         meshed.resize(static_cast<std::size_t>(nx * ny), 0);
         seam.resize(meshed.size(), 0);
         for (int i = 0; i < nx; ++i)
-            for (int j = 0; j < ny; j += 8) {  // alike in a leaf
+            for (int j = 0; j < ny; j += kAlike) {
                 const bool own = (!level.coarser || level.columns.of_node(i, j)) && !is_finer(i, j);
-                for (int k = j; own && k < std::min(j + 8, ny); ++k) {
+                for (int k = j; own && k < std::min(j + kAlike, ny); ++k) {
                     seam[at(i, k)] = touches_finer(i, k);
                     meshed[at(i, k)] = !seam[at(i, k)];
                 }
@@ -111,7 +113,7 @@ class LevelCells {
             if (domain_.side[static_cast<std::size_t>(a)] == Side::periodic) n = (n + cells) % cells;
             if (n < 0 || n >= cells) return false;
         }
-        return finer_->at(i >> 3, j >> 3);
+        return finer_->of_coarser_node(i, j);
     }
 
     std::vector<std::uint8_t> meshed, seam;  // by column of cells
@@ -275,6 +277,19 @@ void fill(const std::vector<std::uint32_t>& loop, TriangleMesh& mesh) {
         mesh.triangles.push_back({loop[k], loop[(k + 1) % loop.size()], middle});
 }
 
+void append(TriangleMesh more, TriangleMesh& mesh) {
+    if (mesh.vertices.empty()) {
+        mesh = std::move(more);
+        return;
+    }
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
+    for (Triangle t : more.triangles) {
+        for (std::uint32_t& v : t) v += first;
+        mesh.triangles.push_back(t);
+    }
+}
+
 void drop_unused_vertices(TriangleMesh& mesh) {
     constexpr std::uint32_t kUnused = 0xffffffffu;
     std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
@@ -343,28 +358,22 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
         const NodeValues on_seam =
             has_coarser ? values_on_seam(seams[n + 1], cells[n + 1], domain) : NodeValues();
         const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing, cells[n].meshed};
-        const TriangleMesh own =
-            surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box);
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        append(
+            surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box),
+            mesh);
         EdgeVertices coarse, fine;
         const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);
-        for (std::size_t v = 0; v < own.vertices.size(); ++v) {
-            if (!beside.has(own.vertices[v])) continue;
+        for (std::uint32_t vertex = first; vertex < mesh.vertices.size(); ++vertex) {
+            if (!beside.has(mesh.vertices[vertex])) continue;
             Coord low;
-            const std::uint64_t key = edge_of(domain, own.vertices[v], low);
-            const std::uint32_t vertex = first + static_cast<std::uint32_t>(v);
+            const std::uint64_t key = edge_of(domain, mesh.vertices[vertex], low);
             bool near = false;
             for (int c = 0; c < 4; ++c)
                 near = near || cells[n].is_seam(low.x() - (c & 1), low.y() - (c >> 1));
             if (near) coarse.emplace(key, vertex);
             if (has_coarser && (low.x() % LevelColumns::kNodes == 0 || low.y() % LevelColumns::kNodes == 0))
                 fine.emplace(key, vertex);
-        }
-        mesh.vertices.insert(mesh.vertices.end(), own.vertices.begin(), own.vertices.end());
-        mesh.triangles.reserve(mesh.triangles.size() + own.triangles.size());
-        for (Triangle t : own.triangles) {
-            for (std::uint32_t& v : t) v += first;
-            mesh.triangles.push_back(t);
         }
         SeamLines lines(cells[n], coarse, finer);
         for (const SeamCell& seam : seams[n])

@@ -49,16 +49,16 @@ void each_column_around(const Domain& domain, int nodes, int x, int y, int reach
                         domain.source_node(1, nodes * column_y + end_y));
 }
 
-// A level's columns in units of those of the coarser level, with a leaf of that one more on every side for
-// each of the margin.
+// The columns of the coarser level in which a level's lie with those around them, so that no two levels meet
+// with more than one step.
 LevelColumns in_coarser(const MaterialStack& stack, const LevelColumns& columns) {
     const Domain& coarse = stack.coarser->domain;
     LevelColumns result = all_columns(coarse);
     std::fill(result.own.begin(), result.own.end(), 0);
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
-            if (columns.at(x, y))  // a leaf of the coarser level
-                each_column_around(coarse, 8, x, y, stack.margin,
+            if (columns.at(x, y))
+                each_column_around(coarse, kNodes / 2, x, y, 1,
                                    [&](int i, int j) { result.at(i >> kShift, j >> kShift) = 1; });
     return result;
 }
@@ -92,13 +92,13 @@ void set_columns(MaterialStack& stack, LevelColumns columns) {
     prolongate(stack, leaves);
 }
 
-// The columns with those around them.
+// The columns with as many around them as two of the coarser level's.
 LevelColumns widened(const Domain& domain, const LevelColumns& columns) {
     LevelColumns result = columns;
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
             if (columns.at(x, y))
-                each_column_around(domain, kNodes, x, y, 1,
+                each_column_around(domain, kNodes, x, y, 2,
                                    [&](int i, int j) { result.at(i >> kShift, j >> kShift) = 1; });
     return result;
 }
@@ -110,7 +110,7 @@ MaterialStack sample_levels(const Domain& domain, int levels, int margin, const 
     stack.coarser =
         std::make_shared<MaterialStack>(sample_levels(coarser_domain(domain), levels - 1, margin, sample));
     stack.columns = all_columns(domain);
-    // A column more, for what finer levels read beyond their own ones.
+    // Some more, for what finer levels read beyond their own ones.
     stack.columns = widened(domain, columns_of_features(stack));
     stack.margin = 2;  // the leaves in which distances will be off
     const LeafColumns leaves = leaf_columns(stack, stack.columns);
@@ -244,7 +244,6 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
     for (std::size_t n = 0; n < levels.size(); ++n) {
         LevelColumns columns = columns_of_features(*levels[n]);
         if (!wanted.empty()) unite(columns, wanted[n]);
-        // A finer level's columns and what they read lie within this one's.
         if (n > 0) unite(columns, in_coarser(*levels[n - 1], chosen.back()));
         close_ends(levels[n]->domain, columns);
         chosen.push_back(std::move(columns));
@@ -257,22 +256,23 @@ LevelColumns deep_columns(const MaterialStack& finer) {
     LevelColumns deep = finer.columns;
     for (int x = 0; x < deep.count[0]; ++x)
         for (int y = 0; y < deep.count[1]; ++y)
-            each_column_around(domain, 8, x, y, finer.margin, [&](int i, int j) {
-                if (!finer.columns.at(i >> 3, j >> 3)) deep.at(x, y) = 0;
-            });
+            if (finer.columns.at(x, y))
+                each_column_around(domain, 8, x >> 1, y >> 1, finer.margin, [&](int i, int j) {
+                    if (!finer.columns.of_coarser_node(i, j)) deep.at(x, y) = 0;
+                });
     return deep;
 }
 
 bool counts_at(const MaterialStack& level, const MaterialStack* finer, int i, int j) {
     const bool own = !level.coarser || level.columns.of_node(i, j);
-    return own && (finer == nullptr || !std::as_const(finer->columns).at(i >> 3, j >> 3));
+    return own && (finer == nullptr || !finer->columns.of_coarser_node(i, j));
 }
 
 bool counts_in(const MaterialStack& level, const MaterialStack* finer, int x, int y) {
     const Domain& domain = level.domain;
-    for (const int i : {domain.source_node(0, x - 1), x})
-        for (const int j : {domain.source_node(1, y - 1), y})
-            if (counts_at(level, finer, i, j)) return true;
+    for (const int i : {domain.source_node(0, x - 1), x, x + 4})
+        for (const int j : {domain.source_node(1, y - 1), y, y + 4})
+            if (domain.owns(i, j) && counts_at(level, finer, i, j)) return true;
     return false;
 }
 

@@ -42,7 +42,6 @@ double volume_of_level(const MaterialStack& stack, std::size_t layer, double eno
     for (std::size_t n = 0; n < leaves.size(); ++n) {
         const std::size_t index = (first + n) % leaves.size();
         const Leaf& leaf = *leaves[index];
-        if (!counts_at(stack, finer, leaf.origin().x(), leaf.origin().y())) continue;
         const Leaf* under = below != nullptr ? below->tree().probeConstLeaf(leaf.origin()) : nullptr;
         double here = 0.0;
         for (auto value = leaf.cbeginValueOn(); value; ++value) {
@@ -51,8 +50,9 @@ double volume_of_level(const MaterialStack& stack, std::size_t layer, double eno
             const float lower =
                 under != nullptr ? under->getValue(value.pos()) : std::numeric_limits<float>::max();
             if (lower - *value <= touching) continue;
-            here += weight(stack.domain, value.getCoord()) *
-                    static_cast<double>(share(*value, dx) - share(lower, dx));
+            const openvdb::Coord node = value.getCoord();
+            if (!counts_at(stack, finer, node.x(), node.y())) continue;
+            here += weight(stack.domain, node) * static_cast<double>(share(*value, dx) - share(lower, dx));
         }
         if (volume == 0.0 && here > 0.0) start = index;
         volume += cell * here;

@@ -183,7 +183,7 @@ void make_missing(const Grid& fine, const LevelColumns& columns, const Domain& c
     }
 }
 
-void inject_leaf(const Grid& fine, const Domain& coarse_domain, Leaf& leaf) {
+void inject_leaf(const Grid& fine, const LevelColumns& columns, const Domain& coarse_domain, Leaf& leaf) {
     const auto accessor = fine.getConstUnsafeAccessor();
     const openvdb::Coord low = leaf.origin() << 1;
     std::array<const Leaf*, 8> part;
@@ -193,7 +193,7 @@ void inject_leaf(const Grid& fine, const Domain& coarse_domain, Leaf& leaf) {
     const float beyond = fine.background();  // what a node off the fine band is away from the front at least
     for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) {
         const openvdb::Coord c = leaf.offsetToGlobalCoord(n), at = c << 1;
-        if (!coarse_domain.owns(c.x(), c.y())) continue;
+        if (!coarse_domain.owns(c.x(), c.y()) || !columns.of_coarser_node(c.x(), c.y())) continue;
         const openvdb::Coord off = at - low;
         const Leaf* own =
             part[static_cast<std::size_t>((off.x() >> 3) << 2 | (off.y() >> 3) << 1 | off.z() >> 3)];
@@ -226,7 +226,12 @@ void inject(MaterialStack& stack, const LevelColumns& columns) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n) {
                 const openvdb::Coord o = leaves[n]->origin();
-                if (columns.at(o.x() >> 3, o.y() >> 3)) inject_leaf(fine, to.domain, *leaves[n]);
+                const std::array<int, 2> x{o.x(), std::min(o.x() + 4, to.domain.last_node(0))},
+                    y{o.y(), std::min(o.y() + 4, to.domain.last_node(1))};
+                const bool any = std::ranges::any_of(x, [&](int i) {
+                    return std::ranges::any_of(y, [&](int j) { return columns.of_coarser_node(i, j); });
+                });
+                if (any) inject_leaf(fine, columns, to.domain, *leaves[n]);
             }
         });
     }

@@ -18,8 +18,8 @@ struct Layer {
 
 /// The columns of nodes, from the wafer's bottom to its top, that a level is responsible for (levelset/levels.hpp).
 struct LevelColumns {
-    /// Nodes along a column's sides: a leaf of the next coarser level.
-    static constexpr int kNodes = 16, kShift = 4;
+    /// Nodes along a column's sides: a leaf, of which four are one of the next coarser level.
+    static constexpr int kNodes = 8, kShift = 3;
 
     std::array<int, 2> count{};     ///< along x and y
     std::vector<std::uint8_t> own;  ///< by column, y fastest: this level counts there, else a coarser one
@@ -28,6 +28,8 @@ struct LevelColumns {
     bool at(int x, int y) const { return own[static_cast<std::size_t>(x * count[1] + y)] != 0; }
     /// Of an own node of the level's domain, by its indices.
     bool of_node(int i, int j) const { return at(i >> kShift, j >> kShift); }
+    /// Of an own node of the next coarser level's domain, by its indices.
+    bool of_coarser_node(int i, int j) const { return at(i >> (kShift - 1), j >> (kShift - 1)); }
 };
 
 /// Materials bottom up. Each level set wraps those below it, so that phi of a layer is nowhere above the phi

@@ -263,9 +263,9 @@ double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
     const auto layers = std::min(std::ssize(stack.layers), kEnough);
     const levelset::MaterialStack upper = levelset::upper_layers(stack, layers);
     const double start = now();
-    const levelset::StackMeshes meshes = levelset::extract_materials(upper, surface.raw);
+    levelset::StackMeshes meshes = levelset::extract_materials(upper, surface.raw);
     const double extracted = now();
-    surface::encode_vtp(result_mesh(model, upper, surface, meshes.surface));
+    surface::encode_vtp(result_mesh(model, upper, surface, std::move(meshes.surface)));
     const double files = static_cast<double>(stack.layers.size() + (surface.simplified ? 1 : 0));
     return files / static_cast<double>(layers) * (extracted - start) + files * (now() - extracted);
 }

@@ -195,7 +195,7 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
     return motion;
 }
 
-// \param left_out  columns of leaves without speeds; null: none.
+// \param left_out  as of levelset::extend.
 levelset::Motion motion_of_levels(const Model& model, const levelset::MaterialStack& stack,
                                   const TracedSurface& surface, Timing& timing, bool everywhere,
                                   const levelset::LevelColumns* left_out) {

@@ -279,7 +279,7 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
     };
     const std::string number = fmt::format("{:04}", state.saved);
     levelset::StackMeshes meshes = levelset::extract_materials(state.stack, surface.raw);
-    write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface, meshes.surface));
+    write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface, std::move(meshes.surface)));
     for (std::size_t k = 0; k < meshes.interfaces.size(); ++k) {
         const TriangleMesh mesh =
             interface_mesh(std::move(meshes.interfaces[k]), state.stack.layers[k].material);

@@ -51,8 +51,8 @@ TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {
 }
 
 TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
-                         const TracedSurface& surface, const levelset::CutMesh& cut) {
-    TriangleMesh mesh = cut.mesh;
+                         const TracedSurface& surface, levelset::CutMesh cut) {
+    TriangleMesh mesh = std::move(cut.mesh);
     std::vector<std::string> names;  // of fluxes, then coverages
     for (const std::string& name : flux_names(model.species)) names.push_back("flux_" + name);
     const std::size_t n = mesh.triangles.size(), tallies = names.size();

@@ -15,7 +15,7 @@ surface::MeshMetadata metadata_of(const Recipe& recipe, double time);
 /// flux_*, coverage_*, rate; and flux_error_* by vertex if it was itself traced.
 /// \param cut  of extract_materials.
 TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
-                         const TracedSurface& surface, const levelset::CutMesh& cut);
+                         const TracedSurface& surface, levelset::CutMesh cut);
 
 /// The mesh that was traced: material, flux_* and flux_error_* by triangle and vertex, as counted there.
 /// \pre the surface was traced.

@@ -249,12 +249,12 @@ void make_steps(const Run& run, RunState& state) {
                 stopped_by = key;
                 break;
             }
-            levelset::Motion motion =
-                surface_motion(model, state.stack, surface, state.timing, state.chooses_columns());
             if (run.folder.due(state)) {
                 run.folder.save(state, model, surface);
                 run.folder.checkpoint(state);
             }
+            levelset::Motion motion =
+                surface_motion(model, state.stack, surface, state.timing, state.chooses_columns());
             const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
             const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
                                                state.begins_step() ? nullptr : &state.carried, surface);

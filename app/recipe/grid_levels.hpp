@@ -10,7 +10,7 @@ namespace sidewall::app {
 /// kFewestCoarse of the coarsest are left.
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain);
 
-/// Cells of the coarsest level along the shorter side below which "auto" adds none: columns of 16 finest cells around
+/// Cells of the coarsest level along the shorter side below which "auto" adds none: columns of 8 finest cells around
 /// features would leave little to be coarse.
 inline constexpr int kFewestCoarse = 24;
 

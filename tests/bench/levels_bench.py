@@ -2,8 +2,8 @@
 """What a grid of several levels takes of the CPU time and memory of a uniform one, by the wafer's size:
     tests/bench/levels_bench.py BUILD [-n RUNS, 3] [RECIPE=configs/fin_on_wide_wafer.toml] [EXTENT...]
 Extents are squares in the recipe's unit, by default 1000, 2000 and 4000. All runs are on one thread and in turn. Prints for each
-extent and number of levels the medians of CPU seconds and of the peak memory, both also as shares of the uniform grid's, and the
-voxels at the end.
+extent and number of levels the medians of CPU seconds and of the peak memory, both also as shares of the uniform grid's (of the
+memory also without what the program takes to tell its version, most of it libraries), and the voxels at the end.
 """
 
 import json
@@ -37,7 +37,8 @@ def main(arguments):
     recipe = Path(__file__).resolve().parents[2] / "configs/fin_on_wide_wafer.toml"
     if arguments and arguments[0].endswith(".toml"):
         recipe = Path(arguments.pop(0))
-    print(f"{'extent':>8}{'levels':>8}{'CPU s':>9}{'share':>7}{'MB':>7}{'share':>7}  voxels, the finest first")
+    print(f"{'extent':>8}{'levels':>8}{'CPU s':>9}{'share':>7}{'MB':>7}{'share':>7}{'own':>7}  voxels, the finest first")
+    program_memory = used_by([program, "--version"]).ru_maxrss / 1e3
     with tempfile.TemporaryDirectory() as folder:
         for extent in arguments or ["1000", "2000", "4000"]:
             turns = [[run(program, recipe, extent, levels, Path(folder) / "run") for levels in LEVELS] for _ in range(runs)]
@@ -47,7 +48,8 @@ def main(arguments):
                 uniform = uniform or (seconds, memory)
                 voxels = " + ".join(f"{n:.3g}" for n in results[0][2])
                 print(f"{extent:>8}{levels:>8}{seconds:>9.2f}{seconds / uniform[0]:>7.2f}"
-                      f"{memory:>7.0f}{memory / uniform[1]:>7.2f}  {voxels}", flush=True)
+                      f"{memory:>7.0f}{memory / uniform[1]:>7.2f}"
+                      f"{(memory - program_memory) / (uniform[1] - program_memory):>7.2f}  {voxels}", flush=True)
 
 
 main(sys.argv[1:])

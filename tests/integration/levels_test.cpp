@@ -51,6 +51,34 @@ duration = 0.5
 rate = { SiO2 = -1.0 }
 )";
 
+// A Bosch process whose speeds are given, so that what differs is the grid's alone.
+const std::string kCycles = R"([domain]
+extent = [16.0, 2.0]
+grid_spacing = 0.0625
+[[layer]]
+material = "Si"
+[[layer]]
+material = "Mask"
+shape = "trench"
+thickness = 0.6
+width = 2.0
+[[step]]
+name = "cycle"
+repeat = 3
+[[step.steps]]
+name = "deposit"
+model = "isotropic"
+duration = 5.0
+deposit = "Polymer"
+rate = 0.008
+[[step.steps]]
+name = "etch"
+model = "directional"
+duration = 11.0
+directional = { Polymer = -0.008, Si = -0.012, Mask = -0.0006 }
+isotropic = { Polymer = -0.001, Si = -0.03, Mask = -0.0005 }
+)";
+
 }  // namespace
 
 TEST_CASE("the quick fin on a wide wafer ends alike on one and on two levels", "[slow]") {
@@ -72,6 +100,24 @@ TEST_CASE("the quick fin on a wide wafer ends alike on one and on two levels", "
     const surface::TwoSidedDistance between = surface::two_sided_distance(surface("1"), surface("2"));
     CHECK(between.mean < 0.02 * 2.5);
     CHECK(between.max < 0.3 * 2.5);
+}
+
+TEST_CASE("cycles of film and etch without noise end the same on one level and on three", "[slow]") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "cycles.toml", kCycles);
+    for (const std::string levels : {"1", "3"})
+        REQUIRE(
+            test::run_program(folder.path, "run cycles.toml --set grid.levels=" + levels + " -o " + levels)
+                .exit_code == 0);
+    const auto one = levels_summary(folder.path / "1"), three = levels_summary(folder.path / "3");
+    CHECK(2 * three["grid"]["levels"][0]["voxels"].get<int>() <
+          one["grid"]["levels"][0]["voxels"].get<int>());
+    for (const char* name : {"surface_0006.vtp", "interface_0006_0.vtp", "interface_0006_1.vtp"}) {
+        const auto mesh = [&](const char* run) { return surface::read_mesh(folder.path / run / name); };
+        const surface::TwoSidedDistance between = surface::two_sided_distance(mesh("1"), mesh("3"));
+        INFO(name);
+        CHECK(between.max < 0.02 * 0.0625);
+    }
 }
 
 TEST_CASE("a run on two levels goes on from its checkpoint to the same surface", "[slow]") {
