@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "levelset/block.hpp"
+#include "levelset/columns_between.hpp"
 #include "levelset/levels.hpp"
 #include "levelset/openvdb_grid.hpp"
 
@@ -85,16 +86,11 @@ int reach(const Domain& coarse) {
 
 // Marks the columns with cells within reach of the box.
 void mark(const Domain& coarse, const NodeBox& box, LevelColumns& columns) {
-    constexpr int kNodes = LevelColumns::kNodes / 2;  // of the coarser level
-    const auto each = [&](int axis, auto&& use) {
-        const auto a = static_cast<std::size_t>(axis);
-        const int low = box.low[a] - reach(coarse), high = box.high[a] + reach(coarse) - 1;
-        for (int node = low; node < high + kNodes; node += kNodes)
-            use(coarse.source_node(axis, std::min(node, high)) / kNodes);
-    };
-    each(0, [&](int x) {
-        each(1, [&](int y) { std::atomic_ref(columns.at(x, y)).store(1, std::memory_order_relaxed); });
-    });
+    const int before = reach(coarse), after = before - 1;
+    each_column_between(
+        coarse, {box.low[0] - before, box.low[1] - before}, {box.high[0] + after, box.high[1] + after},
+        LevelColumns::kShift - 1,
+        [&](int x, int y) { std::atomic_ref(columns.at(x, y)).store(1, std::memory_order_relaxed); });
 }
 
 LevelColumns none_of(const MaterialStack& stack) {

@@ -284,6 +284,7 @@ void append(TriangleMesh more, TriangleMesh& mesh) {
     }
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
+    mesh.triangles.reserve(mesh.triangles.size() + more.triangles.size());
     for (Triangle t : more.triangles) {
         for (std::uint32_t& v : t) v += first;
         mesh.triangles.push_back(t);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "levelset/columns_between.hpp"
 #include "levelset/extract.hpp"
 #include "levelset/level_features.hpp"
 #include "levelset/openvdb_grid.hpp"
@@ -36,17 +37,12 @@ void close_ends(const Domain& domain, LevelColumns& columns) {
     }
 }
 
-// Calls use(i, j) with a node, as the domain holds it, of each column of so many nodes along its sides that
-// lies no more than \p reach columns from (x, y): with those at both ends, as two columns may lie beside one
-// across a periodic side, where the last may be partial.
+// Calls use(x, y) with the columns of 2^shift nodes a side that hold nodes of block (x, y), of so many nodes
+// a side, and of those around it.
 template <class Use>
-void each_column_around(const Domain& domain, int nodes, int x, int y, int reach, Use&& use) {
-    for (int column_x = x - reach; column_x <= x + reach; ++column_x)
-        for (int column_y = y - reach; column_y <= y + reach; ++column_y)
-            for (const int end_x : {0, nodes - 1})
-                for (const int end_y : {0, nodes - 1})
-                    use(domain.source_node(0, nodes * column_x + end_x),
-                        domain.source_node(1, nodes * column_y + end_y));
+void each_column_around(const Domain& domain, int nodes, int x, int y, int reach, int shift, Use&& use) {
+    each_column_between(domain, {nodes * (x - reach), nodes * (y - reach)},
+                        {nodes * (x + reach + 1) - 1, nodes * (y + reach + 1) - 1}, shift, use);
 }
 
 // The columns of the coarser level in which a level's lie with those around them, so that no two levels meet
@@ -58,8 +54,8 @@ LevelColumns in_coarser(const MaterialStack& stack, const LevelColumns& columns)
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
             if (columns.at(x, y))
-                each_column_around(coarse, kNodes / 2, x, y, 1,
-                                   [&](int i, int j) { result.at(i >> kShift, j >> kShift) = 1; });
+                each_column_around(coarse, kNodes / 2, x, y, 1, kShift,
+                                   [&](int i, int j) { result.at(i, j) = 1; });
     return result;
 }
 
@@ -67,22 +63,17 @@ void unite(LevelColumns& columns, const LevelColumns& more) {
     for (std::size_t n = 0; n < columns.own.size(); ++n) columns.own[n] |= more.own[n];
 }
 
-// What becomes of a level's leaves when \p columns become its own; those that were before keep their values.
+// What becomes of a level's leaves, each a column, when \p columns become its own; those that were before
+// keep their values.
 LeafColumns leaf_columns(const MaterialStack& stack, const LevelColumns& columns) {
-    const Domain& domain = stack.domain;
-    LeafColumns result{{(domain.last_node(0) >> 3) + 1, (domain.last_node(1) >> 3) + 1}, {}};
-    for (int x = 0; x < result.count[0]; ++x)
-        for (int y = 0; y < result.count[1]; ++y) {
-            LeafColumn kind = LeafColumn::none;
-            if (columns.of_node(8 * x, 8 * y)) {
-                kind = stack.columns.of_node(8 * x, 8 * y) ? LeafColumn::kept : LeafColumn::interpolated;
-            } else {
-                each_column_around(domain, 8, x, y, stack.margin, [&](int i, int j) {
-                    if (columns.of_node(i, j)) kind = LeafColumn::interpolated;
-                });
-            }
-            result.kind.push_back(kind);
-        }
+    LeafColumns result{columns.count, std::vector<LeafColumn>(columns.own.size(), LeafColumn::none)};
+    for (int x = 0; x < columns.count[0]; ++x)
+        for (int y = 0; y < columns.count[1]; ++y)
+            if (columns.at(x, y))
+                each_column_around(stack.domain, kNodes, x, y, stack.margin, kShift,
+                                   [&](int i, int j) { result.at(i, j) = LeafColumn::interpolated; });
+    for (std::size_t n = 0; n < columns.own.size(); ++n)
+        if (columns.own[n] && stack.columns.own[n]) result.kind[n] = LeafColumn::kept;
     return result;
 }
 
@@ -98,8 +89,8 @@ LevelColumns widened(const Domain& domain, const LevelColumns& columns) {
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
             if (columns.at(x, y))
-                each_column_around(domain, kNodes, x, y, 2,
-                                   [&](int i, int j) { result.at(i >> kShift, j >> kShift) = 1; });
+                each_column_around(domain, kNodes, x, y, 2, kShift,
+                                   [&](int i, int j) { result.at(i, j) = 1; });
     return result;
 }
 
@@ -236,6 +227,13 @@ void exchange_levels(MaterialStack& stack) {
     prolongate_margins(stack);
 }
 
+std::vector<LevelColumns> columns_by_level(const MaterialStack& stack) {
+    std::vector<LevelColumns> columns;
+    for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get())
+        columns.push_back(level->columns);
+    return columns;
+}
+
 void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wanted) {
     inject_all(stack);
     std::vector<MaterialStack*> levels;
@@ -253,12 +251,13 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
 
 LevelColumns deep_columns(const MaterialStack& finer) {
     const Domain& domain = finer.coarser->domain;
-    LevelColumns deep = finer.columns;
+    const LevelColumns& own = finer.columns;
+    LevelColumns deep = own;
     for (int x = 0; x < deep.count[0]; ++x)
         for (int y = 0; y < deep.count[1]; ++y)
-            if (finer.columns.at(x, y))
-                each_column_around(domain, 8, x >> 1, y >> 1, finer.margin, [&](int i, int j) {
-                    if (!finer.columns.of_coarser_node(i, j)) deep.at(x, y) = 0;
+            if (own.at(x, y))
+                each_column_around(domain, 8, x >> 1, y >> 1, finer.margin, kShift - 1, [&](int i, int j) {
+                    if (!own.at(i, j)) deep.at(x, y) = 0;
                 });
     return deep;
 }

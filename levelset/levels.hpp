@@ -52,6 +52,9 @@ MaterialStack on_one_level(const MaterialStack& stack);
 /// After all levels have moved: injection but for deep_columns, then prolongation.
 void exchange_levels(MaterialStack& stack);
 
+/// By level but the coarsest: the columns that it has.
+std::vector<LevelColumns> columns_by_level(const MaterialStack& stack);
+
 /// By level but the coarsest: columns in which the speed changes by more along the surface than kSpeedChange of the
 /// largest one in a coarser cell. To be asked for before the surface moves.
 std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Motion& motion);
@@ -65,7 +68,7 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
 /// Time steps, each of at most half a cell of the finest level, after which the columns are to be chosen anew.
 inline constexpr int kTimeStepsBetweenChoices = 8;
 
-/// The leaves of the next coarser level, by columns of \p finer, that nothing outside of these columns reads within a time
+/// The leaves of the next coarser level, by their columns of \p finer, that nothing outside of these columns reads within a time
 /// step: there the coarser level need not move but takes the values of \p finer.
 LevelColumns deep_columns(const MaterialStack& finer);
 

@@ -131,7 +131,7 @@ namespace {
 double max_speed_of_level(const MaterialStack& stack, const Motion& motion, const LevelColumns* finer) {
     const auto counts = [&](std::size_t sample) {
         const auto& c = motion.extension.samples[sample].node;
-        return finer == nullptr || !finer->at(c.x() >> 3, c.y() >> 3);
+        return finer == nullptr || !finer->of_coarser_node(c.x(), c.y());
     };
     const std::vector<Vec3> normals = bounding_normals(motion);
     const std::size_t layers = stack.layers.size();

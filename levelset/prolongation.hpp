@@ -19,6 +19,7 @@ struct LeafColumns {
     std::array<int, 2> count{};
     std::vector<LeafColumn> kind;  ///< y fastest
 
+    LeafColumn& at(int x, int y) { return kind[static_cast<std::size_t>(x * count[1] + y)]; }
     LeafColumn at(int x, int y) const { return kind[static_cast<std::size_t>(x * count[1] + y)]; }
 };
 

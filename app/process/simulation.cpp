@@ -207,13 +207,18 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
     const bool moves = next.speed > 0.0 || std::ranges::any_of(motions, [&](const levelset::Motion& motion) {
                            return levelset::max_speed(state.stack, motion) > 0.0;
                        });
-    if (!moves) return state.advance(next.dt, next.until);
     const bool anew = state.chooses_columns();
     std::vector<levelset::LevelColumns> wanted;
-    if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
-    const auto seconds = levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
-    state.timing.advect += seconds.advect;
-    state.timing.redistance += seconds.redistance;
+    if (anew)
+        wanted = moves ? levelset::columns_of_speed(state.stack, motions.front())
+                       : levelset::columns_by_level(state.stack);
+    if (moves) {
+        const auto seconds =
+            levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
+        state.timing.advect += seconds.advect;
+        state.timing.redistance += seconds.redistance;
+    }
+    // Also after a time step in which nothing moves, as the next ones may; then no columns are given up.
     if (anew) {
         const PhaseClock clock(state.timing.redistance);
         levelset::choose_columns(state.stack, wanted);

@@ -79,14 +79,48 @@ directional = { Polymer = -0.008, Si = -0.012, Mask = -0.0006 }
 isotropic = { Polymer = -0.001, Si = -0.03, Mask = -0.0005 }
 )";
 
+// Every eighth time step, the one at whose end columns are chosen, nothing moves.
+const std::string kPauses = R"([domain]
+extent = [128.0, 32.0]
+grid_spacing = 1.0
+[[layer]]
+material = "Si"
+shape = "fin"
+width = 9.0
+height = 9.0
+[[step]]
+name = "cycle"
+repeat = 5
+[[step.steps]]
+name = "wait"
+model = "isotropic"
+duration = 1.0
+rate = 0.0
+[[step.steps]]
+name = "grow"
+model = "isotropic"
+duration = 3.5
+rate = 1.0
+deposit = "SiO2"
+)";
+
+// Runs a recipe on one level and on \p several, in folders of these names.
+void run_on_levels(const fs::path& folder, const std::string& recipe, const std::string& several) {
+    for (const std::string& levels : {std::string("1"), several})
+        REQUIRE(test::run_program(folder, "run " + recipe + " --set grid.levels=" + levels + " -o " + levels)
+                    .exit_code == 0);
+}
+
+surface::TwoSidedDistance between(const fs::path& folder, const std::string& several, const char* mesh) {
+    return surface::two_sided_distance(surface::read_mesh(folder / "1" / mesh),
+                                       surface::read_mesh(folder / several / mesh));
+}
+
 }  // namespace
 
 TEST_CASE("the quick fin on a wide wafer ends alike on one and on two levels", "[slow]") {
     const test::Folder folder;
-    for (const std::string levels : {"1", "2"})
-        REQUIRE(test::run_program(folder.path, "run " + test::config("quick/fin_on_wide_wafer.toml") +
-                                                   " --set grid.levels=" + levels + " -o " + levels)
-                    .exit_code == 0);
+    run_on_levels(folder.path, test::config("quick/fin_on_wide_wafer.toml"), "2");
     const auto one = levels_summary(folder.path / "1"), two = levels_summary(folder.path / "2");
     REQUIRE(one["grid"]["levels"].size() == 1);
     REQUIRE(two["grid"]["levels"].size() == 2);
@@ -94,30 +128,30 @@ TEST_CASE("the quick fin on a wide wafer ends alike on one and on two levels", "
     CHECK(two["grid"]["levels"][0]["voxels"] < one["grid"]["levels"][0]["voxels"]);
     const double film = one["metrology"]["film_side"];
     CHECK(two["metrology"]["film_side"].get<double>() == Approx(film).epsilon(0.01));
-    const auto surface = [&](const char* run) {
-        return surface::read_mesh(folder.path / run / "surface_0002.vtp");
-    };
-    const surface::TwoSidedDistance between = surface::two_sided_distance(surface("1"), surface("2"));
-    CHECK(between.mean < 0.02 * 2.5);
-    CHECK(between.max < 0.3 * 2.5);
+    const surface::TwoSidedDistance apart = between(folder.path, "2", "surface_0002.vtp");
+    CHECK(apart.mean < 0.02 * 2.5);
+    CHECK(apart.max < 0.3 * 2.5);
 }
 
 TEST_CASE("cycles of film and etch without noise end the same on one level and on three", "[slow]") {
     const test::Folder folder;
     test::write_bytes(folder.path / "cycles.toml", kCycles);
-    for (const std::string levels : {"1", "3"})
-        REQUIRE(
-            test::run_program(folder.path, "run cycles.toml --set grid.levels=" + levels + " -o " + levels)
-                .exit_code == 0);
+    run_on_levels(folder.path, "cycles.toml", "3");
     const auto one = levels_summary(folder.path / "1"), three = levels_summary(folder.path / "3");
     CHECK(2 * three["grid"]["levels"][0]["voxels"].get<int>() <
           one["grid"]["levels"][0]["voxels"].get<int>());
     for (const char* name : {"surface_0006.vtp", "interface_0006_0.vtp", "interface_0006_1.vtp"}) {
-        const auto mesh = [&](const char* run) { return surface::read_mesh(folder.path / run / name); };
-        const surface::TwoSidedDistance between = surface::two_sided_distance(mesh("1"), mesh("3"));
         INFO(name);
-        CHECK(between.max < 0.02 * 0.0625);
+        CHECK(between(folder.path, "3", name).max < 0.02 * 0.0625);
     }
+}
+
+TEST_CASE("levels follow the front where every eighth time step stands still", "[slow]") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "pauses.toml", kPauses);
+    run_on_levels(folder.path, "pauses.toml", "2");
+    CHECK(levels_summary(folder.path / "2")["grid"]["levels"][1]["voxels"] > 1000);
+    CHECK(between(folder.path, "2", "surface_0010.vtp").max < 0.02);
 }
 
 TEST_CASE("a run on two levels goes on from its checkpoint to the same surface", "[slow]") {

@@ -140,6 +140,70 @@ TEST_CASE("levels meet in one closed surface, however the columns lie", "[levels
             }
 }
 
+TEST_CASE("a plane stays one where columns of the coarser levels are cut off by the sides", "[levels]") {
+    std::mt19937 random(1);
+    const auto chosen = [&](int, int) { return random() % 3 != 0; };
+    const Law growth = [](std::size_t, const Vec3&) { return 1.0; };
+    const auto [cells, levels] = GENERATE(table<int, int>({{58, 2}, {66, 2}, {74, 2}, {116, 3}, {132, 3}}));
+    const Side side = GENERATE(Side::reflective, Side::periodic);
+    for (int turn = 0; turn < 3; ++turn) {
+        INFO(cells << " cells, " << levels << " levels, turn " << turn);
+        MaterialStack stack = stack_of(
+            test::unit_domain(cells, side), [](const Vec3& p) { return p.z() - 0.3; }, -20, 20);
+        make_levels(stack, levels, 1);
+        choose_columns(stack, picked(stack, chosen));
+        for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) {
+            const LevelColumns deep = deep_columns(*level);
+            bool alike = true;  // in each leaf of the coarser level
+            for (int x = 0; x < deep.count[0]; ++x)
+                for (int y = 0; y < deep.count[1]; ++y)
+                    alike = alike && deep.at(x, y) == deep.at(x & ~1, y & ~1);
+            CHECK(alike);
+        }
+        move_levels(stack, 6.0, {}, growth, [&](int) { return picked(stack, chosen); });
+        const TriangleMesh mesh = extract_surface(stack);
+        double most = 0.0;
+        for (const Vec3& p : mesh.vertices) most = std::max(most, std::abs(p.z() - 6.3));
+        CHECK(most < 1e-3);
+        CHECK(open_edges(mesh, stack.domain) == 0);
+    }
+}
+
+TEST_CASE("a feature on a side is fine also in the last column, cut off by it", "[levels]") {
+    // 29 coarse cells: half a rod lies on the side.
+    const Domain domain = test::unit_domain(58);
+    for (const double radius : {2.0, 3.0, 4.0}) {
+        MaterialStack stack = stack_of(
+            domain,
+            [&](const Vec3& p) { return std::min(p.z(), std::hypot(p.x() - domain.max[0], p.z()) - radius); },
+            -20, 20);
+        make_levels(stack, 2, 1);
+        INFO("radius " << radius);
+        for (int y = 0; y < stack.columns.count[1]; ++y)
+            CHECK(stack.columns.of_node(58, std::min(8 * y, 58)));
+        CHECK_FALSE(stack.columns.of_node(0, 0));
+    }
+}
+
+TEST_CASE("the largest speed is that of levels where they count", "[levels]") {
+    // Of the finer level 1; of the coarser one 7 where it does not count and 3 where it does.
+    for (const bool low : {true, false}) {
+        MaterialStack stack = stack_of(
+            test::unit_domain(128), [](const Vec3& p) { return p.z() - 0.3; }, -20, 20);
+        make_levels(stack, 2, 1);
+        const auto is_fine = [=](int x) { return low ? x < 4 : x >= 12; };
+        choose_columns(stack, picked(stack, [&](int x, int) { return is_fine(x); }));
+        Motion motion = motion_of(stack, [](std::size_t, const Vec3&) { return 1.0; });
+        Motion coarser = *motion.coarser;
+        std::vector<double> speed;
+        for (const auto& sample : coarser.extension.samples)
+            speed.push_back(is_fine(sample.node.x() >> 2) ? 7.0 : 3.0);
+        coarser.speed = [=](std::size_t sample, std::size_t, const Vec3&) { return speed[sample]; };
+        motion.coarser = std::make_shared<const Motion>(std::move(coarser));
+        CHECK(max_speed(stack, motion) == 3.0);
+    }
+}
+
 TEST_CASE("a front that grows across levels is off by what their cells are", "[levels]") {
     // Straight lines across an arc of radius r are off by up to h^2 / 8 r: twice the cell, four times as
     // much. A plane has no such error.
