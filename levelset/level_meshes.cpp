@@ -89,20 +89,19 @@ class LevelCells {
         : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
         constexpr int kAlike = LevelColumns::kNodes / 2;  // cells of a finer level's column
         const auto [nx, ny] = domain_.cells;
-        meshed.resize(static_cast<std::size_t>(nx * ny), 0);
-        seam.resize(meshed.size(), 0);
+        columns.resize(static_cast<std::size_t>(nx * ny), surface::CellColumn::left_out);
         for (int i = 0; i < nx; ++i)
             for (int j = 0; j < ny; j += kAlike) {
                 const bool own = (!level.coarser || level.columns.of_node(i, j)) && !is_finer(i, j);
-                for (int k = j; own && k < std::min(j + kAlike, ny); ++k) {
-                    seam[at(i, k)] = touches_finer(i, k);
-                    meshed[at(i, k)] = !seam[at(i, k)];
-                }
+                for (int k = j; own && k < std::min(j + kAlike, ny); ++k)
+                    columns[at(i, k)] =
+                        touches_finer(i, k) ? surface::CellColumn::vertices : surface::CellColumn::meshed;
             }
     }
     std::size_t at(int i, int j) const { return static_cast<std::size_t>(i * domain_.cells[1] + j); }
     bool is_seam(int i, int j) const {
-        return i >= 0 && j >= 0 && i < domain_.cells[0] && j < domain_.cells[1] && seam[at(i, j)] != 0;
+        return i >= 0 && j >= 0 && i < domain_.cells[0] && j < domain_.cells[1] &&
+               columns[at(i, j)] == surface::CellColumn::vertices;
     }
     // Whether a finer level has the cell; beyond a periodic side the one that is there.
     bool is_finer(int i, int j) const {
@@ -116,7 +115,8 @@ class LevelCells {
         return finer_->of_coarser_node(i, j);
     }
 
-    std::vector<std::uint8_t> meshed, seam;  // by column of cells
+    // Of those along the seam vertices alone are made.
+    std::vector<surface::CellColumn> columns;
 
   private:
     bool touches_finer(int i, int j) const {
@@ -358,7 +358,8 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
         const bool has_coarser = n + 1 < levels.size();
         const NodeValues on_seam =
             has_coarser ? values_on_seam(seams[n + 1], cells[n + 1], domain) : NodeValues();
-        const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing, cells[n].meshed};
+        const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing,
+                                       cells[n].columns};
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
         append(
             surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box),

@@ -183,29 +183,35 @@ void make_missing(const Grid& fine, const LevelColumns& columns, const Domain& c
     }
 }
 
-void inject_leaf(const Grid& fine, const LevelColumns& columns, const Domain& coarse_domain, Leaf& leaf) {
-    const auto accessor = fine.getConstUnsafeAccessor();
-    const openvdb::Coord low = leaf.origin() << 1;
-    std::array<const Leaf*, 8> part;
-    for (int n = 0; n < 8; ++n)
-        part[static_cast<std::size_t>(n)] =
-            accessor.probeConstLeaf(low.offsetBy(8 * (n >> 2), 8 * (n >> 1 & 1), 8 * (n & 1)));
+// The eighth of a coarse leaf from \p low on, in a column of the finer level, from its leaf there; \p from:
+// null if there is none.
+void inject_eighth(const Grid& fine, const Leaf* from, const openvdb::Coord& low, const Domain& coarse_domain,
+                   Leaf& leaf) {
     const float beyond = fine.background();  // what a node off the fine band is away from the front at least
-    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) {
-        const openvdb::Coord c = leaf.offsetToGlobalCoord(n), at = c << 1;
-        if (!coarse_domain.owns(c.x(), c.y()) || !columns.of_coarser_node(c.x(), c.y())) continue;
-        const openvdb::Coord off = at - low;
-        const Leaf* own =
-            part[static_cast<std::size_t>((off.x() >> 3) << 2 | (off.y() >> 3) << 1 | off.z() >> 3)];
-        if (own != nullptr && own->isValueOn(at)) {
-            leaf.setValueOn(n, own->getValue(at));
+    const float* values = from != nullptr ? from->buffer().data() : nullptr;
+    for (int n = 0; n < 64; ++n) {
+        const openvdb::Coord c = low.offsetBy(n >> 4, n >> 2 & 3, n & 3);
+        if (!coarse_domain.owns(c.x(), c.y())) continue;
+        const openvdb::Index to = Leaf::coordToOffset(c), at = Leaf::coordToOffset(c << 1);
+        if (from != nullptr && from->isValueOn(at)) {
+            leaf.setValueOn(to, values[at]);
             continue;
         }
-        const float value = leaf.getValue(n);
+        const float value = leaf.getValue(to);
         const bool near = std::abs(value) < beyond;
-        if (own == nullptr && !near) continue;
-        const bool in = own != nullptr ? own->getValue(at) < 0.0f : inside(fine, at);
-        if (near || in != (value < 0.0f)) leaf.setValueOn(n, in ? -beyond : beyond);
+        if (from == nullptr && !near) continue;
+        const bool in = from != nullptr ? values[at] < 0.0f : inside(fine, c << 1);
+        if (near || in != (value < 0.0f)) leaf.setValueOn(to, in ? -beyond : beyond);
+    }
+}
+
+void inject_leaf(const Grid& fine, const LevelColumns& columns, const Domain& coarse_domain, Leaf& leaf) {
+    const auto accessor = fine.getConstUnsafeAccessor();
+    for (int part = 0; part < 8; ++part) {
+        const openvdb::Coord low =
+            leaf.origin().offsetBy(4 * (part >> 2), 4 * (part >> 1 & 1), 4 * (part & 1));
+        if (coarse_domain.owns(low.x(), low.y()) && columns.of_coarser_node(low.x(), low.y()))
+            inject_eighth(fine, accessor.probeConstLeaf(low << 1), low, coarse_domain, leaf);
     }
 }
 
@@ -224,15 +230,8 @@ void inject(MaterialStack& stack, const LevelColumns& columns) {
         std::vector<Leaf*> leaves;
         coarse.tree().getNodes(leaves);
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                const openvdb::Coord o = leaves[n]->origin();
-                const std::array<int, 2> x{o.x(), std::min(o.x() + 4, to.domain.last_node(0))},
-                    y{o.y(), std::min(o.y() + 4, to.domain.last_node(1))};
-                const bool any = std::ranges::any_of(x, [&](int i) {
-                    return std::ranges::any_of(y, [&](int j) { return columns.of_coarser_node(i, j); });
-                });
-                if (any) inject_leaf(fine, columns, to.domain, *leaves[n]);
-            }
+            for (std::size_t n = range.begin(); n != range.end(); ++n)
+                inject_leaf(fine, columns, to.domain, *leaves[n]);
         });
     }
 }

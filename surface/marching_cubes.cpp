@@ -131,7 +131,19 @@ struct Signs {
 bool is_meshed(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
     const int i = origin.x() + x, j = origin.y() + y;
     return i >= 0 && j >= 0 && i < box.cells[0] && j < box.cells[1] &&
-           (box.meshed.empty() || box.meshed[static_cast<std::size_t>(i * box.cells[1] + j)] != 0);
+           (box.columns.empty() ||
+            box.columns[static_cast<std::size_t>(i * box.cells[1] + j)] == CellColumn::meshed);
+}
+
+// Whether the edges at a row of nodes have vertices: those of a cell beside it.
+bool has_vertices(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
+    if (box.columns.empty()) return true;
+    for (int i = origin.x() + x - 1; i <= origin.x() + x; ++i)
+        for (int j = origin.y() + y - 1; j <= origin.y() + y; ++j)
+            if (i >= 0 && j >= 0 && i < box.cells[0] && j < box.cells[1] &&
+                box.columns[static_cast<std::size_t>(i * box.cells[1] + j)] != CellColumn::left_out)
+                return true;
+    return false;
 }
 
 // Marks the edges that the surface crosses and counts the triangles of the leaf's own cells.
@@ -142,6 +154,7 @@ bool mark_crossings(const Signs& signs, const openvdb::Coord& origin, const Late
     bool complete = true;
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
+            if (!has_vertices(origin, x, y, box)) continue;
             const auto mark = [&](std::size_t axis, unsigned row) {
                 own.crossed[axis][static_cast<std::size_t>(x)] |= std::uint64_t{row} << (8 * y);
             };

@@ -12,6 +12,12 @@ namespace sidewall::surface {
 /// The leaves of a FloatGrid's tree.
 using FloatLeaf = openvdb::tree::LeafNode<float, 3>;
 
+enum class CellColumn : std::uint8_t {
+    left_out,
+    vertices,  ///< on the cells' edges alone
+    meshed
+};
+
 /// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on
 /// the sides.
 struct LateralGrid {
@@ -19,9 +25,8 @@ struct LateralGrid {
     std::array<double, 2> max{};  ///< world x, y of node cells: boundary vertices get these very numbers
     std::array<int, 2> cells{};
     double spacing = 0.0;  ///< dx; node k along z lies at k dx
-    /// By column of cells, y fastest: whether its cells are meshed. Empty: all are. The vertices on the edges of those
-    /// that are not stay, whether a triangle has them or not.
-    std::span<const std::uint8_t> meshed = {};
+    /// By column of cells, y fastest: what is made of them. Empty: all are meshed. Vertices that no triangle has stay.
+    std::span<const CellColumn> columns = {};
 };
 
 /// Edge intersections keep this fraction of a cell away from nodes, so that no triangle has zero area.
