@@ -115,7 +115,7 @@ class LevelCells {
         return finer_->of_coarser_node(i, j);
     }
 
-    // Of those along the seam vertices alone are made.
+    // By column of cells; of those along the seam vertices alone are made.
     std::vector<surface::CellColumn> columns;
 
   private:

@@ -61,15 +61,16 @@ std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Mot
 
 /// Chooses the columns of every level anew. A level is to count in a column where the coarser one finds a radius
 /// of curvature below kCoarseCells of its cells in a layer's front, a gap or a piece of material less than four cells
-/// thick, or near these (Lenz et al., J. Sci. Comput. 2023, 10.1007/s10915-023-02133-5, refine by
-/// curvature, too); or where \p wanted says so. Columns are given up only where radii are above kGivenUp cells.
+/// thick, or as near to these as the front may come until the next choice (Lenz et al., J. Sci. Comput. 2023,
+/// 10.1007/s10915-023-02133-5, refine by curvature, too); or where \p wanted says so. Columns are given up only where
+/// radii are above kGivenUp cells.
 void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wanted);
 
 /// Time steps, each of at most half a cell of the finest level, after which the columns are to be chosen anew.
 inline constexpr int kTimeStepsBetweenChoices = 8;
 
-/// The leaves of the next coarser level, by their columns of \p finer, that nothing outside of these columns reads within a time
-/// step: there the coarser level need not move but takes the values of \p finer.
+/// The leaves of the next coarser level, by their columns of \p finer, all of a leaf's alike, that nothing outside of these
+/// columns reads within a time step: there the coarser level need not move but takes the values of \p finer.
 LevelColumns deep_columns(const MaterialStack& finer);
 
 /// Whether a level counts at one of its nodes.
