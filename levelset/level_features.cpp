@@ -79,6 +79,7 @@ struct NodeBox {
 
 // Cells of the coarser level from a feature to where it counts: the way the front may go until the columns
 // are chosen anew, at most half a cell of the finest level a time step, and what an interpolation reads.
+// Where two fronts meet at a small angle their line may go faster, but there the surface is nearly smooth.
 int reach(const Domain& coarse) {
     constexpr int kInterpolated = 2;
     return kInterpolated + (kTimeStepsBetweenChoices / 2 + coarse.times_finest - 1) / coarse.times_finest;
@@ -194,7 +195,7 @@ std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Mot
     const MaterialStack* level = &stack;
     const Motion* of = &motion;
     for (; level->coarser; level = level->coarser.get(), of = of->coarser.get()) {
-        LevelColumns columns = none_of(*level);
+        LevelColumns columns = most > 0.0 ? none_of(*level) : level->columns;
         // A speed that turns with the normal is the same on what is flat, and what is not is a feature.
         if (!motion.depends_on_normal && most > 0.0)
             mark_speeds(*level->coarser, *of->coarser, most, columns);

@@ -227,13 +227,6 @@ void exchange_levels(MaterialStack& stack) {
     prolongate_margins(stack);
 }
 
-std::vector<LevelColumns> columns_by_level(const MaterialStack& stack) {
-    std::vector<LevelColumns> columns;
-    for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get())
-        columns.push_back(level->columns);
-    return columns;
-}
-
 void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wanted) {
     inject_all(stack);
     std::vector<MaterialStack*> levels;

@@ -52,11 +52,8 @@ MaterialStack on_one_level(const MaterialStack& stack);
 /// After all levels have moved: injection but for deep_columns, then prolongation.
 void exchange_levels(MaterialStack& stack);
 
-/// By level but the coarsest: the columns that it has.
-std::vector<LevelColumns> columns_by_level(const MaterialStack& stack);
-
 /// By level but the coarsest: columns in which the speed changes by more along the surface than kSpeedChange of the
-/// largest one in a coarser cell. To be asked for before the surface moves.
+/// largest one in a coarser cell; if nothing moves, those that the level has. To be asked for before the surface moves.
 std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Motion& motion);
 
 /// Chooses the columns of every level anew. A level is to count in a column where the coarser one finds a radius

@@ -161,7 +161,8 @@ void prolongate_layer(MaterialStack& stack, std::size_t layer, const LeafColumns
     }
 }
 
-// The coarse leaves that the fine level's voxels ask for and that are not there.
+// The coarse leaves that the fine level's voxels ask for and that are not there. Beyond the columns they take
+// the signs of the fine level's margin, which is a leaf wide at least.
 void make_missing(const Grid& fine, const LevelColumns& columns, const Domain& coarse_domain, Grid& coarse) {
     std::vector<openvdb::Coord> missing;
     const auto present = coarse.getConstUnsafeAccessor();

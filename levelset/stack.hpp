@@ -18,7 +18,7 @@ struct Layer {
 
 /// The columns of nodes, from the wafer's bottom to its top, that a level is responsible for (levelset/levels.hpp).
 struct LevelColumns {
-    /// Nodes along a column's sides: a leaf, of which four are one of the next coarser level.
+    /// Nodes along a column's sides: a leaf, of which four lie over one of the next coarser level.
     static constexpr int kNodes = 8, kShift = 3;
 
     std::array<int, 2> count{};     ///< along x and y

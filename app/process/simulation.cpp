@@ -209,17 +209,14 @@ void advance(const Recipe& recipe, const Model& model, const std::vector<levelse
                        });
     const bool anew = state.chooses_columns();
     std::vector<levelset::LevelColumns> wanted;
-    if (anew)
-        wanted = moves ? levelset::columns_of_speed(state.stack, motions.front())
-                       : levelset::columns_by_level(state.stack);
+    if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
     if (moves) {
         const auto seconds =
             levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
         state.timing.advect += seconds.advect;
         state.timing.redistance += seconds.redistance;
     }
-    // Also after a time step in which nothing moves, as the next ones may; then no columns are given up.
-    if (anew) {
+    if (anew) {  // also where nothing moves, as it may in the next time steps
         const PhaseClock clock(state.timing.redistance);
         levelset::choose_columns(state.stack, wanted);
     }

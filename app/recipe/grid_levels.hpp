@@ -10,8 +10,8 @@ namespace sidewall::app {
 /// kFewestCoarse of the coarsest are left.
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain);
 
-/// Cells of the coarsest level along the shorter side below which "auto" adds none: columns of 8 finest cells around
-/// features would leave little to be coarse.
+/// Cells of the coarsest level along the shorter side below which "auto" adds none: what is fine around features, some
+/// 64 finest cells with margins, would leave little to be coarse.
 inline constexpr int kFewestCoarse = 24;
 
 /// The spacing nearest to \p wanted, and not below \p least, that leaves whole cells of the coarsest of so many levels along both

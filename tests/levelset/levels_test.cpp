@@ -51,6 +51,24 @@ std::vector<LevelColumns> picked(const MaterialStack& stack,
     return result;
 }
 
+// Columns drawn in squares of \p size a side, about \p share of them.
+std::function<bool(int x, int y)> drawn(std::mt19937& random, int size, double share) {
+    constexpr std::size_t kSide = 32;
+    std::vector<std::uint8_t> square(kSide * kSide);
+    for (std::uint8_t& s : square) s = static_cast<double>(random() % 1000) < 1000.0 * share;
+    return [square, size](int x, int y) {
+        return square[static_cast<std::size_t>(x / size) * kSide + static_cast<std::size_t>(y / size)] != 0;
+    };
+}
+
+// Whether every level, but the coarsest, counts somewhere and elsewhere does not.
+bool all_count_in_part(const MaterialStack& stack) {
+    for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get())
+        for (const int kind : {0, 1})
+            if (std::count(level->columns.own.begin(), level->columns.own.end(), kind) < 4) return false;
+    return true;
+}
+
 // Directed edges that have no opposite, but for those on the domain's sides.
 int open_edges(const TriangleMesh& mesh, const Domain& domain) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
@@ -116,20 +134,23 @@ double volume_of(const TriangleMesh& mesh) {
 
 TEST_CASE("levels meet in one closed surface, however the columns lie", "[levels]") {
     std::mt19937 random(1);
+    int in_part = 0;  // of 16
     for (const Side side : {Side::reflective, Side::periodic})
         for (const int levels : {2, 3})
             for (int turn = 0; turn < 4; ++turn) {
                 const Domain domain = test::unit_domain(128, side);
-                const double radius = 30.0 + 3.1 * turn;
+                const double radius = 34.0 + 3.1 * turn;  // over 8 of the coarsest cells
                 MaterialStack stack = stack_of(
                     domain, [=](const Vec3& p) { return (p - Vec3(0.3, 0.2, 0.1)).norm() - radius; }, -70,
                     70);
                 const double volume = volume_of(extract_surface(stack));
                 make_levels(stack, levels, 1);
-                choose_columns(stack, picked(stack, [&](int, int) { return random() % 3 == 0; }));
+                choose_columns(stack, picked(stack, turn % 2 == 0 && levels == 2 ? drawn(random, 1, 0.3)
+                                                                                 : drawn(random, 3, 0.2)));
                 const TriangleMesh mesh = extract_surface(stack);
                 const std::vector<std::size_t> voxels = voxels_by_level(stack);
                 INFO(levels << " levels, turn " << turn);
+                in_part += all_count_in_part(stack);
                 REQUIRE(std::count(stack.columns.own.begin(), stack.columns.own.end(), 0) > 4);
                 REQUIRE(std::count(stack.columns.own.begin(), stack.columns.own.end(), 1) > 4);
                 REQUIRE(*std::min_element(voxels.begin(), voxels.end()) > 1000);
@@ -138,35 +159,47 @@ TEST_CASE("levels meet in one closed surface, however the columns lie", "[levels
                 const MaterialStack flat = on_one_level(stack);
                 CHECK(volume_of(extract_surface(flat)) == Approx(volume).epsilon(2e-3));
             }
+    CHECK(in_part >= 12);
 }
 
 TEST_CASE("a plane stays one where columns of the coarser levels are cut off by the sides", "[levels]") {
     std::mt19937 random(1);
-    const auto chosen = [&](int, int) { return random() % 3 != 0; };
     const Law growth = [](std::size_t, const Vec3&) { return 1.0; };
-    const auto [cells, levels] = GENERATE(table<int, int>({{58, 2}, {66, 2}, {74, 2}, {116, 3}, {132, 3}}));
+    const auto [cells, levels] = GENERATE(table<int, int>(
+        {{58, 2}, {66, 2}, {70, 2}, {72, 2}, {74, 2}, {116, 3}, {132, 3}, {140, 3}, {144, 3}}));
     const Side side = GENERATE(Side::reflective, Side::periodic);
-    for (int turn = 0; turn < 3; ++turn) {
+    int deep_ones = 0, in_part = 0;
+    for (int turn = 0; turn < 4; ++turn) {
         INFO(cells << " cells, " << levels << " levels, turn " << turn);
         MaterialStack stack = stack_of(
             test::unit_domain(cells, side), [](const Vec3& p) { return p.z() - 0.3; }, -20, 20);
         make_levels(stack, levels, 1);
-        choose_columns(stack, picked(stack, chosen));
+        const auto chosen = [&] {
+            return picked(stack, drawn(random, levels == 2 ? 1 + turn : 4, levels == 2 ? 0.7 : 0.3));
+        };
+        choose_columns(stack, chosen());
+        in_part += all_count_in_part(stack);
         for (const MaterialStack* level = &stack; level->coarser; level = level->coarser.get()) {
             const LevelColumns deep = deep_columns(*level);
+            deep_ones += static_cast<int>(std::count(deep.own.begin(), deep.own.end(), 1));
             bool alike = true;  // in each leaf of the coarser level
             for (int x = 0; x < deep.count[0]; ++x)
                 for (int y = 0; y < deep.count[1]; ++y)
                     alike = alike && deep.at(x, y) == deep.at(x & ~1, y & ~1);
             CHECK(alike);
         }
-        move_levels(stack, 6.0, {}, growth, [&](int) { return picked(stack, chosen); });
+        move_levels(stack, 6.0, {}, growth, [&](int) { return chosen(); });
         const TriangleMesh mesh = extract_surface(stack);
         double most = 0.0;
         for (const Vec3& p : mesh.vertices) most = std::max(most, std::abs(p.z() - 6.3));
-        CHECK(most < 1e-3);
+        // Where two levels are given up at once, the coarsest one's nodes beside the front come from the
+        // middle one's a cell and a half away from it, which re-distancing in place leaves off by a
+        // hundredth.
+        CHECK(most < (levels == 2 ? 1e-3 : kExposed));
         CHECK(open_edges(mesh, stack.domain) == 0);
     }
+    CHECK(deep_ones > 0);
+    CHECK(in_part > 0);
 }
 
 TEST_CASE("a feature on a side is fine also in the last column, cut off by it", "[levels]") {
