@@ -34,8 +34,7 @@ struct Stages {
     std::vector<std::uint8_t>
         moved;  // by leaf: in this stage or in one before, whether or not values changed
     std::vector<std::uint8_t> changed;
-    const LevelColumns* deep =
-        nullptr;  // the finer level's columns under which these do not move; null: all do
+    const LevelColumns* deep = nullptr;  // of the finer level: under them none moves; null: all do
 };
 
 // Of leaves that an extension does not have.

@@ -128,11 +128,15 @@ struct Signs {
     static std::size_t at(int x, int y) { return static_cast<std::size_t>(x * kSide + y); }
 };
 
+// What is made of a column of cells; those beyond the box are left out.
+CellColumn column_at(int i, int j, const LateralGrid& box) {
+    if (i < 0 || j < 0 || i >= box.cells[0] || j >= box.cells[1]) return CellColumn::left_out;
+    return box.columns.empty() ? CellColumn::meshed
+                               : box.columns[static_cast<std::size_t>(i * box.cells[1] + j)];
+}
+
 bool is_meshed(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
-    const int i = origin.x() + x, j = origin.y() + y;
-    return i >= 0 && j >= 0 && i < box.cells[0] && j < box.cells[1] &&
-           (box.columns.empty() ||
-            box.columns[static_cast<std::size_t>(i * box.cells[1] + j)] == CellColumn::meshed);
+    return column_at(origin.x() + x, origin.y() + y, box) == CellColumn::meshed;
 }
 
 // Whether the edges at a row of nodes have vertices: those of a cell beside it.
@@ -140,9 +144,7 @@ bool has_vertices(const openvdb::Coord& origin, int x, int y, const LateralGrid&
     if (box.columns.empty()) return true;
     for (int i = origin.x() + x - 1; i <= origin.x() + x; ++i)
         for (int j = origin.y() + y - 1; j <= origin.y() + y; ++j)
-            if (i >= 0 && j >= 0 && i < box.cells[0] && j < box.cells[1] &&
-                box.columns[static_cast<std::size_t>(i * box.cells[1] + j)] != CellColumn::left_out)
-                return true;
+            if (column_at(i, j, box) != CellColumn::left_out) return true;
     return false;
 }
 
