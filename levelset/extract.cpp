@@ -8,16 +8,22 @@ namespace sidewall::levelset {
 
 TriangleMesh extract_surface(const Grid& grid, const Domain& domain) {
     const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing};
-    return surface::marching_cubes(GridLeaves(grid, domain).list(), box);
+    TriangleMesh mesh;
+    surface::marching_cubes(GridLeaves(grid, domain).list(), box, mesh);
+    return mesh;
 }
 
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer) {
-    return stack.coarser ? mesh_of_levels(stack, layer)
+    return stack.coarser ? mesh_of_levels(stack, layer, nullptr)
                          : extract_surface(*stack.layers[layer].phi, stack.domain);
 }
 
 TriangleMesh extract_surface(const MaterialStack& stack) {
     return extract_surface(stack, stack.layers.size() - 1);
+}
+
+TriangleMesh extract_around(const MaterialStack& stack, std::size_t layer, const surface::Plane& plane) {
+    return mesh_of_levels(stack, layer, &plane);
 }
 
 }  // namespace sidewall::levelset

@@ -1,6 +1,7 @@
 #pragma once
 #include "levelset/grid.hpp"
 #include "levelset/stack.hpp"
+#include "surface/cut.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::levelset {
@@ -15,5 +16,9 @@ TriangleMesh extract_surface(const Grid& grid, const Domain& domain);
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer);
 /// The same of the wafer's surface.
 TriangleMesh extract_surface(const MaterialStack& stack);
+
+/// Of the front of layer \p layer at least what \p plane meets: its cut is the whole front's. A small part of the whole
+/// if the plane is upright.
+TriangleMesh extract_around(const MaterialStack& stack, std::size_t layer, const surface::Plane& plane);
 
 }  // namespace sidewall::levelset

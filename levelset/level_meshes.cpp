@@ -14,15 +14,18 @@
 #include "surface/marching_cubes.hpp"
 
 // Each level's own cells are meshed by marching cubes but for those of a coarser level that touch a finer
-// one's, the seam. On the faces and edges that a seam cell shares with finer cells
+// one's, the seam. On the faces and edges that a seam cell shares with finer cells the finer level has nine
+// nodes where the coarser one has four (+):
 //
-//     +-------+-------+      the finer level has nine nodes where the coarser one has four (+). The five
-//     between |       .       |      get the mean of their neighbours (+), so that an edge is crossed where
-//     the coarser level |       .       |      crosses it, at most once, and marching cubes leaves lines of
-//     the finer level's vertices on . . . . . . . . .      the four squares. The seam cell's surface is
-//     bounded by these lines and, on its other |       .       |      faces, by those that its coarse
-//     neighbours draw: closed loops, each filled by triangles |       .       |      around its centre.
-//     +-------+-------+
+// clang-format off
+//     +-------+-------+      The five between get the mean of their neighbours (+), so that
+//     |       .       |      an edge is crossed where the coarser level crosses it, at most
+//     |       .       |      once, and marching cubes leaves lines of the finer level's
+//     . . . . . . . . .      vertices on the four squares. The seam cell's surface is bounded
+//     |       .       |      by these lines and, on its other faces, by those that its coarse
+//     |       .       |      neighbours draw: closed loops, each filled by triangles around
+//     +-------+-------+      its centre.
+// clang-format on
 namespace sidewall::levelset {
 namespace {
 
@@ -81,22 +84,49 @@ Node between(const Node& a, const Node& b) {
             0.5f * (a.value + b.value)};
 }
 
+// The cells that come, seen from above, as near to a plane as a distance; all if there is none, or it is not
+// upright.
+struct Near {
+    const surface::Plane* plane;
+    double distance;
+
+    // Of the cells with x index i, as two numbers: the first one and that behind the last one.
+    std::pair<int, int> row(const Domain& domain, int i) const {
+        const int ny = domain.cells[1];
+        if (plane == nullptr || plane->normal.z() != 0.0) return {0, ny};
+        constexpr double kHalfCell = 0.75;  // half its diagonal, and some more for rounding
+        const double h = domain.spacing, reach = (distance + kHalfCell * h) * plane->normal.norm(),
+                     off = plane->offset - plane->normal.x() * (domain.min[0] + (i + 0.5) * h),
+                     b = plane->normal.y();
+        if (b == 0.0) return {0, std::abs(off) <= reach ? ny : 0};
+        const auto index = [&](double y) {
+            return std::clamp((y - domain.min[1]) / h - 0.5, -1.0, ny + 0.0);
+        };
+        const double one = index((off - reach) / b), other = index((off + reach) / b);
+        return {std::max(0, static_cast<int>(std::ceil(std::min(one, other)))),
+                std::min(ny, static_cast<int>(std::floor(std::max(one, other))) + 1)};
+    }
+};
+
 // Where a level's cells are its own, and which of them lie along the seam.
 class LevelCells {
   public:
     // finer may be null.
-    LevelCells(const MaterialStack& level, const MaterialStack* finer)
+    LevelCells(const MaterialStack& level, const MaterialStack* finer, const Near& near)
         : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
         constexpr int kAlike = LevelColumns::kNodes / 2;  // cells of a finer level's column
         const auto [nx, ny] = domain_.cells;
         columns.resize(static_cast<std::size_t>(nx * ny), surface::CellColumn::left_out);
-        for (int i = 0; i < nx; ++i)
-            for (int j = 0; j < ny; j += kAlike) {
-                const bool own = (!level.coarser || level.columns.of_node(i, j)) && !is_finer(i, j);
-                for (int k = j; own && k < std::min(j + kAlike, ny); ++k)
-                    columns[at(i, k)] =
-                        touches_finer(i, k) ? surface::CellColumn::vertices : surface::CellColumn::meshed;
+        for (int i = 0; i < nx; ++i) {
+            const auto [first, last] = near.row(domain_, i);
+            for (int j = first / kAlike * kAlike; j < last; j += kAlike) {
+                const bool own = !level.coarser || level.columns.of_node(i, j), finer = is_finer(i, j);
+                for (int k = std::max(j, first); own && k < std::min(j + kAlike, last); ++k)
+                    columns[at(i, k)] = finer                 ? surface::CellColumn::bare
+                                        : touches_finer(i, k) ? surface::CellColumn::vertices
+                                                              : surface::CellColumn::meshed;
             }
+        }
     }
     std::size_t at(int i, int j) const { return static_cast<std::size_t>(i * domain_.cells[1] + j); }
     bool is_seam(int i, int j) const {
@@ -115,7 +145,8 @@ class LevelCells {
         return finer_->of_coarser_node(i, j);
     }
 
-    // By column of cells; of those along the seam vertices alone are made.
+    // By column of cells. Of those along the seam vertices alone are made, but for edges that finer cells
+    // share.
     std::vector<surface::CellColumn> columns;
 
   private:
@@ -277,36 +308,6 @@ void fill(const std::vector<std::uint32_t>& loop, TriangleMesh& mesh) {
         mesh.triangles.push_back({loop[k], loop[(k + 1) % loop.size()], middle});
 }
 
-void append(TriangleMesh more, TriangleMesh& mesh) {
-    if (mesh.vertices.empty()) {
-        mesh = std::move(more);
-        return;
-    }
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
-    mesh.triangles.reserve(mesh.triangles.size() + more.triangles.size());
-    for (Triangle t : more.triangles) {
-        for (std::uint32_t& v : t) v += first;
-        mesh.triangles.push_back(t);
-    }
-}
-
-void drop_unused_vertices(TriangleMesh& mesh) {
-    constexpr std::uint32_t kUnused = 0xffffffffu;
-    std::vector<std::uint32_t> place(mesh.vertices.size(), kUnused);
-    for (const Triangle& t : mesh.triangles)
-        for (const std::uint32_t v : t) place[v] = 0;
-    std::uint32_t count = 0;
-    for (std::size_t v = 0; v < place.size(); ++v)
-        if (place[v] != kUnused) {
-            mesh.vertices[count] = mesh.vertices[v];
-            place[v] = count++;
-        }
-    mesh.vertices.resize(count);
-    for (Triangle& t : mesh.triangles)
-        for (std::uint32_t& v : t) v = place[v];
-}
-
 // The columns of leaves of a level with vertices that seam cells may ask for: its own ones and those of the
 // coarser level.
 class BesideSeam {
@@ -340,17 +341,24 @@ class BesideSeam {
 
 }  // namespace
 
-TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
+TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, const surface::Plane* around) {
     std::vector<const MaterialStack*> levels;
     for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
         levels.push_back(level);
     std::vector<LevelCells> cells;
+    double distance =
+        levels.back()->domain.spacing;  // the seam's cells beside finer ones that the plane meets
+    std::vector<Near> near(levels.size());
+    for (std::size_t n = levels.size(); n-- > 0;) {
+        near[n] = {around, distance};
+        distance += 2.0 * levels[n]->domain.spacing;  // finer cells beside those of the seam
+    }
+    for (std::size_t n = 0; n < levels.size(); ++n)
+        cells.emplace_back(*levels[n], n > 0 ? levels[n - 1] : nullptr, near[n]);
     std::vector<std::vector<SeamCell>> seams;
-    for (std::size_t n = 0; n < levels.size(); ++n) {
-        cells.emplace_back(*levels[n], n > 0 ? levels[n - 1] : nullptr);
+    for (std::size_t n = 0; n < levels.size(); ++n)
         seams.push_back(n > 0 ? seam_cells(*levels[n]->layers[layer].phi, levels[n]->domain, cells[n])
                               : std::vector<SeamCell>());
-    }
     TriangleMesh mesh;
     EdgeVertices finer;  // vertices of the level before on the seam
     for (std::size_t n = 0; n < levels.size(); ++n) {
@@ -361,9 +369,7 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
         const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing,
                                        cells[n].columns};
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        append(
-            surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box),
-            mesh);
+        surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box, mesh);
         EdgeVertices coarse, fine;
         const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);
         for (std::uint32_t vertex = first; vertex < mesh.vertices.size(); ++vertex) {
@@ -382,7 +388,6 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer) {
             for (const auto& loop : lines.around(seam)) fill(loop, mesh);
         finer = std::move(fine);
     }
-    drop_unused_vertices(mesh);
     return mesh;
 }
 

@@ -139,13 +139,30 @@ bool is_meshed(const openvdb::Coord& origin, int x, int y, const LateralGrid& bo
     return column_at(origin.x() + x, origin.y() + y, box) == CellColumn::meshed;
 }
 
-// Whether the edges at a row of nodes have vertices: those of a cell beside it.
-bool has_vertices(const openvdb::Coord& origin, int x, int y, const LateralGrid& box) {
-    if (box.columns.empty()) return true;
-    for (int i = origin.x() + x - 1; i <= origin.x() + x; ++i)
-        for (int j = origin.y() + y - 1; j <= origin.y() + y; ++j)
-            if (column_at(i, j, box) != CellColumn::left_out) return true;
-    return false;
+// Whether the edges along an axis at a row of nodes have vertices: those of the cells beside them.
+bool has_vertices(const openvdb::Coord& origin, int x, int y, int axis, const LateralGrid& box) {
+    bool any = false;
+    for (int i = origin.x() + x - (axis == 0 ? 0 : 1); i <= origin.x() + x; ++i)
+        for (int j = origin.y() + y - (axis == 1 ? 0 : 1); j <= origin.y() + y; ++j) {
+            const CellColumn column = column_at(i, j, box);
+            if (column == CellColumn::bare) return false;
+            any = any || column != CellColumn::left_out;
+        }
+    return any;
+}
+
+// Those with nodes of cells of which something is made.
+std::vector<const Leaf*> leaves_of_columns(const std::vector<const Leaf*>& leaves, const LateralGrid& box) {
+    std::vector<const Leaf*> kept;
+    for (const Leaf* leaf : leaves) {
+        const openvdb::Coord o = leaf->origin();
+        bool any = false;
+        for (int i = o.x() - 1; i < o.x() + 8 && !any; ++i)
+            for (int j = o.y() - 1; j < o.y() + 8 && !any; ++j)
+                any = column_at(i, j, box) >= CellColumn::vertices;
+        if (any) kept.push_back(leaf);
+    }
+    return kept;
 }
 
 // Marks the edges that the surface crosses and counts the triangles of the leaf's own cells.
@@ -156,9 +173,10 @@ bool mark_crossings(const Signs& signs, const openvdb::Coord& origin, const Late
     bool complete = true;
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
-            if (!has_vertices(origin, x, y, box)) continue;
-            const auto mark = [&](std::size_t axis, unsigned row) {
-                own.crossed[axis][static_cast<std::size_t>(x)] |= std::uint64_t{row} << (8 * y);
+            const auto mark = [&](int axis, unsigned row) {
+                if (!box.columns.empty() && !has_vertices(origin, x, y, axis, box)) return;
+                own.crossed[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)] |= std::uint64_t{row}
+                                                                                            << (8 * y);
             };
             mark(0, signs.crossed(x, y, x + 1, y));
             mark(1, signs.crossed(x, y, x, y + 1));
@@ -243,10 +261,15 @@ void each_leaf(std::size_t count, std::size_t grain, Use&& use) {
 TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
     std::vector<const Leaf*> leaves;
     phi.tree().getNodes(leaves);
-    return marching_cubes(leaves, box);
+    TriangleMesh mesh;
+    marching_cubes(leaves, box, mesh);
+    return mesh;
 }
 
-TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const LateralGrid& box) {
+void marching_cubes(const std::vector<const Leaf*>& all_leaves, const LateralGrid& box, TriangleMesh& mesh) {
+    const std::vector<const Leaf*> in_columns =
+        box.columns.empty() ? std::vector<const Leaf*>() : leaves_of_columns(all_leaves, box);
+    const std::vector<const Leaf*>& leaves = box.columns.empty() ? all_leaves : in_columns;
     const std::size_t count = leaves.size();
     const LeafTable index(leaves);
     // Each leaf's are set where it is looked at, by many threads.
@@ -285,7 +308,8 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
         throw NumericsError(
             "the narrow band does not enclose the surface; re-distance the level set before extracting");
 
-    std::uint32_t vertex_count = 0, triangle_count = 0;
+    auto vertex_count = static_cast<std::uint32_t>(mesh.vertices.size()),
+         triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
     for (LeafEdges& leaf : std::span(edges.get(), count)) {
         leaf.first_vertex = vertex_count;
         leaf.first_triangle = triangle_count;
@@ -293,7 +317,6 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
         triangle_count += leaf.triangles;
     }
 
-    TriangleMesh mesh;
     mesh.vertices.resize(vertex_count);
     mesh.triangles.resize(triangle_count);
     each_leaf(count, 4, [&](std::size_t n) {
@@ -306,7 +329,6 @@ TriangleMesh marching_cubes(const std::vector<const Leaf*>& leaves, const Latera
         connect_vertices(parts(n, [&](std::size_t k) -> const LeafEdges& { return edges[k]; }), all,
                          leaves[n]->origin(), box, mesh.triangles);
     });
-    return mesh;
 }
 
 }  // namespace sidewall::surface

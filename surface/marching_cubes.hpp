@@ -14,6 +14,7 @@ using FloatLeaf = openvdb::tree::LeafNode<float, 3>;
 
 enum class CellColumn : std::uint8_t {
     left_out,
+    bare,      ///< left out, and on its cells' edges there are no vertices, whatever the next column is
     vertices,  ///< on the cells' edges alone
     meshed
 };
@@ -25,7 +26,7 @@ struct LateralGrid {
     std::array<double, 2> max{};  ///< world x, y of node cells: boundary vertices get these very numbers
     std::array<int, 2> cells{};
     double spacing = 0.0;  ///< dx; node k along z lies at k dx
-    /// By column of cells, y fastest: what is made of them. Empty: all are meshed. Vertices that no triangle has stay.
+    /// By column of cells, y fastest: what is made of them. Empty: all are meshed.
     std::span<const CellColumn> columns = {};
 };
 
@@ -42,8 +43,8 @@ inline constexpr double kNodeClearance = 1e-3;
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
 TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box);
-/// The same of leaves, in a grid's order, that need not be all of one grid.
-TriangleMesh marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box);
+/// The same of leaves, in a grid's order, that need not be all of one grid, added to \p mesh.
+void marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box, TriangleMesh& mesh);
 
 /// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c
 /// has x = c & 1, y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.

@@ -141,7 +141,7 @@ struct FigureReader::Cuts {
     Cuts(const levelset::MaterialStack& of, const TriangleMesh& surface, const surface::Plane& plane)
         : stack(of) {
         for (std::size_t k = 0; k + 1 < of.layers.size(); ++k)
-            layers.push_back(profile_of(levelset::extract_surface(of, k), plane, of.domain));
+            layers.push_back(profile_of(levelset::extract_around(of, k, plane), plane, of.domain));
         layers.push_back(profile_of(surface, plane, of.domain));
     }
     const Profile& surface() const { return layers.back(); }

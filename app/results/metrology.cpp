@@ -143,8 +143,8 @@ std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& secti
             Film t;
             if (stack.layers.size() > 1)
                 t = film_between(profile,
-                                 profile_of(levelset::extract_surface(stack, stack.layers.size() - 2), plane,
-                                            stack.domain),
+                                 profile_of(levelset::extract_around(stack, stack.layers.size() - 2, plane),
+                                            plane, stack.domain),
                                  dx);
             measures.push_back({"film_top", t.top, length});
             measures.push_back({"film_side", t.side, length});

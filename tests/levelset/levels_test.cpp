@@ -101,6 +101,13 @@ Motion motion_of(const MaterialStack& stack, const Law& law) {
     return motion;
 }
 
+std::ptrdiff_t without_triangles(const TriangleMesh& mesh) {
+    std::vector<int> has(mesh.vertices.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t) has[v] = 1;
+    return std::count(has.begin(), has.end(), 0);
+}
+
 // Moves the surface, choosing the columns anew as the time loop does; \p wanted(time step) may ask for more.
 void move_levels(MaterialStack& stack, double duration, const AdvectionOptions& options, const Law& law,
                  const std::function<std::vector<LevelColumns>(int)>& wanted) {
@@ -155,7 +162,18 @@ TEST_CASE("levels meet in one closed surface, however the columns lie", "[levels
                 REQUIRE(std::count(stack.columns.own.begin(), stack.columns.own.end(), 1) > 4);
                 REQUIRE(*std::min_element(voxels.begin(), voxels.end()) > 1000);
                 CHECK(open_edges(mesh, domain) == 0);
+                CHECK(without_triangles(mesh) == 0);
                 CHECK(volume_of(mesh) == Approx(volume).epsilon(2e-3));
+                for (const surface::Plane& plane :
+                     {surface::Plane{Vec3::UnitX(), 0.0}, surface::Plane{Vec3::UnitX(), 16.0},
+                      surface::Plane{2.0 * Vec3::UnitY(), -27.3}, surface::Plane{Vec3(1.0, -2.0, 0.0), 20.1},
+                      surface::Plane{Vec3::UnitZ(), 7.5}}) {
+                    const TriangleMesh around = extract_around(stack, 0, plane);
+                    INFO(plane.normal.transpose() << ", " << plane.offset);
+                    CHECK(surface::profile_csv(surface::cut_by_plane(around, plane), plane) ==
+                          surface::profile_csv(surface::cut_by_plane(mesh, plane), plane));
+                    if (plane.normal.z() == 0.0) CHECK(around.triangles.size() < mesh.triangles.size());
+                }
                 const MaterialStack flat = on_one_level(stack);
                 CHECK(volume_of(extract_surface(flat)) == Approx(volume).epsilon(2e-3));
             }
