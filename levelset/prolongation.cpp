@@ -83,17 +83,20 @@ void keep_below(const Grid& above, const openvdb::Coord& origin, float snap,
 // Gives a leaf the values that are within the narrow band, and the background elsewhere.
 // \returns whether there are any.
 bool assign(Leaf& leaf, const std::array<float, Leaf::SIZE>& values, const Domain& domain, float background) {
-    bool any = false;
+    Nodes active;
     const openvdb::Coord origin = leaf.origin();
-    for (openvdb::Index n = 0; n < Leaf::SIZE; ++n) {
-        const bool active =
-            std::abs(values[n]) < background &&
-            domain.owns(origin.x() + static_cast<int>(n >> 6), origin.y() + static_cast<int>(n >> 3 & 7));
-        leaf.setValueOnly(n, active ? values[n] : std::copysign(background, values[n]));
-        leaf.setActiveState(n, active);
-        any |= active;
+    float* own = leaf.buffer().data();
+    for (openvdb::Index row = 0; row < 64; ++row) {
+        const bool owned =
+            domain.owns(origin.x() + static_cast<int>(row >> 3), origin.y() + static_cast<int>(row & 7));
+        for (openvdb::Index n = 8 * row; n < 8 * row + 8; ++n) {
+            const bool near = owned && std::abs(values[n]) < background;
+            own[n] = near ? values[n] : std::copysign(background, values[n]);
+            if (near) active.setOn(n);
+        }
     }
-    return any;
+    leaf.setValueMask(active);
+    return !active.isOff();
 }
 
 LeafColumn kind_of(const LeafColumns& columns, const openvdb::Coord& origin) {
@@ -190,19 +193,25 @@ void inject_eighth(const Grid& fine, const Leaf* from, const openvdb::Coord& low
                    Leaf& leaf) {
     const float beyond = fine.background();  // what a node off the fine band is away from the front at least
     const float* values = from != nullptr ? from->buffer().data() : nullptr;
-    for (int n = 0; n < 64; ++n) {
-        const openvdb::Coord c = low.offsetBy(n >> 4, n >> 2 & 3, n & 3);
+    float* own = leaf.buffer().data();
+    for (int row = 0; row < 16; ++row) {
+        const openvdb::Coord c = low.offsetBy(row >> 2, row & 3, 0);
         if (!coarse_domain.owns(c.x(), c.y())) continue;
-        const openvdb::Index to = Leaf::coordToOffset(c), at = Leaf::coordToOffset(c << 1);
-        if (from != nullptr && from->isValueOn(at)) {
-            leaf.setValueOn(to, values[at]);
-            continue;
+        openvdb::Index to = Leaf::coordToOffset(c), at = Leaf::coordToOffset(c << 1);
+        for (int z = 0; z < 4; ++z, ++to, at += 2) {
+            float value = own[to];
+            if (from != nullptr && from->isValueOn(at)) {
+                value = values[at];
+            } else {
+                const bool near = std::abs(value) < beyond;
+                if (from == nullptr && !near) continue;
+                const bool in = from != nullptr ? values[at] < 0.0f : inside(fine, c.offsetBy(0, 0, z) << 1);
+                if (!near && in == (value < 0.0f)) continue;
+                value = in ? -beyond : beyond;
+            }
+            own[to] = value;
+            leaf.setActiveState(to, true);
         }
-        const float value = leaf.getValue(to);
-        const bool near = std::abs(value) < beyond;
-        if (from == nullptr && !near) continue;
-        const bool in = from != nullptr ? values[at] < 0.0f : inside(fine, c << 1);
-        if (near || in != (value < 0.0f)) leaf.setValueOn(to, in ? -beyond : beyond);
     }
 }
 
