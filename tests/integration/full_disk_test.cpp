@@ -36,7 +36,7 @@ deposit = "SiO2"
 every = 0.5
 )";
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef SIDEWALL_SANITIZED
 constexpr bool kFullSpeed = false;
 #else
 constexpr bool kFullSpeed = true;

@@ -121,7 +121,7 @@ TEST_CASE("a standard error that takes no messages does not end the program", "[
     CHECK(piped.exit_code == 0);
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#ifndef SIDEWALL_SANITIZED
 // Below that the libraries' own start fails, before the program's first line.
 int least_megabytes() {
     for (int megabytes = 100; megabytes < 1000; megabytes += 10)
