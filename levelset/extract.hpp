@@ -18,7 +18,7 @@ TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer);
 TriangleMesh extract_surface(const MaterialStack& stack);
 
 /// Of the front of layer \p layer at least what \p plane meets: its cut is the whole front's. A small part of the whole
-/// if the plane is upright.
+/// if the plane is across x or y; some vertices may be of no triangle.
 TriangleMesh extract_around(const MaterialStack& stack, std::size_t layer, const surface::Plane& plane);
 
 }  // namespace sidewall::levelset

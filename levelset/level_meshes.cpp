@@ -84,27 +84,25 @@ Node between(const Node& a, const Node& b) {
             0.5f * (a.value + b.value)};
 }
 
-// The cells that come, seen from above, as near to a plane as a distance; all if there is none, or it is not
-// upright.
+// The columns of cells that come as near to a plane across x or y as a distance, on a periodic axis also
+// around the sides; all if there is none, or it is another.
 struct Near {
     const surface::Plane* plane;
     double distance;
 
-    // Of the cells with x index i, as two numbers: the first one and that behind the last one.
-    std::pair<int, int> row(const Domain& domain, int i) const {
-        const int ny = domain.cells[1];
-        if (plane == nullptr || plane->normal.z() != 0.0) return {0, ny};
-        constexpr double kHalfCell = 0.75;  // half its diagonal, and some more for rounding
-        const double h = domain.spacing, reach = (distance + kHalfCell * h) * plane->normal.norm(),
-                     off = plane->offset - plane->normal.x() * (domain.min[0] + (i + 0.5) * h),
-                     b = plane->normal.y();
-        if (b == 0.0) return {0, std::abs(off) <= reach ? ny : 0};
-        const auto index = [&](double y) {
-            return std::clamp((y - domain.min[1]) / h - 0.5, -1.0, ny + 0.0);
-        };
-        const double one = index((off - reach) / b), other = index((off + reach) / b);
-        return {std::max(0, static_cast<int>(std::ceil(std::min(one, other)))),
-                std::min(ny, static_cast<int>(std::floor(std::max(one, other))) + 1)};
+    // By index along the axis.
+    std::vector<std::uint8_t> along(const Domain& domain, int axis) const {
+        const auto a = static_cast<std::size_t>(axis);
+        std::vector<std::uint8_t> near(static_cast<std::size_t>(domain.cells[a]), 1);
+        if (plane == nullptr || plane->normal[(axis + 1) % 3] != 0.0 || plane->normal[(axis + 2) % 3] != 0.0)
+            return near;
+        const double at = plane->offset / plane->normal[axis], extent = domain.max[a] - domain.min[a];
+        for (std::size_t i = 0; i < near.size(); ++i) {
+            double off = std::abs(domain.min[a] + (static_cast<double>(i) + 0.5) * domain.spacing - at);
+            if (domain.side[a] == Side::periodic) off = std::min(off, std::abs(extent - off));
+            near[i] = off <= distance + 0.51 * domain.spacing;  // from a cell's middle, and some for rounding
+        }
+        return near;
     }
 };
 
@@ -117,14 +115,16 @@ class LevelCells {
         constexpr int kAlike = LevelColumns::kNodes / 2;  // cells of a finer level's column
         const auto [nx, ny] = domain_.cells;
         columns.resize(static_cast<std::size_t>(nx * ny), surface::CellColumn::left_out);
+        const std::vector<std::uint8_t> near_x = near.along(domain_, 0), near_y = near.along(domain_, 1);
         for (int i = 0; i < nx; ++i) {
-            const auto [first, last] = near.row(domain_, i);
-            for (int j = first / kAlike * kAlike; j < last; j += kAlike) {
+            if (near_x[static_cast<std::size_t>(i)] == 0) continue;
+            for (int j = 0; j < ny; j += kAlike) {
                 const bool own = !level.coarser || level.columns.of_node(i, j), finer = is_finer(i, j);
-                for (int k = std::max(j, first); own && k < std::min(j + kAlike, last); ++k)
-                    columns[at(i, k)] = finer                 ? surface::CellColumn::bare
-                                        : touches_finer(i, k) ? surface::CellColumn::vertices
-                                                              : surface::CellColumn::meshed;
+                for (int k = j; own && k < std::min(j + kAlike, ny); ++k)
+                    if (near_y[static_cast<std::size_t>(k)] != 0)
+                        columns[at(i, k)] = finer                 ? surface::CellColumn::bare
+                                            : touches_finer(i, k) ? surface::CellColumn::vertices
+                                                                  : surface::CellColumn::meshed;
             }
         }
     }

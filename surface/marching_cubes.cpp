@@ -174,7 +174,7 @@ bool mark_crossings(const Signs& signs, const openvdb::Coord& origin, const Late
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
             const auto mark = [&](int axis, unsigned row) {
-                if (!box.columns.empty() && !has_vertices(origin, x, y, axis, box)) return;
+                if (row == 0 || (!box.columns.empty() && !has_vertices(origin, x, y, axis, box))) return;
                 own.crossed[static_cast<std::size_t>(axis)][static_cast<std::size_t>(x)] |= std::uint64_t{row}
                                                                                             << (8 * y);
             };

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <random>
 
 #include "levelset/checkpoint.hpp"
@@ -164,20 +165,44 @@ TEST_CASE("levels meet in one closed surface, however the columns lie", "[levels
                 CHECK(open_edges(mesh, domain) == 0);
                 CHECK(without_triangles(mesh) == 0);
                 CHECK(volume_of(mesh) == Approx(volume).epsilon(2e-3));
-                for (const surface::Plane& plane :
-                     {surface::Plane{Vec3::UnitX(), 0.0}, surface::Plane{Vec3::UnitX(), 16.0},
-                      surface::Plane{2.0 * Vec3::UnitY(), -27.3}, surface::Plane{Vec3(1.0, -2.0, 0.0), 20.1},
-                      surface::Plane{Vec3::UnitZ(), 7.5}}) {
-                    const TriangleMesh around = extract_around(stack, 0, plane);
-                    INFO(plane.normal.transpose() << ", " << plane.offset);
-                    CHECK(surface::profile_csv(surface::cut_by_plane(around, plane), plane) ==
-                          surface::profile_csv(surface::cut_by_plane(mesh, plane), plane));
-                    if (plane.normal.z() == 0.0) CHECK(around.triangles.size() < mesh.triangles.size());
-                }
                 const MaterialStack flat = on_one_level(stack);
                 CHECK(volume_of(extract_surface(flat)) == Approx(volume).epsilon(2e-3));
             }
     CHECK(in_part >= 12);
+}
+
+TEST_CASE("a plane cuts what is around it as it cuts the whole front", "[levels]") {
+    std::mt19937 random(2);
+    for (const Side side : {Side::reflective, Side::periodic})
+        for (const int levels : {1, 2, 3}) {
+            const Domain domain = test::unit_domain(128, side);
+            const auto wave = [](double x) { return std::cos(x * std::numbers::pi / 16.0); };
+            MaterialStack stack = stack_of(
+                domain,
+                [&](const Vec3& p) { return p.z() + 0.3 - 3.0 * wave(p.x()) - 2.0 * wave(p.y() + 3.0); }, -16,
+                16);
+            if (levels > 1) {
+                make_levels(stack, levels, 1);
+                choose_columns(stack, picked(stack, drawn(random, 1, 0.3)));
+            }
+            const TriangleMesh mesh = extract_surface(stack);
+            const auto check = [&](const Vec3& normal, double offset) {
+                const surface::Plane plane{normal, offset};
+                const TriangleMesh around = extract_around(stack, 0, plane);
+                INFO(levels << " levels, " << (side == Side::periodic) << ", " << normal.transpose() << ", "
+                            << offset);
+                CHECK(surface::profile_csv(surface::cut_by_plane(around, plane), plane) ==
+                      surface::profile_csv(surface::cut_by_plane(mesh, plane), plane));
+                return around.triangles.size();
+            };
+            for (int axis = 0; axis < 2; ++axis)
+                for (const double at :
+                     {-64.0, -63.99, -63.0, -60.0, -27.3, 0.0, 16.0, 17.7, 60.0, 62.5, 63.9, 64.0})
+                    CHECK(check(2.0 * Vec3::Unit(axis), 2.0 * at) < mesh.triangles.size() / 2);
+            CHECK(check(Vec3::UnitX(), 65.0) < mesh.triangles.size() / 2);
+            check(Vec3::UnitZ(), 0.5);
+            check(Vec3(1.0, -2.0, 0.0), 20.1);
+        }
 }
 
 TEST_CASE("a plane stays one where columns of the coarser levels are cut off by the sides", "[levels]") {
