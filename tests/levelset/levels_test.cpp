@@ -176,14 +176,16 @@ TEST_CASE("a plane cuts what is around it as it cuts the whole front", "[levels]
     for (const Side side : {Side::reflective, Side::periodic})
         for (const int levels : {1, 2, 3}) {
             const Domain domain = test::unit_domain(128, side);
-            const auto wave = [](double x) { return std::cos(x * std::numbers::pi / 16.0); };
+            const auto wave = [](double x) {
+                return 8.0 * std::cos(x * std::numbers::pi / 64.0);
+            };  // no feature
             MaterialStack stack = stack_of(
-                domain,
-                [&](const Vec3& p) { return p.z() + 0.3 - 3.0 * wave(p.x()) - 2.0 * wave(p.y() + 3.0); }, -16,
-                16);
+                domain, [&](const Vec3& p) { return p.z() + 0.3 - wave(p.x()) - wave(p.y() + 3.0); }, -24,
+                24);
             if (levels > 1) {
                 make_levels(stack, levels, 1);
-                choose_columns(stack, picked(stack, drawn(random, 1, 0.3)));
+                choose_columns(stack, picked(stack, drawn(random, 1, 0.1)));
+                REQUIRE(all_count_in_part(stack));
             }
             const TriangleMesh mesh = extract_surface(stack);
             const auto check = [&](const Vec3& normal, double offset) {
