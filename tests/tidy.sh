@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# clang-tidy on the product's sources, twenty at a time, which takes a fifth of the time. Sources that cannot stand in
+# clang-tidy on the product's sources, twenty at a time, so that headers are read once for all. Sources that cannot stand in
 # one file (two may use a name each for themselves) and those with finds are then looked at one by one: what that
 # reports counts.
 set -euo pipefail
