@@ -89,11 +89,11 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
             if (active == 0) continue;
             hamiltonian_row(block, row >> 3, row & 7, sample + first, speeds, h);
             Row values;
-            for (std::size_t z = 0; z < kLanes; ++z) {
-                const float moved = phi[first + z] - dt * h[z];
-                const float mixed = phi0 ? keep * phi0[first + z] + (1.0f - keep) * moved : moved;
-                values[z] = std::clamp(mixed, -limit, limit);
-            }
+            for (std::size_t z = 0; z < kLanes; ++z) values[z] = phi[first + z] - dt * h[z];
+            if (phi0)
+                for (std::size_t z = 0; z < kLanes; ++z)
+                    values[z] = keep * phi0[first + z] + (1.0f - keep) * values[z];
+            for (float& value : values) value = std::min(std::max(value, -limit), limit);
             blend(values, kLaneMasks[active], out + first);
         }
         if (!std::equal(out, out + Leaf::SIZE, phi)) stages.changed[n] = 1;

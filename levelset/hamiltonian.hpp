@@ -55,16 +55,17 @@ float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3* bounds, Sp
 
 /// The same of BeamSpeed, whose H(p) = facing max(0, p . d) + always |p|, with the slopes of local_dissipation in closed
 /// form.
-inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
-                     const Row& always, Row& h) {
+inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
+                    const Row& always) {
     std::array<float, 3> towards, steep;
     for (std::size_t a = 0; a < 3; ++a) {
         towards[a] = static_cast<float>(beam[static_cast<int>(a)]);
         // The kink at p . d = 0 as the central difference sees it.
         steep[a] = towards[a] != 0.0f ? 0.5f / (static_cast<float>(kShift) * std::abs(towards[a])) : 0.0f;
     }
+    Row h;
     std::array<Row, 3> dissipation{};
-    const auto point = [&](float of_minus, float of_plus) {
+    const auto point = [&](float of_minus, float of_plus) __attribute__((always_inline)) {
         for (std::size_t n = 0; n < kLanes; ++n) {
             float p[3], squares = 0.0f, facing_part = 0.0f;
             for (std::size_t a = 0; a < 3; ++a) {
@@ -91,9 +92,11 @@ inline void beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3&
     // As in lax_friedrichs: what dissipation alone makes grow where all etches would count as the uppermost
     // layer's.
     for (std::size_t n = 0; n < kLanes; ++n) {
-        if (facing[n] <= 0.0f && always[n] <= 0.0f) h[n] = std::min(h[n], 0.0f);
-        if (facing[n] >= 0.0f && always[n] >= 0.0f) h[n] = std::max(h[n], 0.0f);
+        const float low = std::min(facing[n], always[n]), high = std::max(facing[n], always[n]);
+        h[n] = high <= 0.0f ? std::min(h[n], 0.0f) : h[n];
+        h[n] = low >= 0.0f ? std::max(h[n], 0.0f) : h[n];
     }
+    return h;
 }
 
 /// H of a row's nodes where no V depends on the normal.
@@ -146,7 +149,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
     Row growing, etching;
     std::array<OneSided, 3> d;
     differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
-    if (beam) beam_row(d, inv_dx, in.motion.beam, first, second, h);
+    if (beam) h = beam_row(d, inv_dx, in.motion.beam, first, second);
     if (constant) {
         Row upwind;
         for (std::size_t n = 0; n < kLanes; ++n)

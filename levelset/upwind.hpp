@@ -42,7 +42,7 @@ inline constexpr float kWenoEpsilon = 1e-6f;
 
 /// Third-order WENO of the differences a, b, c in upwind order (Jiang and Peng, SIAM J. Sci. Comput. 21
 /// (2000) 2126).
-inline float weno3(float a, float b, float c) {
+[[gnu::always_inline]] inline float weno3(float a, float b, float c) {
     const float smooth = kWenoEpsilon + (c - b) * (c - b), rough = kWenoEpsilon + (b - a) * (b - a);
     const float r = rough / smooth;  // ratio of smoothness indicators
     const float w = 1.0f / (1.0f + 2.0f * r * r);
@@ -51,7 +51,7 @@ inline float weno3(float a, float b, float c) {
 
 /// Fifth-order WENO of five consecutive differences in upwind order; the value at the node between c and d.
 /// Jiang and Peng (2000), equations 2.9 to 2.12.
-inline float weno5(float a, float b, float c, float d, float e) {
+[[gnu::always_inline]] inline float weno5(float a, float b, float c, float d, float e) {
     const auto square = [](float x) { return x * x; };
     const float s0 = 13.0f / 12.0f * square(a - 2.0f * b + c) + 0.25f * square(a - 4.0f * b + 3.0f * c);
     const float s1 = 13.0f / 12.0f * square(b - 2.0f * c + d) + 0.25f * square(b - d);
@@ -71,12 +71,14 @@ inline float weno5(float a, float b, float c, float d, float e) {
 ///
 /// \param v        the row's first node.
 /// \param strides  distances in memory between neighbours along the axes.
-/// Inline, as Rows that others could see are written node by node.
+/// All of it inline, whatever else the unit holds: Rows that others could see are written node by node, and functions
+/// of single nodes are called eight times.
 template <int R>
 [[gnu::always_inline]] inline void differences(const float* v, const int (&strides)[3], float dx,
                                                std::array<OneSided, 3>& d, Row& growing, Row& etching) {
     const float inv_dx = 1.0f / dx;
-    const auto add_axis = [&](std::size_t a, std::size_t n, float& grow, float& etch) {
+    const auto add_axis = [&](std::size_t a, std::size_t n, float& grow, float& etch)
+        __attribute__((always_inline)) {
         const auto at = [&](int k) { return v[static_cast<std::ptrdiff_t>(n) + k * strides[a]]; };
         const auto slope = [&](int k) { return (at(k + 1) - at(k)) * inv_dx; };
         float minus, plus;
