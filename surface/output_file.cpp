@@ -241,22 +241,25 @@ void write_whole_file(const fs::path& path, std::string_view bytes) {
 }
 
 void append_to_file(const fs::path& path, std::string_view bytes) {
-    std::error_code failure;
-    const bool fresh = !fs::exists(path, failure);
     Descriptor file(path, allowed("open", path)
                               ? ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666)
                               : -1);
     const off_t before = ::lseek(file.file(), 0, SEEK_END);
     try {
         file.write(bytes);
-        file.sync("sync");
     } catch (...) {
         // Should this fail, too, a reader meets half a line at the end; the error is told all the same.
         [[maybe_unused]] const int ignored = ::ftruncate(file.file(), before);
         throw;
     }
     file.close();
-    if (fresh) sync_folder(path);
+}
+
+void sync_file(const fs::path& path) {
+    Descriptor file(path, allowed("open", path) ? ::open(path.c_str(), O_WRONLY | O_CLOEXEC) : -1);
+    file.sync("sync");
+    file.close();
+    sync_folder(path);
 }
 
 }  // namespace sidewall::surface

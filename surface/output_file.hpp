@@ -27,10 +27,14 @@ void write_file(const std::filesystem::path& path, const std::function<void(std:
 /// write_file for bytes that are at hand.
 void write_whole_file(const std::filesystem::path& path, std::string_view bytes);
 
-/// Adds \p bytes to the end of a file, which is made if it is missing, and syncs it. If that fails, the file
-/// is cut back to what it was.
+/// Adds \p bytes to the end of a file, which is made if it is missing. If that fails, the file is cut back to
+/// what it was. They outlast the program, but a machine that stops only after sync_file.
 /// \throws IoError naming the path and the system's reason.
 void append_to_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Syncs a file and its folder's entry of it to the disk: a millisecond or more.
+/// \throws IoError naming the path and the system's reason.
+void sync_file(const std::filesystem::path& path);
 
 /// Called, where it is set, before every operation on a file that is written: "folder", "open", "write",
 /// "sync", "verify", "close", "rename", "sync folder", "remove". A number other than 0 becomes the error

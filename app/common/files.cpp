@@ -12,10 +12,6 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
     surface::write_whole_file(path, text);
 }
 
-void append_to_file(const std::filesystem::path& path, std::string_view text) {
-    surface::append_to_file(path, text);
-}
-
 void make_folder(const std::filesystem::path& folder, std::string_view advice) {
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);

@@ -9,10 +9,6 @@ namespace sidewall::app {
 /// \throws IoError naming the path and the system's reason.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
-/// Adds \p text to the end of a file, which is made if it is missing, and syncs it: all of it or none.
-/// \throws IoError naming the path and the system's reason.
-void append_to_file(const std::filesystem::path& path, std::string_view text);
-
 /// Makes a folder and those above it, where they are missing.
 /// \throws IoError naming it and the system's reason; the message ends with \p advice.
 void make_folder(const std::filesystem::path& folder, std::string_view advice);

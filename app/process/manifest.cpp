@@ -8,6 +8,7 @@
 #include "app/common/folder_lock.hpp"
 #include "surface/error.hpp"
 #include "surface/file.hpp"
+#include "surface/output_file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -62,7 +63,9 @@ void write_manifest(const fs::path& folder, const FileNames& names) {
 void add_to_manifest(const fs::path& folder, const std::vector<std::string>& names) {
     std::string text;
     for (const std::string& name : names) text += name + "\n";
-    if (!text.empty()) append_to_file(folder / kManifest, text);
+    if (text.empty()) return;
+    surface::append_to_file(folder / kManifest, text);
+    surface::sync_file(folder / kManifest);
 }
 
 const FileNames& run_file_names() {

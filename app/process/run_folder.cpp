@@ -19,6 +19,7 @@
 #include "surface/error.hpp"
 #include "surface/file.hpp"
 #include "surface/mesh_io.hpp"
+#include "surface/output_file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -335,13 +336,16 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
     const fs::path timeline = options_.output / "timeline.csv";
     const bool fresh = state.rows == 0 || !is_there(timeline);
-    append_to_file(timeline, (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
+    surface::append_to_file(timeline, (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
     ++state.rows;
 }
 
 void RunFolder::checkpoint(RunState& state) const {
     if (!writes_) return;
     const PhaseClock clock(state.timing.output);
+    // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
+    const fs::path timeline = options_.output / "timeline.csv";
+    if (is_there(timeline)) surface::sync_file(timeline);
     save_state(options_.output, recipe_, state);
 }
 
