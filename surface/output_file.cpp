@@ -247,12 +247,12 @@ void append_to_file(const fs::path& path, std::string_view bytes) {
     const off_t before = ::lseek(file.file(), 0, SEEK_END);
     try {
         file.write(bytes);
+        file.close();
     } catch (...) {
         // Should this fail, too, a reader meets half a line at the end; the error is told all the same.
-        [[maybe_unused]] const int ignored = ::ftruncate(file.file(), before);
+        [[maybe_unused]] const int ignored = ::truncate(path.c_str(), before);
         throw;
     }
-    file.close();
 }
 
 void sync_file(const fs::path& path) {

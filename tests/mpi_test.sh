@@ -61,8 +61,9 @@ bytes)
         read -r count recipe every <<<"$resumed"
         run="run $recipe.toml --quiet ${set[$recipe]} --set output.every=$every"
         [ -e "$recipe.whole" ] || "$build/sidewall" $run -o "$recipe.whole"
-        ! SIDEWALL_FAULT="kill 120" ranks 3 "$build/tests/sidewall_faults" $run -o "$recipe.killed" 2>log || fail "nothing was killed"
-        [ -e "$recipe.killed/checkpoint.vdb" ] && [ ! -e "$recipe.killed/summary.json" ] || fail "$recipe: killed too early or too late"
+        ! SIDEWALL_FAULT="kill 150" ranks 3 "$build/tests/sidewall_faults" $run -o "$recipe.killed" 2>log || fail "nothing was killed"
+        [ -e "$recipe.killed/checkpoint.vdb" ] && [ ! -e "$recipe.killed/summary.json" ] &&
+            awk -F, -v every="$every" 'END { exit !($3 >= every) }' "$recipe.killed/timeline.csv" || fail "$recipe: killed too early or too late"
         ranks "$count" "$build/sidewall" $run -o "$recipe.killed" --resume
         same "$recipe.whole" "$recipe.killed"
         rm -r "$recipe.killed"

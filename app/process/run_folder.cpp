@@ -345,7 +345,8 @@ void RunFolder::checkpoint(RunState& state) const {
     const PhaseClock clock(state.timing.output);
     // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
     const fs::path timeline = options_.output / "timeline.csv";
-    if (is_there(timeline)) surface::sync_file(timeline);
+    std::error_code unknown;
+    if (fs::exists(timeline, unknown) || unknown) surface::sync_file(timeline);
     save_state(options_.output, recipe_, state);
 }
 

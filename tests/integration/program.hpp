@@ -49,6 +49,14 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
     std::ofstream(path, std::ios::binary) << bytes;
 }
 
+/// Process time of the last row in a run's timeline, whose step has no comma in its name. A checkpoint that is due
+/// then is written before it.
+inline double last_time(const std::filesystem::path& run) {
+    const std::string text = read_bytes(run / "timeline.csv");
+    const std::size_t row = text.rfind('\n', text.size() - 2) + 1;
+    return std::stod(text.substr(text.find(',', text.find(',', row) + 1) + 1));
+}
+
 /// How often \p part stands in \p text.
 inline std::size_t count(const std::string& text, const std::string& part) {
     std::size_t n = 0;

@@ -28,11 +28,12 @@ TEST_CASE("a selective etch is the same on one thread and two, and when it is re
     CHECK(read_bytes(folder.path / "two" / "surface_0004.vtp") == last);
     // Stopped after the first second of four.
     const Outcome stopped =
-        run_command(folder.path, "SIDEWALL_FAULT='kill 180' timeout 30 '" SIDEWALL_FAULTS "' run " +
+        run_command(folder.path, "SIDEWALL_FAULT='kill 240' timeout 30 '" SIDEWALL_FAULTS "' run " +
                                      kSelective + kSmall + "-o three >/dev/null 2>&1 </dev/null");
     CHECK(stopped.exit_code != 0);
     CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
     CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));
+    CHECK(last_time(folder.path / "three") >= 1.0);
     go("-o three --resume");
     CHECK(read_bytes(folder.path / "three" / "surface_0004.vtp") == last);
 }

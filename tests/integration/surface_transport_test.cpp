@@ -427,11 +427,12 @@ rays = 500
     CHECK(last.size() > 1000);
     CHECK(read_bytes(folder.path / "two" / "surface_0004.vtp") == last);
     const Outcome stopped = run_command(
-        folder.path, "SIDEWALL_FAULT='kill 60' timeout 30 '" SIDEWALL_FAULTS
+        folder.path, "SIDEWALL_FAULT='kill 150' timeout 30 '" SIDEWALL_FAULTS
                      "' run spread.toml -o three --set output.every=0.25 >/dev/null 2>&1 </dev/null");
     CHECK(stopped.exit_code != 0);
     CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
     CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));
+    CHECK(last_time(folder.path / "three") >= 0.25);
     go("-o three --set output.every=0.25 --resume");
     CHECK(read_bytes(folder.path / "three" / "surface_0004.vtp") == last);
 }

@@ -77,7 +77,7 @@ TEST_CASE("a line that does not fit leaves the file as it was") {
     const fs::path path = folder.path / "lines.csv";
     append_to_file(path, "one\n");
     append_to_file(path, "two\n");
-    for (int first = 1; first <= 2; ++first) {  // open, write
+    for (int first = 1; first <= 3; ++first) {  // open, write, close
         const Hook hook(first);
         CHECK_THROWS_AS(append_to_file(path, "three\n"), IoError);
         CHECK(read_whole_file(path) == "one\ntwo\n");
