@@ -211,10 +211,10 @@ void Limits::keep(Grid& phi) const {
         for (std::size_t row = 0; row < 64; ++row) {
             const auto active = leaf->getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
             const float *most = leaves_[n].most->data() + 8 * row, *v = value + 8 * row;
-            Row kept;
             int beyond = 0;
             for (std::size_t z = 0; z < kLanes; ++z) beyond |= v[z] > most[z];
             if (beyond == 0) continue;  // most rows, which other threads go on reading from where they are
+            Row kept;
             for (std::size_t z = 0; z < kLanes; ++z)
                 kept[z] = v[z] > most[z] ? std::max(most[z], least) : v[z];
             blend(kept, kLaneMasks[active], value + 8 * row);

@@ -28,7 +28,7 @@ void write_file(const std::filesystem::path& path, const std::function<void(std:
 void write_whole_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// Adds \p bytes to the end of a file, which is made if it is missing. If that fails, the file is cut back to
-/// what it was. They outlast the program, but a machine that stops only after sync_file.
+/// what it was. The bytes outlast the program at once, and a machine that stops when sync_file has seen them.
 /// \throws IoError naming the path and the system's reason.
 void append_to_file(const std::filesystem::path& path, std::string_view bytes);
 

@@ -217,11 +217,14 @@ void RunFolder::go_on(const RunState& state) {
     if (!state.files.empty()) write_pvd(state);
 }
 
+fs::path RunFolder::timeline() const {
+    return options_.output / "timeline.csv";
+}
+
 // To the rows before the checkpoint, and the header.
 void RunFolder::cut_timeline(std::size_t rows) const {
-    const fs::path timeline = options_.output / "timeline.csv";
-    if (rows == 0) return remove_file(timeline);
-    const std::string text = is_there(timeline) ? surface::read_whole_file(timeline) : "";
+    if (rows == 0) return remove_file(timeline());
+    const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
     std::size_t end = 0, lines = 0;
     bool quoted = false;  // names of steps may hold line breaks
     for (std::size_t at = 0; at < text.size() && lines <= rows; ++at) {
@@ -231,11 +234,11 @@ void RunFolder::cut_timeline(std::size_t rows) const {
         ++lines;
     }
     if (lines <= rows)
-        std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline.string(),
+        std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline().string(),
                                rows + 1 - std::max<std::size_t>(lines, 1), rows)
                        .c_str(),
                    stderr);
-    if (end != text.size()) write_file(timeline, text.substr(0, end));
+    if (end != text.size()) write_file(timeline(), text.substr(0, end));
 }
 
 void RunFolder::revise(RunState& state) {
@@ -334,9 +337,8 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
     for (const Measure& m : measures)  // none of something that is not there
         row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
-    const fs::path timeline = options_.output / "timeline.csv";
-    const bool fresh = state.rows == 0 || !is_there(timeline);
-    surface::append_to_file(timeline, (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
+    const bool fresh = state.rows == 0 || !is_there(timeline());
+    surface::append_to_file(timeline(), (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
     ++state.rows;
 }
 
@@ -344,9 +346,9 @@ void RunFolder::checkpoint(RunState& state) const {
     if (!writes_) return;
     const PhaseClock clock(state.timing.output);
     // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
-    const fs::path timeline = options_.output / "timeline.csv";
+    // Where nobody can tell whether there is a timeline, opening it says why.
     std::error_code unknown;
-    if (fs::exists(timeline, unknown) || unknown) surface::sync_file(timeline);
+    if (fs::exists(timeline(), unknown) || unknown) surface::sync_file(timeline());
     save_state(options_.output, recipe_, state);
 }
 

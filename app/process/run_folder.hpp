@@ -51,6 +51,7 @@ class RunFolder {
     void refuse_other_runs() const;
     void begin_anew();
     void go_on(const RunState& state);
+    std::filesystem::path timeline() const;
     void cut_timeline(std::size_t rows) const;
     void list(std::vector<std::string> names);
     void write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const;

@@ -76,9 +76,8 @@ TEST_CASE("a formula step is the same on one thread and two, and when it is resu
     CHECK(surface.size() > 1000);
     CHECK(read_bytes(folder.path / "two" / "surface_0001.vtp") == surface);
     // Stopped in the second quarter.
-    const Outcome stopped = run_command(
-        folder.path, "SIDEWALL_FAULT='kill 120' timeout 30 '" SIDEWALL_FAULTS
-                     "' run slow.toml -o three --set output.every=0.25 >/dev/null 2>&1 </dev/null");
+    const Outcome stopped =
+        run_with_fault(folder.path, "kill 120", "run slow.toml -o three --set output.every=0.25");
     CHECK(stopped.exit_code != 0);
     CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
     CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));

@@ -65,12 +65,6 @@ void check_holds(const Files& folder, const Files& expected) {
     }
 }
 
-// The program with a fault of tests/faults/faults.cpp.
-Outcome run_with_fault(const Folder& folder, const std::string& fault, const std::string& arguments) {
-    return run_command(folder.path,
-                       "SIDEWALL_FAULT='" + fault + "' '" SIDEWALL_FAULTS "' " + arguments + " 2>&1");
-}
-
 // What a run that failed has left: whole files of it, and whole rows.
 void check_whole(const Files& left, const Files& whole) {
     for (const auto& [name, bytes] : left) {
@@ -126,7 +120,7 @@ TEST_CASE("a write refused at any operation of a run ends it with exit code 5, f
         ++operation;
         REQUIRE(operation < 500);
         fs::remove_all(out);
-        const Outcome outcome = run_with_fault(folder, "full " + std::to_string(operation), run + "out");
+        const Outcome outcome = run_with_fault(folder.path, "full " + std::to_string(operation), run + "out");
         CAPTURE(operation, outcome.output);
         done = outcome.exit_code == 0;
         if (done) continue;

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <string>
 
+#include "app/report/table.hpp"
 #include "tests/folder.hpp"
 
 // Running the program itself, in folders of its own.
@@ -40,6 +41,13 @@ inline Outcome run_program(const std::filesystem::path& folder, const std::strin
                                    arguments + " 2>&1 </dev/null");
 }
 
+/// Runs `sidewall ARGUMENTS` in \p folder with a fault of tests/faults/faults.cpp, under a time limit.
+inline Outcome run_with_fault(const std::filesystem::path& folder, const std::string& fault,
+                              const std::string& arguments, int seconds = 30) {
+    return run_command(folder, "SIDEWALL_FAULT='" + fault + "' timeout -k 1 " + std::to_string(seconds) +
+                                   " '" SIDEWALL_FAULTS "' " + arguments + " 2>&1 </dev/null");
+}
+
 inline std::string read_bytes(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -49,12 +57,10 @@ inline void write_bytes(const std::filesystem::path& path, const std::string& by
     std::ofstream(path, std::ios::binary) << bytes;
 }
 
-/// Process time of the last row in a run's timeline, whose step has no comma in its name. A checkpoint that is due
-/// then is written before it.
+/// Process time of the last whole row in a run's timeline. A checkpoint that is due then is written before it.
 inline double last_time(const std::filesystem::path& run) {
-    const std::string text = read_bytes(run / "timeline.csv");
-    const std::size_t row = text.rfind('\n', text.size() - 2) + 1;
-    return std::stod(text.substr(text.find(',', text.find(',', row) + 1) + 1));
+    const app::TextTable timeline = app::read_text_table(run / "timeline.csv");
+    return std::stod(timeline.rows.back()[timeline.column("time").value()]);
 }
 
 /// How often \p part stands in \p text.

@@ -350,8 +350,7 @@ TEST_CASE("an extension of a finished run that fails says how to get back") {
     REQUIRE(run_program(folder.path, kRun + "whole").exit_code == 0);
     fs::copy(folder.path / "whole", folder.path / "out");
     const std::string longer = kRun + "out --resume --set step[1].duration=0.4";
-    const auto failed =
-        run_command(folder.path, "SIDEWALL_FAULT='full 12' '" SIDEWALL_FAULTS "' " + longer + " 2>&1");
+    const auto failed = run_with_fault(folder.path, "full 12", longer);
     INFO(failed.output);
     CHECK(failed.exit_code == 5);
     CHECK(holds(failed, "its checkpoint is as it was: --resume with the recipe as it was"));

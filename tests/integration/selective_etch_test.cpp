@@ -28,8 +28,7 @@ TEST_CASE("a selective etch is the same on one thread and two, and when it is re
     CHECK(read_bytes(folder.path / "two" / "surface_0004.vtp") == last);
     // Stopped after the first second of four.
     const Outcome stopped =
-        run_command(folder.path, "SIDEWALL_FAULT='kill 240' timeout 30 '" SIDEWALL_FAULTS "' run " +
-                                     kSelective + kSmall + "-o three >/dev/null 2>&1 </dev/null");
+        run_with_fault(folder.path, "kill 240", "run " + kSelective + kSmall + "-o three");
     CHECK(stopped.exit_code != 0);
     CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
     CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));

@@ -426,9 +426,8 @@ rays = 500
     const std::string last = read_bytes(folder.path / "one" / "surface_0004.vtp");
     CHECK(last.size() > 1000);
     CHECK(read_bytes(folder.path / "two" / "surface_0004.vtp") == last);
-    const Outcome stopped = run_command(
-        folder.path, "SIDEWALL_FAULT='kill 150' timeout 30 '" SIDEWALL_FAULTS
-                     "' run spread.toml -o three --set output.every=0.25 >/dev/null 2>&1 </dev/null");
+    const Outcome stopped =
+        run_with_fault(folder.path, "kill 150", "run spread.toml -o three --set output.every=0.25");
     CHECK(stopped.exit_code != 0);
     CHECK(fs::exists(folder.path / "three" / "checkpoint.vdb"));
     CHECK_FALSE(fs::exists(folder.path / "three" / "summary.json"));
