@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "flux/flight.hpp"
 #include "flux/random.hpp"
 #include "flux/rays.hpp"
 #include "flux/species.hpp"
+#include "flux/tracer/flight.hpp"
 #include "flux/wedges.hpp"
 
 namespace sidewall::flux {

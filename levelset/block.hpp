@@ -8,7 +8,7 @@
 
 #include "levelset/domain.hpp"
 #include "levelset/openvdb_grid.hpp"
-#include "surface/leaf_table.hpp"
+#include "surface/extraction/leaf_table.hpp"
 
 namespace sidewall::levelset {
 

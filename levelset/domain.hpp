@@ -21,7 +21,7 @@ struct Domain {
     std::array<int, 2> cells{};   ///< whole cells along x and y
     double spacing = 0.0;         ///< dx
     std::array<Side, 2> side{};   ///< lateral boundary condition, per axis
-    int times_finest = 1;         ///< dx in those of the finest level (levelset/levels.hpp)
+    int times_finest = 1;         ///< dx in those of the finest level (levelset/layers/levels.hpp)
 
     /// Own node whose value a node at \p index along \p axis (0 = x, 1 = y) repeats: mirrored about a side's
     /// node or wrapped; the identity for own nodes. Any distance from the box is allowed.

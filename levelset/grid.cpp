@@ -13,8 +13,8 @@
 #include <memory>
 #include <vector>
 
+#include "levelset/layers/sample.hpp"
 #include "levelset/openvdb_grid.hpp"
-#include "levelset/sample.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "levelset/domain.hpp"
-#include "surface/float_grid.hpp"
+#include "surface/extraction/float_grid.hpp"
 
 namespace sidewall::levelset {
 

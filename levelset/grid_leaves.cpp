@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <map>
 
-#include "surface/leaf_table.hpp"
+#include "surface/extraction/leaf_table.hpp"
 
 namespace sidewall::levelset {
 namespace {

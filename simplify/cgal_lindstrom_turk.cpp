@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "simplify/halfedges.hpp"
-#include "simplify/materials.hpp"
+#include "simplify/material_borders.hpp"
 #include "simplify/vertex_kind.hpp"
 #include "surface/infinity.hpp"
 

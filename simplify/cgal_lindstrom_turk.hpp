@@ -1,6 +1,6 @@
 #pragma once
-#include "simplify/options.hpp"
-#include "simplify/result.hpp"
+#include "simplify/simplify_options.hpp"
+#include "simplify/simplify_result.hpp"
 
 namespace sidewall::simplify {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "simplify/collapse_impl.hpp"
-#include "simplify/materials.hpp"
+#include "simplify/material_borders.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "simplify/options.hpp"
+#include "simplify/simplify_options.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::simplify {

@@ -1,6 +1,6 @@
 #pragma once
 #include "simplify/collapse_mesh.hpp"
-#include "simplify/options.hpp"
+#include "simplify/simplify_options.hpp"
 
 namespace sidewall::simplify {
 

@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <span>
 
-#include "simplify/options.hpp"
-#include "simplify/result.hpp"
+#include "simplify/simplify_options.hpp"
+#include "simplify/simplify_result.hpp"
 
 namespace sidewall::simplify {
 

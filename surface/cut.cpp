@@ -9,7 +9,7 @@
 
 #include "surface/chain.hpp"
 #include "surface/error.hpp"
-#include "surface/output_file.hpp"
+#include "surface/files/output_file.hpp"
 
 namespace sidewall::surface {
 namespace {

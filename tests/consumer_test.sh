@@ -45,7 +45,8 @@ consumer simplify OpenVDB embree CGAL ZLIB EXPAT PNG Boost
 needs_no simplify 'openvdb|embree|gmp|libz|expat|boost'
 consumer flux OpenVDB CGAL ZLIB EXPAT PNG Boost
 needs_no flux 'openvdb|gmp|libz|expat|boost'
-consumer surface CGAL PNG
+consumer surface OpenVDB CGAL PNG Boost
+needs_no surface 'openvdb|gmp|boost'
 consumer levelset CGAL PNG
 if cmake -G Ninja -S "$here/consumer" -B "$folder/nonsense" -DLIBRARY=nonsense -DCMAKE_PREFIX_PATH="$prefix" \
     >"$folder/nonsense.log" 2>&1; then

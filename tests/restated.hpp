@@ -2,7 +2,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 // Built-in models put as formulas.
 namespace sidewall::test {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "surface/tet_mesh.hpp"
+#include "surface/tetrahedra/tet_mesh.hpp"
 
 // What every mesh of tetrahedra must be.
 namespace sidewall::test {

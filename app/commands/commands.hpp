@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <string>
 
-#include "app/commands/options.hpp"
+#include "app/commands/cli_options.hpp"
 
 // One function a subcommand: adds it to the program, with its options and what it does. Each lives in
 // app/commands/<name>.cpp. The type of an option's value says what a shell completes there: FILE or MESH

@@ -1,4 +1,4 @@
-#include "app/study/compare.hpp"
+#include "app/evaluation/compare.hpp"
 
 #include <fmt/format.h>
 

@@ -11,8 +11,8 @@
 #include "app/common/progress.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
-#include "surface/file.hpp"
-#include "surface/tet_io.hpp"
+#include "surface/files/file.hpp"
+#include "surface/tetrahedra/tet_io.hpp"
 
 namespace sidewall::app {
 namespace {

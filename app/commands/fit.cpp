@@ -1,4 +1,4 @@
-#include "app/study/fit.hpp"
+#include "app/fit/fit.hpp"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 #include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
-#include "app/study/run_set.hpp"
+#include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {
 namespace {

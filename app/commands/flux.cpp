@@ -18,12 +18,12 @@
 #include "app/common/text.hpp"
 #include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
-#include "flux/leaks.hpp"
-#include "flux/mend.hpp"
-#include "flux/radiosity.hpp"
-#include "flux/single.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/single_flux.hpp"
+#include "flux/tracer/leaks.hpp"
+#include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::app {
 namespace {

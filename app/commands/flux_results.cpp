@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/common/files.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::app {
 namespace {

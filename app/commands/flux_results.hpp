@@ -2,8 +2,8 @@
 #include <string>
 
 #include "app/common/json.hpp"
-#include "flux/radiosity.hpp"
-#include "flux/tracer.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "flux/tracer/tracer.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {

@@ -24,7 +24,7 @@
 #include "app/common/version.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
-#include "surface/printable.hpp"
+#include "surface/files/printable.hpp"
 
 namespace sidewall::app {
 namespace {

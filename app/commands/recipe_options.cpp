@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/commands/options.hpp"
+#include "app/commands/cli_options.hpp"
 
 namespace sidewall::app {
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/accuracy/accuracy.hpp"
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
@@ -11,7 +12,6 @@
 #include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
 #include "app/process/simulation.hpp"
-#include "app/study/accuracy.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -15,7 +15,7 @@
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "surface/quality.hpp"
 
 namespace sidewall::app {

@@ -5,7 +5,7 @@
 #include "app/commands/commands.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
-#include "app/study/study.hpp"
+#include "app/evaluation/study.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

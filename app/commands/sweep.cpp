@@ -1,4 +1,4 @@
-#include "app/study/sweep.hpp"
+#include "app/sweep/sweep.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,7 @@
 #include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
-#include "app/study/run_set.hpp"
+#include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {
 namespace {

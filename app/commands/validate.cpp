@@ -6,7 +6,7 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
-#include "app/study/validate.hpp"
+#include "app/evaluation/validate.hpp"
 
 namespace sidewall::app {
 namespace {

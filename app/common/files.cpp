@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "surface/error.hpp"
-#include "surface/output_file.hpp"
+#include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
 

@@ -11,7 +11,7 @@
 
 #include "app/common/files.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 

@@ -11,8 +11,8 @@
 #include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
-#include "surface/tetrahedralize.hpp"
+#include "surface/files/file.hpp"
+#include "surface/tetrahedra/tetrahedralize.hpp"
 
 namespace sidewall::app {
 namespace {

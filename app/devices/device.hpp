@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "app/results/result.hpp"
-#include "surface/tet_mesh.hpp"
+#include "surface/tetrahedra/tet_mesh.hpp"
 
 // Meshes for device simulators.
 namespace sidewall::app {

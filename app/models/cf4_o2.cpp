@@ -7,18 +7,6 @@
 namespace sidewall::app {
 namespace {
 
-// Tallies: the neutrals, then the ion's arrivals and yields, if there are ions.
-enum Tally : std::size_t {
-    kEtchant,
-    kOxygen,
-    kPolymer,
-    kIon,
-    kSputter,
-    kEnhanced,
-    kOxygenRemoval,
-    kPolymerRemoval
-};
-
 // Species, in that order; and coverages, one for each neutral.
 enum Neutral : std::size_t { kF, kO, kC };
 
@@ -42,6 +30,17 @@ double sticking_at(const Sticking& s, std::size_t k, std::size_t m, std::span<co
 // measurement, but for two: k_sigma there depends on the oxygen as well, and its sputtering not on the angle.
 // Fluxes in 1e15 /cm^2/s.
 Model make_cf4_o2(const Values& values, const Materials& materials) {
+    // Tallies: the neutrals, then the ion's arrivals and yields, if there are ions.
+    enum Tally : std::size_t {
+        kEtchant,
+        kOxygen,
+        kPolymer,
+        kIon,
+        kSputter,
+        kEnhanced,
+        kOxygenRemoval,
+        kPolymerRemoval
+    };
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {
         return by_material_id(values.get<ByMaterial>(key), materials);

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "app/models/model.hpp"
-#include "levelset/advection.hpp"
+#include "levelset/motion/advection.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -7,15 +7,14 @@
 namespace sidewall::app {
 namespace {
 
-enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPolymer };
-enum Site : std::size_t { kEtchantSite, kPolymerSite, kEtchantOnPolymer };
-
-constexpr double kBoltzmann = 8.617333262e-5;  // eV/K
+constexpr double kBoltzmannEv = 8.617333262e-5;  // eV/K
 
 // La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s. The defaults, beta_ep
 // = 0.6 and the stickings among them, are those that ViennaPS (psFluorocarbonEtching.hpp) gives for this
 // paper.
 Model make_fluorocarbon(const Values& values, const Materials& materials) {
+    enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPolymer };
+    enum Site : std::size_t { kEtchantSite, kPolymerSite, kEtchantOnPolymer };
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {
         return by_material_id(values.get<ByMaterial>(key), materials);
@@ -26,8 +25,8 @@ Model make_fluorocarbon(const Values& values, const Materials& materials) {
                               beta_p = by_material("polymer_sticking"), rho = densities(materials);
     const double beta_ep = number("etchant_on_polymer_sticking"), polymer_loss = number("polymer_loss"),
                  k_ie = number("enhanced_sites"), k_ev = number("evaporation_sites"),
-                 evaporation = number("evaporation") *
-                               std::exp(-number("activation_energy") / (kBoltzmann * number("temperature")));
+                 evaporation = number("evaporation") * std::exp(-number("activation_energy") /
+                                                                (kBoltzmannEv * number("temperature")));
     const double e_sp = number("sputter_threshold"), e_ie = number("enhanced_threshold"),
                  e_p = number("removal_threshold");
 

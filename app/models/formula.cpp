@@ -7,7 +7,7 @@
 
 #include "app/models/formula_coverages.hpp"
 #include "app/models/formula_yields.hpp"
-#include "app/models/gas.hpp"
+#include "app/models/gas_keys.hpp"
 #include "app/models/ions.hpp"
 #include "app/models/particles.hpp"
 

@@ -1,4 +1,4 @@
-#include "levelset/geometric.hpp"
+#include "levelset/layers/geometric.hpp"
 
 #include <limits>
 

@@ -10,7 +10,7 @@ namespace sidewall::app {
 namespace {
 
 // Tallies of the one species.
-enum Tally : std::size_t { kIon, kSputter, kRedeposited };
+enum Tally : std::size_t { kIons, kSputter, kRedeposited };
 
 // Atoms in 1e22 /cm^3: no solid has more, diamond 17.6. What has is an ideal mask.
 constexpr double kDensest = 20.0;

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "app/models/gas.hpp"
+#include "app/models/gas_keys.hpp"
 #include "app/models/particles.hpp"
 #include "flux/yield.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "app/models/gas.hpp"
+#include "app/models/gas_keys.hpp"
 #include "app/models/ions.hpp"
 #include "app/models/table.hpp"
 

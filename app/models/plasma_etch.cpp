@@ -7,13 +7,11 @@ namespace sidewall::app {
 namespace {
 
 // Tallies, in the order of flux::tally_names: the ion's arrivals and yields, then the neutrals.
-enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPassivant };
-
-// Coverages.
-enum Site : std::size_t { kEtchantSite, kPassivantSite };
-
 // Ion, etchant and passivant: Belen et al., JVST A 23, 99 (2005). Fluxes in 1e15 /cm^2/s.
 Model make_plasma_etch(const Values& values, const Materials& materials) {
+    enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPassivant };
+    // Coverages.
+    enum Site : std::size_t { kEtchantSite, kPassivantSite };
     const auto number = [&](const char* key) { return values.get<double>(key); };
     const auto by_material = [&](const char* key) {
         return by_material_id(values.get<ByMaterial>(key), materials);

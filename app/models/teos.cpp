@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/models/gas.hpp"
+#include "app/models/gas_keys.hpp"
 
 namespace sidewall::app {
 namespace {

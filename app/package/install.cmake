@@ -45,6 +45,7 @@ foreach(library surface levelset simplify flux)
   install(TARGETS sidewall_${library} ARCHIVE COMPONENT development)
   install(DIRECTORY ${library} DESTINATION ${include_dir} COMPONENT development FILES_MATCHING PATTERN *.hpp)
 endforeach()
+install(TARGETS sidewall_extraction ARCHIVE COMPONENT development)
 configure_package_config_file(app/package/SidewallConfig.cmake.in ${CMAKE_BINARY_DIR}/SidewallConfig.cmake
                               INSTALL_DESTINATION ${config_dir} PATH_VARS CMAKE_INSTALL_LIBDIR include_dir)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/SidewallConfigVersion.cmake COMPATIBILITY SameMinorVersion)
@@ -71,7 +72,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME sidewall-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-# What all libraries need; surface and levelset need OpenVDB, too, flux and these two Embree.
+# What all libraries need; extraction and levelset need OpenVDB, too, surface, flux and these two Embree.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev, libfmt-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
     "cmake, libembree-dev, libopenvdb-dev, libboost-iostreams-dev, zlib1g-dev, libexpat1-dev")

@@ -65,7 +65,7 @@ class RenderScene {
     const Colouring& colouring() const { return colouring_; }
     bool solid() const { return solid_; }
 
-    /// Layers thinner than this count as none, as they do in the run (levelset/stack.hpp, kExposed); 0 where
+    /// Layers thinner than this count as none, as they do in the run (levelset/layers/stack.hpp, kExposed); 0 where
     /// there is only the surface.
     double thin() const { return thin_; }
 

@@ -7,10 +7,10 @@
 
 #include "app/recipe/flat.hpp"
 #include "app/recipe/layers.hpp"
-#include "levelset/extract.hpp"
-#include "levelset/layer_depths.hpp"
-#include "levelset/pieces.hpp"
-#include "levelset/presence.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/layers/remaining_volume.hpp"
+#include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/pieces.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
-#include "levelset/pieces.hpp"
+#include "levelset/meshes/pieces.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {

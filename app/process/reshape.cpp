@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "app/models/model.hpp"
-#include "app/process/levels.hpp"
+#include "app/process/recipe_levels.hpp"
 #include "app/recipe/layers.hpp"
-#include "levelset/extract.hpp"
-#include "levelset/levels.hpp"
+#include "levelset/layers/levels.hpp"
+#include "levelset/meshes/extract.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 #include "app/recipe/recipe.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 
 namespace sidewall::app {
 

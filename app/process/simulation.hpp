@@ -11,8 +11,8 @@
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
 #include "app/models/model.hpp"
+#include "app/process/arriving/traced_surface.hpp"
 #include "app/process/state.hpp"
-#include "app/process/traced_surface.hpp"
 #include "app/recipe/recipe.hpp"
 #include "flux/shares.hpp"
 #include "surface/triangle_mesh.hpp"
@@ -32,7 +32,7 @@ struct Moment {
 /// V in place of a model's own, for laws of other languages: Model::speeds of a step of the recipe.
 using SpeedLaw = std::function<std::vector<double>(const Step&, const Model&, std::span<const SurfacePoint>)>;
 
-/// In a run's folder, of the runs made beside it (study/accuracy.hpp).
+/// In a run's folder, of the runs made beside it (accuracy/accuracy.hpp).
 inline constexpr const char* kAccuracyFolder = "accuracy";
 
 struct RunOptions {
@@ -62,7 +62,7 @@ struct RunResult {         // NOLINT(bugprone-exception-escape): moving JSON onl
 
 /// Runs a recipe and writes DIR/{manifest.txt, recipe.toml, surface.pvd, surface_NNNN.vtp, profile_NNNN.csv,
 /// timeline.csv, checkpoint.vdb, summary.json}; summary.json comes last, so that a folder that has one is
-/// complete: resuming it changes nothing, unless the recipe goes on for longer (process/extension.hpp).
+/// complete: resuming it changes nothing, unless the recipe goes on for longer (process/record/extended_run.hpp).
 /// \throws Interrupted if the user asked to stop, after the current time step or, while tracing, at once: the
 ///         checkpoint holds the last whole time step and allows
 ///         --resume, which ends in the same bits. Other errors as their parts throw them.

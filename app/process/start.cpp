@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/process/levels.hpp"
+#include "app/process/recipe_levels.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
-#include "levelset/levels.hpp"
-#include "levelset/sample.hpp"
+#include "levelset/layers/levels.hpp"
+#include "levelset/layers/sample.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

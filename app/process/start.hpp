@@ -3,7 +3,7 @@
 
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 
 namespace sidewall::app {
 

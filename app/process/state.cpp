@@ -11,17 +11,17 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/process/events.hpp"
-#include "app/process/extension.hpp"
-#include "app/process/levels.hpp"
+#include "app/process/recipe_levels.hpp"
+#include "app/process/record/extended_run.hpp"
 #include "app/process/start.hpp"
 #include "app/recipe/differences.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/schema/keys.hpp"
-#include "levelset/checkpoint.hpp"
-#include "levelset/sample.hpp"
+#include "levelset/layers/checkpoint.hpp"
+#include "levelset/layers/sample.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
-#include "surface/printable.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/printable.hpp"
 
 namespace sidewall::app {
 namespace {

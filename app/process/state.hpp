@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "app/common/timing.hpp"
-#include "app/process/flux_reuse.hpp"
-#include "app/process/history.hpp"
-#include "app/process/surface_field.hpp"
+#include "app/process/arriving/flux_reuse.hpp"
+#include "app/process/arriving/surface_field.hpp"
+#include "app/process/record/run_history.hpp"
 #include "app/recipe/recipe.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 
 namespace sidewall::app {
 
@@ -83,7 +83,7 @@ struct Checkpoint {
 Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
                            const std::string& advice);
 
-/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/extension.hpp).
+/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/record/extended_run.hpp).
 /// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 

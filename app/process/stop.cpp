@@ -6,12 +6,12 @@
 #include <cmath>
 #include <limits>
 
-#include "app/recipe/figures.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/recipe/flat.hpp"
-#include "app/results/figures.hpp"
-#include "levelset/extract.hpp"
-#include "levelset/layer_depths.hpp"
-#include "levelset/levels.hpp"
+#include "app/results/figure_values.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/layers/levels.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::app {

@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "app/recipe/recipe.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {

@@ -2,7 +2,7 @@
 #include "app/models/model.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
-#include "levelset/advection.hpp"
+#include "levelset/motion/advection.hpp"
 
 namespace sidewall::app {
 

@@ -13,9 +13,9 @@
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
 #include "app/python/module.hpp"
-#include "flux/leaks.hpp"
-#include "flux/mend.hpp"
-#include "flux/single.hpp"
+#include "flux/radiosity/single_flux.hpp"
+#include "flux/tracer/leaks.hpp"
+#include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
 
 // The flux of one species on a mesh of arrays.

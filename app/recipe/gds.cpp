@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "levelset/polygon.hpp"
+#include "levelset/shapes/polygon.hpp"
 
 namespace sidewall::app {
 

@@ -8,7 +8,7 @@
 
 #include "app/recipe/flat.hpp"
 #include "app/recipe/layers.hpp"
-#include "levelset/levels.hpp"
+#include "levelset/layers/levels.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <optional>
 
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
-#include "levelset/polygon.hpp"
+#include "levelset/shapes/polygon.hpp"
 
 // Whether a layer's shape makes sense in the domain and on its grid. Included by the recipe's own sources
 // only.

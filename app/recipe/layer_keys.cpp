@@ -5,7 +5,7 @@
 namespace sidewall::app {
 namespace {
 
-const std::string kLength = "length", kDegree = "degree";
+const std::string kLengthKind = "length", kDegree = "degree";
 
 Rule through() {
     Rule rule = kPositive;
@@ -14,7 +14,7 @@ Rule through() {
 }
 
 Field position_field(Layer& layer, const char* doc) {
-    return {"position", std::span<double>(layer.position), kLength, doc, {}};
+    return {"position", std::span<double>(layer.position), kLengthKind, doc, {}};
 }
 
 // What is drawn as outlines, listed or in a layout file.
@@ -32,7 +32,7 @@ void add_polygons(Layer& layer, std::vector<Field>& list) {
     list.push_back({"gds_layer", &layer.gds_layer, "", "of the file", {.min = 0.0, .max = 65535.0}});
     list.push_back({"gds_datatype", &layer.gds_datatype, "", "of the file", {.min = 0.0, .max = 65535.0}});
     list.push_back(
-        {"blur", &layer.blur, kLength,
+        {"blur", &layer.blur, kLengthKind,
          "standard deviations of Gaussians that blur the outlines before they are cut at blur_threshold: how "
          "neighbours and corners print; under a fifth of grid_spacing hardly seen",
          kPositive});
@@ -48,25 +48,28 @@ void add_polygons(Layer& layer, std::vector<Field>& list) {
 void add_mask(Layer& layer, std::vector<Field>& list) {
     add_polygons(layer, list);
     list.push_back({"openings", &layer.openings, "", "the polygons are open; else they are what stays"});
-    list.push_back({"base", &layer.base, kLength, "z of its underside; default: it stands on what is below"});
-    list.push_back({"depth", &layer.depth, kLength, "with subtract, and needed then: below the flat surface",
-                    kPositive});
+    list.push_back(
+        {"base", &layer.base, kLengthKind, "z of its underside; default: it stands on what is below"});
+    list.push_back({"depth", &layer.depth, kLengthKind,
+                    "with subtract, and needed then: below the flat surface", kPositive});
     list.push_back(position_field(layer, "of the polygons' origin, x and y"));
 }
 
 // Shapes with a centre of their own.
 void add_free(Layer& layer, std::vector<Field>& list) {
-    list.push_back({"z", &layer.z, kLength, "of the centre; default that of the flat surface so far", {}});
+    list.push_back(
+        {"z", &layer.z, kLengthKind, "of the centre; default that of the flat surface so far", {}});
     if (layer.shape == "gap") {
-        list.push_back({"height", &layer.height, kLength, "along z", required(kPositive)});
-        list.push_back({"length", &layer.length, kLength, "along x", through()});
-        list.push_back({"width", &layer.span, kLength, "along y", through()});
+        list.push_back({"height", &layer.height, kLengthKind, "along z", required(kPositive)});
+        list.push_back({"length", &layer.length, kLengthKind, "along x", through()});
+        list.push_back({"width", &layer.span, kLengthKind, "along y", through()});
     } else {
-        list.push_back({"radius", &layer.radius, kLength, "from the centre or axis", required(kPositive)});
+        list.push_back(
+            {"radius", &layer.radius, kLengthKind, "from the centre or axis", required(kPositive)});
     }
     if (layer.shape == "cylinder") {
         list.push_back({"axis", &layer.axis, "", "along which it lies", {.choices = {"x", "y", "z"}}});
-        list.push_back({"length", &layer.length, kLength, "along the axis; needed along z", through()});
+        list.push_back({"length", &layer.length, kLengthKind, "along the axis; needed along z", through()});
     }
     list.push_back(position_field(layer, "centre, x and y"));
 }
@@ -89,19 +92,20 @@ void add_profile(Layer& layer, std::vector<Field>& list) {
 void add_walls(Layer& layer, std::vector<Field>& list) {
     const std::string& shape = layer.shape;
     if (shape == "trench" || shape == "fin")
-        list.push_back({"width", &layer.width, kLength, "along x, at the flat surface", required(kPositive)});
+        list.push_back(
+            {"width", &layer.width, kLengthKind, "along x, at the flat surface", required(kPositive)});
     if (shape == "hole")
-        list.push_back({"radius", &layer.radius, kLength, "at the flat surface", required(kPositive)});
+        list.push_back({"radius", &layer.radius, kLengthKind, "at the flat surface", required(kPositive)});
     if (shape == "box")
-        list.push_back({"size", std::span<double>(layer.size), kLength, "x and y lengths at the foot",
+        list.push_back({"size", std::span<double>(layer.size), kLengthKind, "x and y lengths at the foot",
                         required(kPositive)});
     if (shape == "trench" || shape == "hole") {
         Rule rule = through();
         if (layer.subtract) rule = required(kPositive);
-        list.push_back(
-            {"depth", &layer.depth, kLength, "below the flat surface; required in the first layer", rule});
+        list.push_back({"depth", &layer.depth, kLengthKind,
+                        "below the flat surface; required in the first layer", rule});
     } else {
-        list.push_back({"height", &layer.height, kLength, "above the flat surface", required(kPositive)});
+        list.push_back({"height", &layer.height, kLengthKind, "above the flat surface", required(kPositive)});
     }
     list.push_back(position_field(layer, "centre, x and y"));
     list.push_back(
@@ -111,7 +115,7 @@ void add_walls(Layer& layer, std::vector<Field>& list) {
          "walls from the vertical; positive narrows a trench or hole downwards, a fin or box upwards",
          {.min = -80.0, .max = 80.0}});
     if (shape == "box")
-        list.push_back({"radius", &layer.radius, kLength, "of its edges but those of its foot; 0 = sharp",
+        list.push_back({"radius", &layer.radius, kLengthKind, "of its edges but those of its foot; 0 = sharp",
                         kNotNegative});
 }
 
@@ -133,7 +137,8 @@ std::vector<Field> fields(Layer& layer) {
              "",
              "one period, bottom up",
              {.required = true, .material = true}});
-        add({"thicknesses", &layer.thicknesses, kLength, "of each of the materials", required(kPositive)});
+        add({"thicknesses", &layer.thicknesses, kLengthKind, "of each of the materials",
+             required(kPositive)});
         add({"repeat", &layer.repeat, "", "periods", {.min = 1, .max = 10'000}});
         return list;
     }
@@ -154,9 +159,10 @@ std::vector<Field> fields(Layer& layer) {
         add_free(layer, list);
         return list;
     }
-    add({"top", &layer.top, kLength, "z of the flat surface; default 0 for the first layer", {}});
+    add({"top", &layer.top, kLengthKind, "z of the flat surface; default 0 for the first layer", {}});
     if (!layer.subtract && shape != "profile")
-        add({"thickness", &layer.thickness, kLength, "instead of top: above the layer below", kNotNegative});
+        add({"thickness", &layer.thickness, kLengthKind, "instead of top: above the layer below",
+             kNotNegative});
     if (shape == "mask")
         add_mask(layer, list);
     else if (shape == "profile")
@@ -176,11 +182,11 @@ std::vector<Field> pattern_fields(Layer& pattern) {
                                 {.choices = {"polygons", "trench", "hole", "box"}}}};
     if (is("polygons")) add_polygons(pattern, list);
     if (is("trench"))
-        list.push_back({"width", &pattern.width, kLength, "trench: along x", required(kPositive)});
-    if (is("hole")) list.push_back({"radius", &pattern.radius, kLength, "hole", required(kPositive)});
+        list.push_back({"width", &pattern.width, kLengthKind, "trench: along x", required(kPositive)});
+    if (is("hole")) list.push_back({"radius", &pattern.radius, kLengthKind, "hole", required(kPositive)});
     if (is("box"))
-        list.push_back(
-            {"size", std::span<double>(pattern.size), kLength, "box: x and y lengths", required(kPositive)});
+        list.push_back({"size", std::span<double>(pattern.size), kLengthKind, "box: x and y lengths",
+                        required(kPositive)});
     list.push_back({"openings", &pattern.openings, "", "false: all but the shape or the polygons is open"});
     list.push_back(position_field(pattern, "centre of the shape, or of the polygons' origin, x and y"));
     return list;

@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
-#include "levelset/shapes.hpp"
+#include "levelset/shapes/shapes.hpp"
 
 namespace sidewall::app {
 
@@ -18,7 +18,7 @@ struct MaterialLayer {
 /// The recipe's layers, stacks expanded into planes.
 std::vector<MaterialLayer> expanded_layers(const Recipe& recipe);
 
-/// The openings of a step whose model is patterned, for levelset/geometric.hpp.
+/// The openings of a step whose model is patterned, for levelset/layers/geometric.hpp.
 /// \throws FileError or RecipeError if its layout is not any more what it was when the recipe was read.
 levelset::Shape pattern_of(const Step& step, const Recipe& recipe);
 

@@ -6,7 +6,7 @@
 
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/toml.hpp"
-#include "levelset/printed.hpp"
+#include "levelset/shapes/lithography.hpp"
 
 // What a mask names: polygons of the recipe or of a layout, as drawn or as printed. Included by the recipe's
 // own sources only.

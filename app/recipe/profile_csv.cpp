@@ -9,8 +9,8 @@
 #include "app/common/text.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
-#include "surface/file.hpp"
-#include "surface/printable.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/printable.hpp"
 
 namespace sidewall::app {
 namespace {

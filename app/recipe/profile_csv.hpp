@@ -2,7 +2,7 @@
 #include <filesystem>
 
 #include "app/recipe/recipe.hpp"
-#include "levelset/polygon.hpp"
+#include "levelset/shapes/polygon.hpp"
 
 namespace sidewall::app {
 

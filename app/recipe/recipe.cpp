@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/recipe/figures.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/recipe/mask_outlines.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {

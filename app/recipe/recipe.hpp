@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "app/schema/keys.hpp"
-#include "levelset/advection_options.hpp"
 #include "levelset/domain.hpp"
+#include "levelset/motion/advection_options.hpp"
 #include "surface/cut.hpp"
 
 namespace sidewall::app {
@@ -38,7 +38,7 @@ struct StartSection {
 };
 
 /// A layer as the recipe writes it. Which members count depends on the shape; see recipe/sections.cpp and
-/// levelset/shapes.hpp.
+/// levelset/shapes/shapes.hpp.
 struct Layer {
     std::string shape = "plane";
     std::string material;
@@ -102,7 +102,7 @@ struct FluxSection {
 };
 
 /// Lengths in the recipe's unit; absent is "auto", the grid spacing or a multiple of it
-/// (simplify/options.hpp).
+/// (simplify/simplify_options.hpp).
 struct SimplifySection {
     std::string method = "region-bounded";
     std::optional<double> l0, step, l_max;

@@ -6,11 +6,11 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/fit/fit_report.hpp"
 #include "app/report/parts.hpp"
 #include "app/report/view_mesh.hpp"
-#include "app/study/fit_report.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 // Pages of folders with many runs: sweeps and fits.
 namespace sidewall::app {

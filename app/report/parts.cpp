@@ -10,7 +10,7 @@
 #include "app/recipe/step_materials.hpp"
 #include "app/report/view.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/report/table.hpp"
+#include "app/report/html_table.hpp"
 #include "app/report/view.hpp"
 #include "surface/cut.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {

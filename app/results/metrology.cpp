@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "app/results/cut_profile.hpp"
-#include "app/results/figures.hpp"
+#include "app/results/figure_values.hpp"
 #include "app/results/film.hpp"
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::app {
@@ -28,7 +28,7 @@ struct Measure {
 /// - film: film_top, film_side, film_bottom, thickness of the uppermost layer beside, halfway down and at the
 ///   floor of what it fills, and step_coverage_side, step_coverage_bottom over film_top: only of a film that can
 ///   be told from none (levelset::kExposed), in something more than two grid spacings deep that it does not fill
-/// - figures by their own name: recipe/figures.hpp
+/// - figures by their own name: recipe/figure_names.hpp
 ///
 /// \param surface  as extracted from \p stack. O(n) in triangles.
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,

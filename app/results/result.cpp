@@ -9,7 +9,7 @@
 
 #include "app/common/text.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "app/common/json.hpp"
 #include "app/schema/materials.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::app {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "app/study/accuracy.hpp"
+#include "app/accuracy/accuracy.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

@@ -14,9 +14,9 @@
 #include <optional>
 
 #include "app/common/json.hpp"
-#include "app/process/flux_gradient.hpp"
-#include "app/study/study_flux.hpp"
-#include "flux/smoothing.hpp"
+#include "app/evaluation/study_flux.hpp"
+#include "app/process/arriving/flux_gradient.hpp"
+#include "flux/tracer/smoothing.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
 #include "tests/bench/first_light.hpp"

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "flux/tracer.hpp"
+#include "flux/tracer/tracer.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/bench/study_surfaces.hpp"
 

@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "levelset/advection.hpp"
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
+#include "levelset/motion/advection.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "tests/bench/measure.hpp"
 

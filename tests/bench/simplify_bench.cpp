@@ -15,7 +15,7 @@
 #include <functional>
 #include <string>
 
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"
 #include "simplify/region.hpp"

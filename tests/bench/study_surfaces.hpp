@@ -11,7 +11,7 @@
 #include "app/process/simulation.hpp"
 #include "levelset/grid.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 
 // The surfaces that `sidewall study` evaluates: a low fin, about 71 000 vertices, and a contact hole of
 // aspect ratio 10, about 175 000.

@@ -10,7 +10,7 @@
 #include "surface/curvature.hpp"
 #include "surface/cut.hpp"
 #include "surface/distance.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"
 

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "app/commands/commands.hpp"
-#include "surface/output_file.hpp"
+#include "surface/files/output_file.hpp"
 #include "tests/faults/copies.hpp"
 
 namespace {

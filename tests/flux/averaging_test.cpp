@@ -1,10 +1,10 @@
-#include "flux/averaging.hpp"
+#include "flux/tracer/averaging.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

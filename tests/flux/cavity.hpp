@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "flux/radiosity.hpp"
+#include "flux/radiosity/radiosity.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::flux {

@@ -12,9 +12,9 @@
 #include <sstream>
 #include <string>
 
-#include "flux/radiosity.hpp"
-#include "surface/mesh_io.hpp"
-#include "tests/flux/meshes.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "surface/files/mesh_io.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 using namespace sidewall;

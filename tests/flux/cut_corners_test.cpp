@@ -1,9 +1,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "flux/cut_corners.hpp"
+#include "flux/tracer/cut_corners.hpp"
 #include "flux/yield.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 // Yields where a mesh cuts off a hollow corner.

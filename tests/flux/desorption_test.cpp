@@ -1,9 +1,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "flux/radiosity.hpp"
+#include "flux/radiosity/radiosity.hpp"
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 

@@ -7,13 +7,13 @@
 #include <numbers>
 #include <utility>
 
-#include "flux/radiosity.hpp"
-#include "flux/single.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/single_flux.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/cavity.hpp"
-#include "tests/flux/compare.hpp"
 #include "tests/flux/extracted.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_checks.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
-#include "surface/marching_cubes.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 
 namespace sidewall::flux {
 

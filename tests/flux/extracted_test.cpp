@@ -3,9 +3,9 @@
 #include <string>
 
 #include "simplify/simplify.hpp"
-#include "tests/flux/compare.hpp"
 #include "tests/flux/extracted.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_checks.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/placed.hpp"
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"

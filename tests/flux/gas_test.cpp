@@ -1,12 +1,12 @@
-#include "flux/gas.hpp"
+#include "flux/tracer/gas_collisions.hpp"
 
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "flux/radiosity.hpp"
+#include "flux/radiosity/radiosity.hpp"
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 // Particles that collide in the gas on their way.

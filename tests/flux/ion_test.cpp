@@ -6,7 +6,7 @@
 #include "flux/yield.hpp"
 #include "surface/basis.hpp"
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 #include "tests/flux/truth.hpp"
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

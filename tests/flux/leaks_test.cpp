@@ -1,4 +1,4 @@
-#include "flux/leaks.hpp"
+#include "flux/tracer/leaks.hpp"
 
 #include <catch2/catch.hpp>
 

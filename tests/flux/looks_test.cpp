@@ -1,4 +1,4 @@
-#include "flux/looks.hpp"
+#include "flux/tracer/adjoint.hpp"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 using namespace sidewall;

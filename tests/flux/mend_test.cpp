@@ -1,11 +1,11 @@
-#include "flux/mend.hpp"
+#include "flux/tracer/repair.hpp"
 
 #include <catch2/catch.hpp>
 #include <numbers>
 
 #include "flux/random.hpp"
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 using namespace sidewall;

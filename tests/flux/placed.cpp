@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "flux/mend.hpp"
-#include "tests/flux/meshes.hpp"
+#include "flux/tracer/repair.hpp"
+#include "tests/flux/flux_meshes.hpp"
 
 namespace sidewall::flux {
 

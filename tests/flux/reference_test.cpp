@@ -2,10 +2,10 @@
 #include <cmath>
 #include <string>
 
-#include "tests/flux/compare.hpp"
-#include "tests/flux/meshes.hpp"
-#include "tests/flux/radiosity.hpp"
+#include "tests/flux/flux_checks.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
+#include "tests/flux/trench_table.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;

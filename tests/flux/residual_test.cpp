@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "tests/flux/cavity.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/truth.hpp"
 
 using namespace sidewall;

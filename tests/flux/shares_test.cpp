@@ -5,9 +5,9 @@
 #include <cstring>
 #include <thread>
 
-#include "flux/radiosity.hpp"
+#include "flux/radiosity/radiosity.hpp"
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

@@ -1,11 +1,11 @@
-#include "flux/smoothing.hpp"
+#include "flux/tracer/smoothing.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numeric>
 
 #include "flux/random.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;

@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "flux/radiosity.hpp"
-#include "tests/flux/compare.hpp"
-#include "tests/flux/meshes.hpp"
-#include "tests/flux/radiosity.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "tests/flux/flux_checks.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
+#include "tests/flux/trench_table.hpp"
 
 // Strips with one triangle from side to side, periodic along y: infinite trenches.
 using namespace sidewall;

@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "flux/radiosity.hpp"
+#include "flux/radiosity/radiosity.hpp"
 #include "tests/flux/cavity.hpp"
-#include "tests/flux/compare.hpp"
 #include "tests/flux/cylinders.hpp"
 #include "tests/flux/extracted.hpp"
-#include "tests/flux/meshes.hpp"
-#include "tests/flux/radiosity.hpp"
+#include "tests/flux/flux_checks.hpp"
+#include "tests/flux/flux_meshes.hpp"
+#include "tests/flux/trench_table.hpp"
 #include "tests/flux/truth.hpp"
 
 // Radiosity against the tables of exact fluxes, every row of them, on surfaces as a level set gives them,

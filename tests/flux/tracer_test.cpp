@@ -1,4 +1,4 @@
-#include "flux/tracer.hpp"
+#include "flux/tracer/tracer.hpp"
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -10,7 +10,7 @@
 
 #include "flux/random.hpp"
 #include "surface/error.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 using namespace sidewall;

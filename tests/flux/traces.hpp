@@ -6,7 +6,7 @@
 #include <span>
 
 #include "flux/lateral.hpp"
-#include "flux/tracer.hpp"
+#include "flux/tracer/tracer.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // How the flux tests trace and average.

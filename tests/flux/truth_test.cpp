@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/flux/compare.hpp"
-#include "tests/flux/meshes.hpp"
+#include "tests/flux/flux_checks.hpp"
+#include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
 
 using namespace sidewall;

@@ -12,10 +12,10 @@
 
 #include "app/process/state.hpp"
 #include "app/recipe/layers.hpp"
-#include "levelset/checkpoint.hpp"
+#include "levelset/layers/checkpoint.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
-#include "surface/printable.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/printable.hpp"
 #include "tests/fuzz/mutate.hpp"
 
 using namespace sidewall;

@@ -4,7 +4,7 @@
 
 #include "app/recipe/gds.hpp"
 #include "surface/error.hpp"
-#include "tests/app/gds_bytes.hpp"
+#include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/fuzz/mutate.hpp"
 
 using namespace sidewall;

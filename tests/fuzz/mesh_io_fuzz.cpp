@@ -9,7 +9,7 @@
 
 #include "surface/curvature.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "surface/topology.hpp"
 #include "tests/fuzz/mutate.hpp"
 

@@ -5,7 +5,7 @@
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
+#include "surface/files/file.hpp"
 #include "tests/fuzz/mutate.hpp"
 
 using namespace sidewall;

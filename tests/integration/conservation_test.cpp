@@ -1,11 +1,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/process/rates.hpp"
+#include "app/process/arriving/rates.hpp"
+#include "app/process/arriving/traced_surface.hpp"
 #include "app/process/state.hpp"
-#include "app/process/traced_surface.hpp"
 #include "app/recipe/step_model.hpp"
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
 
 // Whether the level set lays down what the fluxes bring.
 using namespace sidewall;

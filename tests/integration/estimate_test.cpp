@@ -1,4 +1,4 @@
-#include "app/process/estimate.hpp"
+#include "app/process/estimate/estimate.hpp"
 
 #include <sys/resource.h>
 

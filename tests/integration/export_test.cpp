@@ -8,8 +8,8 @@
 
 #include "app/devices/device.hpp"
 #include "app/results/result.hpp"
-#include "surface/mesh_io.hpp"
-#include "tests/app/result_folder.hpp"
+#include "surface/files/mesh_io.hpp"
+#include "tests/app/report/result_folder.hpp"
 #include "tests/integration/program.hpp"
 #include "tests/tet_checks.hpp"
 

@@ -6,10 +6,10 @@
 
 #include "app/process/simulation.hpp"
 #include "app/process/state.hpp"
-#include "app/results/figures.hpp"
+#include "app/results/figure_values.hpp"
 #include "app/results/film.hpp"
-#include "app/study/measures.hpp"
-#include "levelset/extract.hpp"
+#include "app/sweep/measures.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 #include "tests/integration/program.hpp"
 

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string>
 
-#include "tests/app/gds_bytes.hpp"
+#include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/integration/program.hpp"
 
 // Files that are small and ask for much, and surroundings that give little: the program says so, and ends by

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "surface/distance.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
 // Whole runs on grids of several levels.

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "app/process/simulation.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
 // Whole processes against what must hold: layers keep their volumes, steps stop where they should.

@@ -1,12 +1,12 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/process/rates.hpp"
+#include "app/process/arriving/rates.hpp"
+#include "app/process/arriving/traced_surface.hpp"
 #include "app/process/state.hpp"
-#include "app/process/traced_surface.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
 
 // Whether what a beam takes away is what comes down or leaves, atom by atom.
 using namespace sidewall;

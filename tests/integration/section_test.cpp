@@ -4,7 +4,7 @@
 
 #include "app/pictures/section.hpp"
 #include "app/process/simulation.hpp"
-#include "levelset/checkpoint.hpp"
+#include "levelset/layers/checkpoint.hpp"
 #include "tests/folder.hpp"
 
 // What pictures show of a run's inside, against the level sets that the run ended with.

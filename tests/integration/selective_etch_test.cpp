@@ -1,5 +1,5 @@
 #include "app/process/simulation.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
 // Silicon-germanium against silicon: coverages that go from time step to time step.

@@ -3,7 +3,7 @@
 #include "app/process/simulation.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
 using namespace sidewall;

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/evaluation/validate.hpp"
 #include "app/recipe/recipe.hpp"
-#include "app/study/validate.hpp"
 #include "tests/integration/program.hpp"
 
 using namespace sidewall;

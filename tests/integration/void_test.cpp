@@ -4,7 +4,7 @@
 
 #include "app/process/simulation.hpp"
 #include "surface/disjoint_sets.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
 using namespace sidewall;

@@ -1,11 +1,11 @@
-#include "levelset/advection.hpp"
+#include "levelset/motion/advection.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "levelset/layer_depths.hpp"
+#include "levelset/layers/layer_depths.hpp"
 #include "surface/error.hpp"
 #include "tests/levelset/grids.hpp"
 

@@ -1,4 +1,4 @@
-#include "levelset/checkpoint.hpp"
+#include "levelset/layers/checkpoint.hpp"
 
 #include <openvdb/io/File.h>
 
@@ -11,10 +11,10 @@
 #include <random>
 #include <string>
 
+#include "levelset/layers/sealed_file.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
-#include "surface/file.hpp"
-#include "surface/sealed_file.hpp"
+#include "surface/files/file.hpp"
 #include "tests/folder.hpp"
 #include "tests/levelset/grids.hpp"
 
@@ -115,7 +115,7 @@ TEST_CASE("a checkpoint of another version is refused by name") {
     const test::Folder folder;
     const Domain domain = test::unit_domain(16);
     const fs::path path = folder.path / "checkpoint.vdb";
-    surface::write_sealed_file(path, 999, [](std::ostream& out) { out << "what is to come"; });
+    levelset::write_sealed_file(path, 999, [](std::ostream& out) { out << "what is to come"; });
     CHECK_THROWS_WITH(load_checkpoint(path, domain),
                       Contains(path.string()) && Contains("format version 999"));
     // What OpenVDB writes by itself, as checkpoints were before they had a seal.

@@ -1,4 +1,4 @@
-#include "levelset/contact_lines.hpp"
+#include "levelset/meshes/contact_lines.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

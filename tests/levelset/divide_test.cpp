@@ -1,4 +1,4 @@
-#include "levelset/divide.hpp"
+#include "levelset/meshes/divide.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,10 +1,10 @@
-#include "levelset/extension.hpp"
+#include "levelset/motion/speed_extension.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "levelset/motion/sample_index.hpp"
 #include "levelset/openvdb_grid.hpp"
-#include "levelset/sample_index.hpp"
 #include "tests/levelset/grids.hpp"
 
 using namespace sidewall;

@@ -1,4 +1,4 @@
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
 
 #include <tbb/global_control.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 
 #include "levelset/openvdb_grid.hpp"
-#include "surface/marching_cubes.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"
 #include "tests/levelset/grids.hpp"

@@ -1,12 +1,12 @@
-#include "levelset/geometric.hpp"
+#include "levelset/layers/geometric.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <vector>
 
-#include "levelset/extract.hpp"
-#include "levelset/layer_depths.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

@@ -3,10 +3,10 @@
 #include <functional>
 #include <vector>
 
-#include "levelset/advection.hpp"
-#include "levelset/extract.hpp"
-#include "levelset/redistance.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
+#include "levelset/meshes/extract.hpp"
+#include "levelset/motion/advection.hpp"
+#include "levelset/motion/redistance.hpp"
 
 // Level sets with known fronts, in grid spacings (dx = 1).
 namespace sidewall::test {

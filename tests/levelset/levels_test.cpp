@@ -1,4 +1,4 @@
-#include "levelset/levels.hpp"
+#include "levelset/layers/levels.hpp"
 
 #include <tbb/global_control.h>
 #include <catch2/catch.hpp>
@@ -9,10 +9,10 @@
 #include <numbers>
 #include <random>
 
-#include "levelset/checkpoint.hpp"
+#include "levelset/layers/checkpoint.hpp"
+#include "levelset/layers/remaining_volume.hpp"
 #include "levelset/openvdb_grid.hpp"
-#include "levelset/presence.hpp"
-#include "levelset/shapes.hpp"
+#include "levelset/shapes/shapes.hpp"
 #include "surface/distance.hpp"
 #include "surface/topology.hpp"
 #include "tests/folder.hpp"

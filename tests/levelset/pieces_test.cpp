@@ -1,11 +1,11 @@
-#include "levelset/pieces.hpp"
+#include "levelset/meshes/pieces.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
-#include "levelset/extract.hpp"
-#include "levelset/presence.hpp"
+#include "levelset/layers/remaining_volume.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "tests/levelset/grids.hpp"
 
 using namespace sidewall;

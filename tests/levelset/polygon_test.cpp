@@ -1,12 +1,12 @@
-#include "levelset/polygon.hpp"
+#include "levelset/shapes/polygon.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
 
-#include "levelset/polygon_index.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
+#include "levelset/shapes/polygon_index.hpp"
 
 using namespace sidewall;
 using namespace sidewall::levelset;

@@ -1,11 +1,11 @@
-#include "levelset/printed.hpp"
+#include "levelset/shapes/lithography.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
-#include "levelset/outline.hpp"
+#include "levelset/shapes/outline.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall::levelset;

@@ -1,4 +1,4 @@
-#include "levelset/redistance.hpp"
+#include "levelset/motion/redistance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

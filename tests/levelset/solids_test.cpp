@@ -3,9 +3,9 @@
 #include <numbers>
 #include <random>
 
-#include "levelset/body.hpp"
-#include "levelset/layer_depths.hpp"
-#include "levelset/pieces.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/meshes/pieces.hpp"
+#include "levelset/shapes/body.hpp"
 #include "surface/error.hpp"
 #include "tests/levelset/grids.hpp"
 

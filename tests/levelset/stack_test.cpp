@@ -1,4 +1,4 @@
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -7,16 +7,16 @@
 #include <fstream>
 #include <numbers>
 
-#include "levelset/body.hpp"
-#include "levelset/checkpoint.hpp"
-#include "levelset/curvature.hpp"
-#include "levelset/layer_depths.hpp"
+#include "levelset/layers/checkpoint.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/meshes/grid_curvature.hpp"
+#include "levelset/motion/redistance.hpp"
 #include "levelset/openvdb_grid.hpp"
-#include "levelset/redistance.hpp"
+#include "levelset/shapes/body.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "tests/levelset/grids.hpp"
 
 using namespace sidewall;

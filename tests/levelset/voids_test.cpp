@@ -1,9 +1,9 @@
-#include "levelset/voids.hpp"
+#include "levelset/meshes/voids.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "levelset/extract.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "tests/levelset/grids.hpp"
 
 using namespace sidewall;

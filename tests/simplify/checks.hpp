@@ -3,7 +3,7 @@
 #include <cstring>
 #include <set>
 
-#include "simplify/result.hpp"
+#include "simplify/simplify_result.hpp"
 #include "surface/topology.hpp"
 #include "test_meshes.hpp"
 

@@ -1,6 +1,6 @@
 // Rows of options name what they set; the rest is the default on purpose.
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#include "simplify/options.hpp"
+#include "simplify/simplify_options.hpp"
 
 #include <limits>
 

@@ -6,7 +6,7 @@
 
 #include "meshes.hpp"
 #include "surface/error.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;

@@ -1,4 +1,4 @@
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "surface/topology.hpp"
 
 #include <catch2/catch.hpp>

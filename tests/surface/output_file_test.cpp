@@ -1,4 +1,4 @@
-#include "surface/output_file.hpp"
+#include "surface/files/output_file.hpp"
 
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "surface/error.hpp"
-#include "surface/file.hpp"
-#include "surface/printable.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/printable.hpp"
 #include "tests/folder.hpp"
 
 using namespace sidewall;

@@ -1,11 +1,11 @@
-#include "surface/tetrahedralize.hpp"
+#include "surface/tetrahedra/tetrahedralize.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <numbers>
 
 #include "surface/error.hpp"
-#include "surface/tet_io.hpp"
+#include "surface/tetrahedra/tet_io.hpp"
 #include "tests/tet_checks.hpp"
 
 using namespace sidewall;

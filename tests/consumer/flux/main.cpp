@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "flux/tracer.hpp"
+#include "flux/tracer/tracer.hpp"
 
 int main() {
     using namespace sidewall;

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "levelset/extract.hpp"
-#include "levelset/stack.hpp"
+#include "levelset/layers/stack.hpp"
+#include "levelset/meshes/extract.hpp"
 
 int main() {
     using namespace sidewall;

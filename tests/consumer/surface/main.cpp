@@ -2,7 +2,7 @@
 #include <cstdio>
 
 #include "surface/distance.hpp"
-#include "surface/mesh_io.hpp"
+#include "surface/files/mesh_io.hpp"
 
 int main() {
     using namespace sidewall;

@@ -1,0 +1,397 @@
+#include "app/accuracy/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <set>
+
+#include "app/accuracy/accuracy_bars.hpp"
+#include "app/common/files.hpp"
+#include "app/common/folder_lock.hpp"
+#include "app/common/json.hpp"
+#include "app/common/version.hpp"
+#include "app/process/estimate/memory.hpp"
+#include "app/process/record/manifest.hpp"
+#include "app/process/record/run_folder.hpp"
+#include "app/recipe/flat.hpp"
+#include "app/recipe/step_model.hpp"
+#include "app/results/result.hpp"
+#include "app/results/whole_summary.hpp"
+#include "app/sweep/run_table.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of the recipe's grid spacing.
+constexpr double kCoarsest = 4.0, kFinest = 0.25;
+// From one grid to the next: less would cost as much again and tell little.
+constexpr double kLeastRatio = 1.4, kMostRatio = 2.0;
+// Of the accuracy asked for, that each bar may take: their squares add up to 1.
+constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
+// Rays over those of the recipe, which are meant for its own grid.
+constexpr double kFewestRays = 0.25, kMostRays = 32.0;
+constexpr int kDigits = 6;
+
+bool traces(const Recipe& recipe) {
+    for (const Step& step : expanded_steps(recipe))
+        if (!make_model(step, recipe.materials, recipe.domain).species.empty()) return true;
+    return false;
+}
+
+// What a run differs in from the recipe.
+struct Settings {
+    double spacing = 0.0, rays = 0.0;
+    std::optional<double> relative_error;
+    std::string method;
+    std::int64_t seed = 0;
+};
+
+class Refiner {
+  public:
+    Refiner(const Recipe& recipe, const std::vector<std::string>& overrides,
+            const std::vector<AskedAccuracy>& asked, const RunOptions& options)
+        : recipe_(recipe),
+          text_(effective_recipe(recipe)),
+          overrides_(overrides),
+          asked_(asked),
+          options_(options) {}
+
+    RunResult refine() {
+        std::optional<double> next = kCoarsest * spacing_;
+        while (next) {
+            if (!grids_.empty()) keep_record();
+            if (!run_on_grid(settings_for(*next))) {  // too coarse for this wafer
+                next = *next / kMostRatio;
+                continue;
+            }
+            if (!noise_ && (has_all_asked() || grids_.back().spacing < 1.01 * spacing_)) {
+                keep_record();
+                run_others();
+            }
+            tell();
+            next = next_spacing();
+        }
+        grids_.back().folder.clear();
+        if (!result_) result_ = run_in(options_.output, last_, options_.overwrite);
+        add_accuracy();
+        return std::move(*result_);
+    }
+
+  private:
+    Recipe recipe_with(const Settings& settings) const { return recipe_with(settings, text_); }
+
+    Recipe recipe_with(const Settings& settings, const std::string& text) const {
+        std::vector<std::string> changes{fmt::format("domain.grid_spacing={}", settings.spacing),
+                                         fmt::format("simplify.method=\"{}\"", settings.method),
+                                         fmt::format("flux.seed={}", settings.seed)};
+        changes.push_back(settings.relative_error
+                              ? fmt::format("flux.relative_error={:.3g}", *settings.relative_error)
+                              : fmt::format("flux.rays={:.0f}", settings.rays));
+        return recipe_changed(text, recipe_.file, overrides_, std::move(changes));
+    }
+
+    AccuracyRun describe(const std::string& folder, const Settings& settings, Json summary) const {
+        const auto spacing = summary["grid_spacing"].get<double>();
+        return {.folder = folder,
+                .spacing = spacing,
+                .rays = settings.rays,
+                .relative_error = settings.relative_error,
+                .method = settings.method,
+                .seed = settings.seed,
+                .summary = std::move(summary)};
+    }
+
+    // Whether a folder holds a run of this recipe with other settings, which an earlier call may have made.
+    bool holds_other_settings(const fs::path& folder, const Settings& settings,
+                              const std::string& text) const {
+        if (!is_there(options_.output / kAccuracyFolder) || !is_there(folder / "recipe.toml")) return false;
+        if (!options_.resume && !is_there(folder / "summary.json")) return false;
+        try {
+            return effective_recipe(
+                       recipe_with(settings, surface::read_whole_file(folder / "recipe.toml"))) == text;
+        } catch (const std::exception&) {
+            return false;
+        }
+    }
+
+    // Goes on with what an earlier run of the same recipe left there, if that is wanted. Its own earlier
+    // grids are replaced unasked.
+    RunResult run_in(const fs::path& folder, const Settings& settings, bool overwrite) {
+        const Recipe recipe = recipe_with(settings);
+        const std::string text = effective_recipe(recipe);
+        RunOptions run = options_;
+        run.refines = true;
+        run.quiet = options_.quiet || folder != options_.output;
+        run.output = folder;
+        run.resume = options_.resume && holds_recipe(folder, text);
+        run.overwrite = !run.resume && (overwrite || holds_other_settings(folder, settings, text) ||
+                                        std::any_of(own_.begin(), own_.end(), [&](const auto& own) {
+                                            return holds_recipe(folder, own);
+                                        }));
+        own_.insert(text);
+        return run_recipe(recipe, run);
+    }
+
+    fs::path record() const {
+        return options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size() + 1);
+    }
+
+    // Of the next grid, if an earlier call has run it and this one goes on.
+    std::optional<Json> kept_summary(const std::string& text) const {
+        if (!options_.resume || !holds_recipe(record(), text)) return std::nullopt;
+        return own_summary(record());
+    }
+
+    // False if so coarse a grid does not hold the wafer.
+    bool run_on_grid(const Settings& settings) {
+        const bool coarse = settings.spacing > 1.01 * spacing_;
+        std::string text;
+        try {
+            const Recipe recipe = recipe_with(settings);
+            text = effective_recipe(recipe);
+            say(fmt::format("grid spacing {:.4g} {}", domain_of(recipe).spacing, describe_rays(settings)));
+        } catch (const RecipeError&) {
+            if (!coarse) throw;
+            return false;
+        }
+        try {
+            last_ = settings;
+            result_.reset();
+            if (std::optional<Json> kept = kept_summary(text)) {
+                own_.insert(text);
+                grids_.push_back(describe("", settings, std::move(*kept)));
+            } else {
+                result_ = run_in(options_.output, settings, options_.overwrite);
+                grids_.push_back(describe("", settings, result_->summary));
+            }
+            if (!lock_) {
+                make_folder(options_.output / kAccuracyFolder, "choose another with -o");
+                lock_.emplace(options_.output / kAccuracyFolder);
+                if (!options_.resume) remove_accuracy_records(options_.output / kAccuracyFolder);
+            }
+            return true;
+        } catch (const GeometryError&) {
+            if (!coarse) throw;
+        } catch (const NumericsError&) {
+            if (!coarse) throw;
+        }
+        return false;
+    }
+
+    // The run that others follow is no result yet: what is kept of it tells the bars, and its folder looks
+    // unfinished.
+    void keep_record() {
+        AccuracyRun& run = grids_.back();
+        if (!run.folder.empty()) return;
+        const fs::path folder = options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size());
+        run.folder = fs::path(kAccuracyFolder) / folder.filename();
+        if (!result_) return;
+        write_manifest(folder, {"recipe.toml", "summary.json"});
+        fs::remove(folder / "recipe.toml");  // so that no summary ever stands beside another recipe
+        write_json((folder / "summary.json").string(), run.summary);
+        write_file(folder / "recipe.toml", surface::read_whole_file(options_.output / "recipe.toml"));
+        fs::remove(options_.output / "summary.json");
+    }
+
+    bool has_all_asked() const {
+        return std::all_of(asked_.begin(), asked_.end(), [&](const AskedAccuracy& asked) {
+            return std::isfinite(grids_.back().figure(asked.measure));
+        });
+    }
+
+    // Further seeds, and runs without simplification.
+    void run_others() {
+        std::vector<AccuracyRun> others;
+        const bool simplified = last_.method != "none";
+        const auto add = [&](const std::string& name, std::int64_t seed, const std::string& method) {
+            Settings settings = last_;
+            settings.seed = seed;
+            settings.method = method;
+            const fs::path folder = fs::path(kAccuracyFolder) / name;
+            say(fmt::format("the same, seed {}{}", seed,
+                            method == last_.method ? "" : ", without simplification"));
+            others.push_back(describe(folder.string(), settings,
+                                      run_in(options_.output / folder, settings, true).summary));
+        };
+        const std::int64_t seed = last_.seed;
+        if (traced_) {
+            add("seed_2", seed + 1, last_.method);
+            add("seed_3", seed + 2, last_.method);
+            if (!simplified) add("seed_4", seed + 3, last_.method);
+        }
+        if (simplified) add("raw", seed, "none");
+        if (simplified && traced_) add("raw_2", seed + 1, "none");
+        noise_ = tell_noise(grids_.back(), others);
+        others_ = std::move(others);
+    }
+
+    AccuracyBars bars(const AskedAccuracy& asked) const {
+        return app::bars_of(asked.measure, recipe_, grids_, noise_, &asked);
+    }
+
+    // What the next grid is traced with: as many rays as the noise asked for takes.
+    Settings settings_for(double spacing) {
+        Settings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
+        const double wanted = static_cast<double>(recipe_.flux.rays) * spacing_ / spacing;
+        settings.rays = wanted;
+        settings.relative_error = recipe_.flux.relative_error;
+        if (!noise_) {
+            settings.rays = std::max(settings.rays, least_rays_);
+            return settings;
+        }
+        AccuracyRun next = noise_->on;
+        next.spacing = spacing;
+        double excess = 0.0, change = 0.0;  // over the bars asked for, if traced as the coarse grid was
+        for (const AskedAccuracy& asked : asked_) {
+            const AccuracyBars now = bars(asked);
+            if (!(now.asked > 0.0) || !noise_->noise.contains(asked.measure)) continue;
+            const double noise = noise_->noise.at(asked.measure),
+                         simplification = noise_->simplification.at(asked.measure);
+            excess =
+                std::max(excess, noise * noise_factor(noise_->on, next, flat_) / (kNoiseShare * now.asked));
+            change = std::max(change, (simplification - noise) * spacing / noise_->on.spacing /
+                                          (kSimplifyShare * now.asked));
+        }
+        if (change > 1.0) settings.method = method_ = "none";
+        if (!traced_ || !(excess > 0.0)) return settings;
+        if (settings.relative_error)
+            settings.relative_error = std::min(
+                0.5, std::clamp(*noise_->on.relative_error / excess, *recipe_.flux.relative_error / 8.0,
+                                *recipe_.flux.relative_error * 2.0));
+        else
+            settings.rays =
+                std::round(std::max(least_rays_, std::clamp(noise_->on.rays * excess * excess,
+                                                            kFewestRays * wanted, kMostRays * wanted)));
+        return settings;
+    }
+
+    // Nothing if the bars are small enough, or no finer grid can make them so.
+    std::optional<double> next_spacing() const {
+        double wanted = 0.0;  // ratio
+        bool reached = true;
+        for (const AskedAccuracy& asked : asked_) {
+            const AccuracyBars now = bars(asked);
+            reached = reached && now.reached();
+            wanted = std::max(
+                wanted, now.known && now.asked > 0.0 ? now.grid / (kGridShare * now.asked) : kMostRatio);
+        }
+        if (reached) return std::nullopt;
+        const double spacing = grids_.back().spacing, least = kFinest * spacing_ * 0.999,
+                     halved = spacing / kMostRatio;
+        const double ratio = std::clamp(wanted, kLeastRatio, kMostRatio);
+        std::optional<double> next;
+        if (ratio < kMostRatio) next = near(spacing / ratio, spacing);
+        if (!next) next = halved;
+        if (*next < least) return std::nullopt;
+        try {
+            const Recipe finer =
+                recipe_with({.spacing = *next, .rays = least_rays_, .method = method_, .seed = 1});
+            require_memory(finer, domain_of(finer));
+        } catch (const RecipeError& error) {
+            say(error.what());
+            return std::nullopt;
+        }
+        return next;
+    }
+
+    // The spacing that the extents allow near one; nothing if it is nearly the last one.
+    std::optional<double> near(double wanted, double last) const {
+        try {
+            Recipe recipe = recipe_;
+            recipe.domain.grid_spacing = wanted;
+            const double spacing = domain_of(recipe).spacing;
+            constexpr double kWorthwhile = 1.25;
+            return spacing * kWorthwhile <= last ? std::optional(spacing) : std::nullopt;
+        } catch (const RecipeError&) {
+            return std::nullopt;
+        }
+    }
+
+    std::string describe_rays(const Settings& settings) const {
+        const std::string& unit = recipe_.domain.length_unit;
+        if (!traced_) return unit;
+        const std::string rays = settings.relative_error
+                                     ? fmt::format("flux error {:.2g}", *settings.relative_error)
+                                     : fmt::format("{:.0f} rays", settings.rays);
+        return fmt::format("{}, {}{}", unit, rays,
+                           settings.method == "none" ? ", without simplification" : "");
+    }
+
+    void say(const std::string& text) const {
+        if (!options_.quiet) std::fputs(fmt::format("accuracy: {}\n", text).c_str(), stderr);
+    }
+
+    void tell() const {
+        for (const AskedAccuracy& asked : asked_) {
+            const AccuracyBars now = bars(asked);
+            say(fmt::format("{} {:.5g} +- {}, asked for {}", asked.measure, now.value,
+                            now.known ? fmt::format("{:.2g}", now.total()) : "unknown: " + now.reason,
+                            asked.text));
+        }
+    }
+
+    Json bars_of(const std::string& measure, const AskedAccuracy* asked) const {
+        return bars_json(app::bars_of(measure, recipe_, grids_, noise_, asked), asked);
+    }
+
+    void add_accuracy() {
+        Json& summary = result_->summary;
+        summary["accuracy"] = Json::object();
+        for (const auto& entry : summary["metrology"].items()) {
+            const std::string& measure = entry.key();
+            const auto asked = std::find_if(asked_.begin(), asked_.end(),
+                                            [&](const AskedAccuracy& one) { return one.measure == measure; });
+            summary["accuracy"][measure] = bars_of(measure, asked == asked_.end() ? nullptr : &*asked);
+        }
+        // A figure that no run has, such as a step coverage, has no entry in the metrology.
+        for (const AskedAccuracy& asked : asked_)
+            if (!summary["accuracy"].contains(asked.measure))
+                summary["accuracy"][asked.measure] = bars_of(asked.measure, &asked);
+        double total = 0.0;
+        summary["accuracy_runs"] = Json::array();
+        for (const auto* runs : {&grids_, &others_})
+            for (const AccuracyRun& run : *runs) {
+                summary["accuracy_runs"].push_back(run_json(run));
+                total += run.seconds();
+            }
+        summary["accuracy_seconds"] = Json{{"total", number_or_null(total, kDigits)},
+                                           {"settled", number_or_null(grids_.back().seconds(), kDigits)}};
+        write_json((options_.output / "summary.json").string(), summary);
+    }
+
+    const Recipe& recipe_;
+    const std::string text_;
+    const std::vector<std::string>& overrides_;
+    const std::vector<AskedAccuracy>& asked_;
+    const RunOptions& options_;
+    const double spacing_ = domain_of(recipe_).spacing;
+    const bool flat_ = is_flat(recipe_.domain), traced_ = traces(recipe_);
+    // Of a run: fewer say nothing, or make no batches.
+    const double least_rays_ = std::max(1000.0, static_cast<double>(recipe_.flux.batches));
+    std::string method_ = recipe_.simplify.method;  // from now on
+    std::set<std::string> own_;                     // recipes that were run here
+    Settings last_;
+    std::vector<AccuracyRun> grids_, others_;
+    std::optional<AccuracyNoise> noise_;
+    std::optional<RunResult> result_;  // of the last grid, if it was run and not read
+    std::optional<FolderLock> lock_;
+};
+
+}  // namespace
+
+RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
+                          const std::vector<AskedAccuracy>& asked, const RunOptions& options) {
+    if (!recipe.start.from.empty())
+        throw RecipeError(fmt::format(
+            "--accuracy: {} starts from another run and so on its grid: ask it of a recipe with layers",
+            recipe.file));
+    return Refiner(recipe, overrides, asked, options).refine();
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,183 @@
+#include "app/accuracy/accuracy_bars.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "app/accuracy/grid_error.hpp"
+#include "app/fit/student.hpp"
+#include "app/recipe/flat.hpp"
+#include "surface/infinity.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Of a grid spacing, that no bar of a length is smaller: flats on a node or between two differ by so much.
+constexpr double kLeastLength = 0.05;
+constexpr int kValueDigits = 6, kBarDigits = 3;
+
+// What happened to the wafer and how its steps ended, without times and places, which move a little with the
+// grid.
+std::vector<std::string> events_of(const Json& summary) {
+    std::vector<std::string> all;
+    for (const Json& event : summary["events"])
+        all.push_back(
+            fmt::format("{}{}", event["kind"].get<std::string>(),
+                        event.contains("material") ? " " + event["material"].get<std::string>() : ""));
+    for (const Json& step : summary["steps"])
+        all.push_back(fmt::format("end by {}", step["stopped_by"].get<std::string>()));
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+// The first event that one of two runs has and the other has not; or "".
+std::string differing_event(const AccuracyRun& one, const AccuracyRun& other) {
+    const std::vector<std::string> a = events_of(one.summary), b = events_of(other.summary);
+    std::vector<std::string> differing;
+    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(differing));
+    return differing.empty() ? "" : differing.front();
+}
+
+double mean(const std::vector<double>& values) {
+    double sum = 0.0;
+    for (const double value : values) sum += value;
+    return sum / static_cast<double>(values.size());
+}
+
+double squares(const std::vector<double>& values) {
+    double sum = 0.0;
+    for (const double value : values) sum += std::pow(value - mean(values), 2);
+    return sum;
+}
+
+}  // namespace
+
+double AccuracyRun::figure(const std::string& measure) const {
+    const Json value = summary["metrology"].value(measure, Json());
+    return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+AccuracyNoise tell_noise(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
+    AccuracyNoise noise{.on = on};
+    for (const auto& [measure, value] : on.summary["metrology"].items()) {
+        std::vector<double> as_it_is{on.figure(measure)}, raw;
+        for (const AccuracyRun& run : others)
+            (run.method == on.method ? as_it_is : raw).push_back(run.figure(measure));
+        // A figure that a run does not have leaves NaN, and so nothing is known.
+        const auto degrees = as_it_is.size() - 1 + (raw.empty() ? 0 : raw.size() - 1);
+        const double all = squares(as_it_is) + (raw.empty() ? 0.0 : squares(raw));
+        noise.noise[measure] =
+            degrees == 0 ? 0.0 : student_quantile(degrees) * std::sqrt(all / static_cast<double>(degrees));
+        noise.simplification[measure] = raw.empty() ? 0.0 : std::abs(mean(raw) - mean(as_it_is));
+    }
+    return noise;
+}
+
+double noise_factor(const AccuracyRun& from, const AccuracyRun& to, bool flat) {
+    const double cells = std::sqrt(from.spacing / to.spacing);
+    if (from.relative_error) return *to.relative_error / *from.relative_error / cells;
+    return std::sqrt(from.rays / to.rays) * (flat ? 1.0 : cells);
+}
+
+AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std::vector<AccuracyRun>& grids,
+                     const std::optional<AccuracyNoise>& noise, const AskedAccuracy* asked) {
+    const AccuracyRun& last = grids.back();
+    const bool flat = is_flat(recipe.domain);
+    const auto noise_on = [&](const AccuracyRun& run) {
+        const auto found =
+            noise ? noise->noise.find(measure) : std::map<std::string, double>::const_iterator();
+        return !noise || found == noise->noise.end() ? kInfinity
+                                                     : found->second * noise_factor(noise->on, run, flat);
+    };
+    AccuracyBars bars{.value = last.figure(measure), .noise = noise_on(last)};
+    std::vector<GridValue> values;
+    values.reserve(grids.size());
+    for (const AccuracyRun& run : grids) values.push_back({run.spacing, run.figure(measure), noise_on(run)});
+    const bool length = last.summary["metrology_units"].value(measure, "") == recipe.domain.length_unit;
+    const GridError error = grid_error(values, length ? kLeastLength * last.spacing : 0.0);
+    bars.grid = error.bar;
+    bars.reason = error.reason;
+    if (noise && last.method != "none") {
+        const bool fixed = recipe.simplify.max_error || recipe.simplify.l_max || recipe.simplify.l0;
+        const auto found = noise->simplification.find(measure);
+        bars.simplification = found == noise->simplification.end()
+                                  ? kInfinity
+                                  : found->second * (fixed ? 1.0 : last.spacing / noise->on.spacing);
+    }
+    if (asked != nullptr) bars.asked = asked->bound * (asked->relative ? std::abs(bars.value) : 1.0);
+
+    bars.known = std::isfinite(bars.value) && std::isfinite(bars.total());
+    if (!bars.known && bars.reason.empty()) bars.reason = "some of the runs do not have it";
+    if (grids.size() > 1)
+        if (const std::string event = differing_event(grids[grids.size() - 2], last); !event.empty()) {
+            bars.known = false;
+            bars.reason = fmt::format("events differ between the two finest grids: {}", event);
+        }
+    if (bars.known && asked != nullptr && asked->relative && std::abs(bars.value) <= bars.total()) {
+        bars.known = false;
+        bars.reason = "its bars reach 0, of which there is no part: ask for an absolute accuracy";
+    }
+    // Where differences do not fall, only a bar that is small all the same is worth having.
+    if (bars.known && error.reason.find("do not fall") != std::string::npos && asked != nullptr &&
+        !bars.reached())
+        bars.known = false;
+    return bars;
+}
+
+Json bars_json(const AccuracyBars& bars, const AskedAccuracy* asked) {
+    Json json{{"value", number_or_null(bars.value, kValueDigits)},
+              {"grid", number_or_null(bars.grid, kBarDigits)},
+              {"noise", number_or_null(bars.noise, kBarDigits)},
+              {"simplification", number_or_null(bars.simplification, kBarDigits)},
+              {"total", bars.known ? number_or_null(bars.total(), kBarDigits) : Json()},
+              {"asked", asked == nullptr ? Json() : number_or_null(bars.asked, kValueDigits)},
+              {"status", !bars.known        ? "unknown"
+                         : asked == nullptr ? "known"
+                         : bars.reached()   ? "reached"
+                                            : "not-reached"}};
+    if (!bars.reason.empty()) json["reason"] = bars.reason;
+    if (asked != nullptr) json["asked_for"] = asked->text;
+    return json;
+}
+
+Json run_json(const AccuracyRun& run) {
+    Json json{{"folder", run.folder.empty() ? "." : run.folder},
+              {"grid_spacing", run.spacing},
+              {"simplify", run.method},
+              {"seed", run.seed},
+              {"seconds", number_or_null(run.seconds(), kBarDigits)}};
+    if (run.relative_error)
+        json["relative_error"] = *run.relative_error;
+    else
+        json["rays"] = run.rays;
+    return json;
+}
+
+std::string accuracy_table(const Json& summary) {
+    const auto text = [](const Json& number) {
+        return number.is_number() ? fmt::format("{:.2g}", number.get<double>()) : std::string("unknown");
+    };
+    constexpr const char* kRow = "  {:<20} {:>10} {:<6} {:>9} {:>9} {:>9} {:>14} {:>8}{}\n";
+    std::string table =
+        fmt::format(kRow, "measure", "value", "", "+-", "grid", "noise", "simplification", "asked", "");
+    for (const auto& [measure, bars] : summary["accuracy"].items()) {
+        const std::string status = bars["status"], reason = bars.value("reason", "");
+        table += fmt::format(
+            kRow, measure,
+            bars["value"].is_number() ? fmt::format("{:.5g}", bars["value"].get<double>()) : "none",
+            summary["metrology_units"].value(measure, ""), text(bars["total"]), text(bars["grid"]),
+            text(bars["noise"]), text(bars["simplification"]), bars.value("asked_for", ""),
+            (status == "known" || status == "unknown" ? "" : "  " + status) +
+                (reason.empty() ? "" : "  (" + reason + ")"));
+    }
+    const Json& seconds = summary["accuracy_seconds"];
+    return table +
+           fmt::format("  grid spacing {:.4g} {}; {} runs took {:.3g} s, {:.2g} times the one settled on\n",
+                       summary["grid_spacing"].get<double>(), summary["length_unit"].get<std::string>(),
+                       summary["accuracy_runs"].size(), seconds["total"].get<double>(),
+                       seconds["total"].get<double>() / seconds["settled"].get<double>());
+}
+
+}  // namespace sidewall::app

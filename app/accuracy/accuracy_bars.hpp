@@ -1,0 +1,65 @@
+#pragma once
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/accuracy/accuracy.hpp"
+#include "app/common/json.hpp"
+
+// The bars of figures from the runs that were made for them.
+namespace sidewall::app {
+
+/// A run and what tells how exact it is.
+struct AccuracyRun {
+    std::string folder;  ///< in DIR; empty: DIR itself
+    double spacing = 0.0;
+    double rays = 0.0;                     ///< source rays a species and time step
+    std::optional<double> relative_error;  ///< instead
+    std::string method;                    ///< of simplification
+    std::int64_t seed = 0;
+    Json summary;
+
+    double seconds() const { return summary["timing"]["total"].get<double>(); }
+    /// Of its metrology; NaN if it is none.
+    double figure(const std::string& measure) const;
+};
+
+/// What further runs on one grid tell of the figures there.
+struct AccuracyNoise {
+    AccuracyRun on;                       ///< the run they were made beside
+    std::map<std::string, double> noise;  ///< 95 % bar of one such run
+    std::map<std::string, double> simplification;
+};
+
+/// \param others  runs that differ from \p on in seed or simplification alone.
+AccuracyNoise tell_noise(const AccuracyRun& on, const std::vector<AccuracyRun>& others);
+
+/// How the noise of one run becomes another's: it falls with the square root of the rays; with as many rays it grows as a cell's
+/// share of them falls, where time steps, more of them on a finer grid, average a part of it out.
+/// \param flat  a profile in x and z.
+double noise_factor(const AccuracyRun& from, const AccuracyRun& to, bool flat);
+
+/// A figure's bars, in its unit.
+struct AccuracyBars {
+    double value = 0.0, grid = 0.0, noise = 0.0, simplification = 0.0;
+    std::string reason;  ///< why it is not known, or grid is large
+    bool known = false;  ///< the bars are to be relied on
+    double asked = 0.0;  ///< 0: not asked for
+    double total() const {
+        return std::hypot(std::hypot(grid, noise), simplification);
+    }  ///< of errors that know nothing of each other
+    bool reached() const { return known && total() <= asked; }
+};
+
+/// \param grids  of the same recipe, coarsest first; the last one's figure is told.
+/// \param asked  or nullptr.
+AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std::vector<AccuracyRun>& grids,
+                     const std::optional<AccuracyNoise>& noise, const AskedAccuracy* asked);
+
+/// What summary.json says of them.
+Json bars_json(const AccuracyBars& bars, const AskedAccuracy* asked);
+Json run_json(const AccuracyRun& run);
+
+}  // namespace sidewall::app

@@ -1,0 +1,107 @@
+#include "app/evaluation/compare.hpp"
+
+#include <fmt/format.h>
+
+#include "app/common/json.hpp"
+#include "app/process/simulation.hpp"
+#include "surface/distance.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct Variant {
+    std::string method, folder;
+    std::int64_t seed_offset;
+};
+
+Json distance_json(const TriangleMesh& surface, const TriangleMesh& raw, double spacing) {
+    const surface::TwoSidedDistance d = surface::two_sided_distance(surface, raw);
+    return Json{{"hausdorff_max", d.max / spacing}, {"hausdorff_mean", d.mean / spacing}};
+}
+
+// Largest relative error of the final surface's fluxes; 0 without any.
+double flux_error(const Json& summary) {
+    double error = 0.0;
+    for (const Json& flux : summary["flux"])
+        if (flux["relative_error"].is_number()) error = std::max(error, flux["relative_error"].get<double>());
+    return error;
+}
+
+// The error falls with the square root of the rays; everything but the tracing costs the same however many
+// there are.
+double seconds_at_error(const Timing& timing, double error, double target) {
+    const double rays = target > 0.0 ? (error / target) * (error / target) : 1.0;
+    return timing.features + timing.simplify + timing.bvh + timing.trace * rays;
+}
+
+}  // namespace
+
+Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet, bool overwrite) {
+    const std::vector<Variant> variants{{"none", "none", 0},
+                                        {"lindstrom-turk", "lindstrom-turk", 0},
+                                        {"region", "region", 0},
+                                        {"region-bounded", "region-bounded", 0},
+                                        {"none", "none-other-seed", 1}};
+    Json comparison{{"recipe", recipe.file}, {"variants", Json::array()}};
+    RunResult raw;
+    for (const Variant& variant : variants) {
+        Recipe changed = recipe;
+        changed.simplify.method = variant.method;
+        changed.flux.seed += variant.seed_offset;
+        const RunResult run = run_recipe(changed, {.output = output / variant.folder,
+                                                   .overwrite = overwrite,
+                                                   .quiet = quiet,
+                                                   .title = variant.folder});
+        if (variant.folder == "none") {
+            raw = run;
+            comparison["grid_spacing"] = run.summary["grid_spacing"];
+            comparison["length_unit"] = run.summary["length_unit"];
+        }
+        const Json distances = distance_json(run.surface, raw.surface, raw.summary["grid_spacing"]);
+        if (variant.seed_offset != 0) {
+            comparison["noise_floor"] = distances;
+            continue;
+        }
+        const double error = flux_error(run.summary);
+        comparison["variants"].push_back(Json{
+            {"method", variant.method},
+            {"timing", run.summary["timing"]},
+            {"mesh", run.summary["mesh"]},
+            {"final", distances},
+            {"relative_error", error},
+            {"flux_seconds_at_equal_error", seconds_at_error(run.timing, error, flux_error(raw.summary))},
+            {"metrology", run.summary["metrology"]}});
+    }
+    write_json((output / "compare.json").string(), comparison);
+    return comparison;
+}
+
+std::string compare_table(const Json& comparison) {
+    std::string header = fmt::format("{:<28}", ""), text;
+    for (const Json& v : comparison["variants"])
+        header += fmt::format("{:>16}", v["method"] == "none" ? "raw" : v["method"].get<std::string>());
+    header += fmt::format("{:>16}\n", "noise floor");
+    const auto row = [&](const std::string& name, auto&& value, const std::string& floor = "") {
+        text += fmt::format("{:<28}", name);
+        for (const Json& v : comparison["variants"]) text += fmt::format("{:>16}", value(v));
+        text += fmt::format("{:>16}\n", floor);
+    };
+    for_each_phase([&](const char* name, double Timing::*) {
+        row(fmt::format("{} [s]", name),
+            [&](const Json& v) { return fmt::format("{:.2f}", v["timing"][name].get<double>()); });
+    });
+    row("flux at equal error [s]",
+        [](const Json& v) { return fmt::format("{:.2f}", v["flux_seconds_at_equal_error"].get<double>()); });
+    row("flux error (statistical)",
+        [](const Json& v) { return fmt::format("{:.4f}", v["relative_error"].get<double>()); });
+    row("triangles traced",
+        [](const Json& v) { return fmt::format("{}", v["mesh"]["simplified"]["triangles"].get<int>()); });
+    for (const char* name : {"hausdorff_max", "hausdorff_mean"})
+        row(
+            fmt::format("distance {} [dx]", name + 10),
+            [&](const Json& v) { return fmt::format("{:.4f}", v["final"][name].get<double>()); },
+            fmt::format("{:.4f}", comparison["noise_floor"][name].get<double>()));
+    return header + text;
+}
+
+}  // namespace sidewall::app

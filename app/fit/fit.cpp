@@ -1,0 +1,354 @@
+#include "app/fit/fit.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/common/files.hpp"
+#include "app/common/folder_lock.hpp"
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+#include "app/common/version.hpp"
+#include "app/fit/fit_labels.hpp"
+#include "app/fit/fit_report.hpp"
+#include "app/fit/fit_search.hpp"
+#include "app/recipe/written_number.hpp"
+#include "app/schema/keys.hpp"
+#include "app/schema/units.hpp"
+#include "app/sweep/batch_folder.hpp"
+#include "app/sweep/run_table.hpp"
+#include "app/sweep/sobol.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr const char* kFile = "fit.json";
+
+// One of the recipes that are fitted together.
+struct FitRecipe {
+    std::string label;      // empty if it is the only one
+    const FitOptions& all;  // as the user wrote them
+    FitOptions options;     // those that concern it, without its label
+    std::string text;       // of the file
+    std::string length_unit;
+    FitTargets targets;
+    std::vector<std::string> keys;     // that it varies
+    std::vector<std::size_t> places;   // of these among all
+    std::vector<Recipe> recipes;       // of the points
+    std::vector<std::size_t> numbers;  // of their runs
+};
+
+// A fit under way.
+struct Fit {
+    const FitOptions& options;
+    std::vector<FitRecipe> parts;
+    std::vector<Vary> varied;
+    std::vector<std::string> columns;  // of fit.csv
+    BoxPoint start;
+    RunSet set;
+    std::vector<RunValues> points;  // in the order they were asked for
+    std::vector<RunPoint> rows;     // of fit.csv
+    std::string missing;            // a target that a run lacks, or why one failed
+};
+
+void require_ranges(const std::vector<Vary>& varied) {
+    if (varied.empty())
+        throw RecipeError("--vary: missing: name a key and its bounds, e.g. step[0].sticking=0.01:1:log");
+    if (varied.size() > kSobolDimensions)
+        throw RecipeError(fmt::format("--vary: a fit varies at most {} keys", kSobolDimensions));
+    for (const Vary& vary : varied) {
+        if (vary.words)
+            throw RecipeError(fmt::format(
+                "--vary {}: holds one of several words, among which a fit cannot go downhill: use sidewall sweep",
+                vary.key));
+        if (vary.whole)
+            throw RecipeError(fmt::format(
+                "--vary {}: holds whole numbers, among which a fit cannot go downhill: use sidewall sweep",
+                vary.key));
+        if (!vary.is_range() || vary.count)
+            throw RecipeError(
+                fmt::format("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
+                            vary.key, vary.key));
+    }
+}
+
+RunValues values_of(const Fit& fit, const BoxPoint& point) {
+    RunValues values;
+    values.reserve(fit.varied.size());
+    for (std::size_t k = 0; k < fit.varied.size(); ++k)
+        values.push_back(value_at(fit.varied[k], point[static_cast<Eigen::Index>(k)]));
+    return values;
+}
+
+Recipe recipe_of(const FitRecipe& part, const RunValues& values) {
+    RunValues own_values;
+    for (const std::size_t place : part.places) own_values.push_back(values[place]);
+    return about_recipe(part.label, part.all, [&] {
+        Recipe recipe =
+            recipe_at(part.text, part.options.recipes[0], part.options.overrides, part.keys, own_values);
+        want_targets(part.targets, recipe);
+        return recipe;
+    });
+}
+
+void check_point(const Fit& fit, const BoxPoint& point) {
+    for (const FitRecipe& part : fit.parts) recipe_of(part, values_of(fit, point));
+}
+
+// A key's value in the recipe, if it lies between the bounds.
+std::optional<double> start_of(const FitRecipe& part, const Vary& vary, const std::string& key) {
+    const auto now = written_number(part.text, part.options.recipes[0], part.options.overrides, key);
+    if (!now || *now < vary.low || *now > vary.high) return std::nullopt;
+    return place_of(vary, *now);
+}
+
+// The recipe's targets and ranges; all its keys' among those of the fit.
+FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& labels, std::size_t r,
+                    std::vector<Vary>& all) {
+    FitRecipe part{.label = labels[r], .all = options, .options = options};
+    part.options.recipes = {options.recipes[r]};
+    part.options.overrides = own_texts(options.overrides, labels, labels[r]);
+    part.options.vary = own_texts(options.vary, labels, labels[r]);
+    part.options.targets = own_texts(options.targets, labels, labels[r]);
+    part.options.profiles = own_texts(options.profiles, labels, labels[r]);
+    const Recipe base = load_recipe(options.recipes[r], part.options.overrides);
+    part.text = surface::read_whole_file(options.recipes[r]);
+    part.length_unit = base.domain.length_unit;
+    part.targets = read_targets(part.options, base);
+    const std::vector<Vary> varied = parse_vary(part.options.vary, base);
+    require_ranges(varied);
+    for (const Vary& vary : varied) {
+        const bool shared = std::find(options.vary.begin(), options.vary.end(),
+                                      part.options.vary[part.keys.size()]) != options.vary.end();
+        Vary named = vary;
+        if (!shared) named.key = part.label + ":" + vary.key;
+        const auto there =
+            std::find_if(all.begin(), all.end(), [&](const Vary& any) { return any.key == named.key; });
+        part.places.push_back(static_cast<std::size_t>(there - all.begin()));
+        part.keys.push_back(vary.key);
+        if (there == all.end()) all.push_back(std::move(named));
+    }
+    return part;
+}
+
+void read_parts(const FitOptions& options, Fit& fit) {
+    const std::vector<std::string> labels = labels_of(options.recipes);
+    require_labels("--target", options.targets, labels);
+    require_labels("--target-profile", options.profiles, labels);
+    std::size_t with_errors = 0;
+    for (std::size_t r = 0; r < labels.size(); ++r) {
+        fit.parts.push_back(
+            about_recipe(labels[r], options, [&] { return read_part(options, labels, r, fit.varied); }));
+        with_errors += fit.parts.back().targets.known_errors ? 1 : 0;
+    }
+    if (with_errors != 0 && with_errors != fit.parts.size())
+        throw RecipeError(
+            "--target: those of some recipes have a standard deviation and those of others none, so that their "
+            "weights are unknown: give all of them one (+-SIGMA, --profile-sigma) or none");
+}
+
+// All that can be refused is refused here, before anything runs.
+Fit read_fit(const FitOptions& options) {
+    Fit fit{.options = options};
+    read_parts(options, fit);
+    if (fit.varied.size() > kSobolDimensions)
+        throw RecipeError(fmt::format("--vary: a fit varies at most {} keys", kSobolDimensions));
+    if (fit.parts.size() > 1) fit.columns.emplace_back("recipe");
+    for (const Vary& vary : fit.varied) fit.columns.push_back(vary.key);
+    fit.start = BoxPoint::Constant(static_cast<Eigen::Index>(fit.varied.size()), 0.5);
+    for (auto part = fit.parts.rbegin(); part != fit.parts.rend(); ++part)  // the first one's values count
+        for (std::size_t k = 0; k < part->keys.size(); ++k)
+            if (const auto place = start_of(*part, fit.varied[part->places[k]], part->keys[k]))
+                fit.start[static_cast<Eigen::Index>(part->places[k])] = *place;
+    // Rules of one key bound a range at its ends, with the other keys somewhere between theirs.
+    check_point(fit, fit.start);
+    for (Eigen::Index k = 0; k < fit.start.size(); ++k)
+        for (const double end : {0.0, 1.0}) {
+            BoxPoint point = fit.start;
+            point[k] = end;
+            check_point(fit, point);
+        }
+    fit.set = {.folder = options.output, .jobs = options.jobs, .resume_command = options.resume_command};
+    return fit;
+}
+
+Json plan_of(const Fit& fit) {
+    const FitOptions& options = fit.options;
+    std::string profiles, first;
+    for (const FitRecipe& part : fit.parts) {
+        for (const MeasuredProfile& profile : part.targets.profiles)
+            for (const Eigen::Vector2d& p : profile.points) profiles += fmt::format("{},{} ", p.x(), p.y());
+        first += effective_recipe(recipe_of(part, values_of(fit, fit.start)));
+    }
+    return Json{
+        {"version", version()},
+        {"recipe", fmt::format("{}", fmt::join(options.recipes, " "))},
+        {"vary", options.vary},
+        {"set", options.overrides},
+        {"target", options.targets},
+        {"target_profile", options.profiles},
+        {"profile_sigma", options.profile_sigma ? Json(*options.profile_sigma) : Json()},
+        {"profile_offset", options.profile_offset},
+        {"method", options.method},
+        {"digest", digest(fmt::format("{} {} {} {}", version(), first, profiles,
+                                      Json{options.vary, options.targets, options.profiles, options.method,
+                                           options.profile_offset, options.profile_sigma.value_or(0.0)}
+                                          .dump()))}};
+}
+
+// The point's runs, of several points that are asked for at once; false where values that are each right do
+// not fit together.
+bool add_point(Fit& fit, const BoxPoint& point) {
+    const RunValues values = values_of(fit, point);
+    std::vector<Recipe> recipes;
+    try {
+        for (const FitRecipe& part : fit.parts) recipes.push_back(recipe_of(part, values));
+    } catch (const RecipeError& error) {
+        fit.missing = error.what();
+        return false;
+    }
+    fit.points.push_back(values);
+    for (std::size_t r = 0; r < recipes.size(); ++r) {
+        FitRecipe& part = fit.parts[r];
+        part.numbers.push_back(add_run(fit.set, recipes[r]));
+        part.recipes.push_back(std::move(recipes[r]));
+        RunValues row = values;
+        if (fit.parts.size() > 1) row.insert(row.begin(), part.label);
+        fit.rows.push_back({std::move(row), part.numbers.back()});
+    }
+    return true;
+}
+
+Residuals residuals_at(Fit& fit, std::size_t point) {
+    Residuals all = Eigen::VectorXd(0);
+    for (const FitRecipe& part : fit.parts) {
+        const std::size_t number = part.numbers[point];
+        const SetRun& run = fit.set.runs[number - 1];
+        std::string missing;
+        Residuals residuals;
+        if (run.status == "ok")
+            residuals =
+                residuals_of(part.targets, part.recipes[point], run, folder_of(fit.set, number), missing);
+        if (!residuals) {
+            fit.missing = run.status != "ok" ? run.status
+                                             : fmt::format("run {:04} has no {}{}{}", number, part.label,
+                                                           part.label.empty() ? "" : ":", missing);
+            return std::nullopt;
+        }
+        Eigen::VectorXd joined(all->size() + residuals->size());
+        joined << *all, *residuals;
+        all = std::move(joined);
+    }
+    return all;
+}
+
+std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vector<BoxPoint>& points) {
+    std::vector<std::optional<std::size_t>> added;
+    std::vector<std::size_t> numbers;
+    for (const BoxPoint& point : points) {
+        const bool good = add_point(fit, point);
+        added.push_back(good ? std::optional(fit.points.size() - 1) : std::nullopt);
+        if (good)
+            for (const FitRecipe& part : fit.parts) numbers.push_back(part.numbers.back());
+    }
+    make_runs(fit.set, numbers, progress,
+              [&] { write_file(fit.options.output / "fit.csv", run_table(fit.columns, fit.rows, fit.set)); });
+    std::vector<Residuals> residuals;
+    residuals.reserve(added.size());
+    for (const auto& point : added) residuals.push_back(point ? residuals_at(fit, *point) : std::nullopt);
+    return residuals;
+}
+
+// Where residuals_at puts those of profiles; points in the first recipe's unit.
+std::vector<ProfileResiduals> profiles_of(const Fit& fit) {
+    std::vector<ProfileResiduals> profiles;
+    const double unit = metres_in(fit.parts.front().length_unit);
+    Eigen::Index first = 0;
+    for (const FitRecipe& part : fit.parts) {
+        first += static_cast<Eigen::Index>(part.targets.measures.size());
+        for (const MeasuredProfile& profile : part.targets.profiles) {
+            profiles.push_back({first, profile.points});
+            for (Eigen::Vector2d& p : profiles.back().points) p *= metres_in(part.length_unit) / unit;
+            first += static_cast<Eigen::Index>(profile.points.size());
+        }
+    }
+    return profiles;
+}
+
+FitSearch find(Fit& fit) {
+    const FitOptions& options = fit.options;
+    ProgressBar progress("fit", static_cast<double>(options.max_runs), "runs at most", !options.quiet,
+                         {.tenths = true});
+    try {
+        return search_least_squares(
+            {.start = fit.start,
+             .evaluate = [&](const std::vector<BoxPoint>& points) { return evaluate(fit, progress, points); },
+             .max_runs = options.max_runs / fit.parts.size(),
+             .known_errors = fit.parts.front().targets.known_errors,
+             .profiles = profiles_of(fit)},
+            options.method);
+    } catch (const NumericsError& error) {
+        throw NumericsError(
+            fmt::format("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing));
+    }
+}
+
+// The best recipes, and their profiles over the measured ones.
+void write_best(const Fit& fit, const FitEnd& end) {
+    const std::filesystem::path& folder = fit.options.output;
+    for (const FittedRecipe& fitted : end.recipes) {
+        const std::string label = fitted.label.empty() ? "" : "_" + fitted.label;
+        write_file(folder / fmt::format("best{}.toml", label), fitted.best_run.recipe);
+        for (std::size_t k = 0; k < fitted.targets.profiles.size(); ++k)
+            write_file(
+                folder / fmt::format("overlay{}{}.svg", label, k == 0 ? "" : fmt::format("_{}", k + 1)),
+                overlay_svg(fitted, k));
+    }
+}
+
+}  // namespace
+
+Json run_fit(const FitOptions& options) {
+    if (options.max_runs < options.recipes.size() || options.max_runs > kMostRuns)
+        throw RecipeError(fmt::format("--max-runs {}: must be from {} to {}", options.max_runs,
+                                      options.recipes.size(), kMostRuns));
+    Fit fit = read_fit(options);
+    make_folder(options.output, "choose another with -o");
+    const FolderLock lock(options.output);
+    Json json = plan_of(fit);
+    open_batch_folder(options.output, kFile, "fit", json, options.resume);
+    const std::string path = (options.output / kFile).string();
+    adopt_runs(fit.set);
+    json["status"] = "unfinished";
+    // A result stands until there is a better one.
+    if (!std::filesystem::exists(path)) write_json(path, json);
+
+    const FitSearch search = find(fit);
+    const LeastSquaresResult& found = search.found;
+    const auto best = static_cast<std::size_t>(
+        std::find(fit.points.begin(), fit.points.end(), values_of(fit, found.best)) - fit.points.begin());
+    FitEnd end{.varied = fit.varied, .found = found, .several_minima = search.several_minima};
+    std::set<std::size_t> numbers;  // equal points share a run
+    for (const FitRecipe& part : fit.parts) {
+        const std::size_t number = part.numbers[best];
+        end.recipes.push_back({.label = part.label,
+                               .targets = part.targets,
+                               .best_recipe = part.recipes[best],
+                               .best_run = fit.set.runs[number - 1],
+                               .best_number = number,
+                               .best_folder = folder_of(fit.set, number),
+                               .first_folder = folder_of(fit.set, part.numbers.front())});
+        numbers.insert(part.numbers.begin(), part.numbers.end());
+    }
+    json.update(fit_json(end));
+    json["runs"] = numbers.size();
+    write_best(fit, end);
+    write_json(path, json);
+    return json;
+}
+
+}  // namespace sidewall::app

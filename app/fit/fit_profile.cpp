@@ -1,0 +1,294 @@
+#include "app/fit/fit_profile.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "app/common/text.hpp"
+#include "app/recipe/figure_names.hpp"
+#include "app/results/result.hpp"
+#include "surface/cut.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr std::size_t kMostProfilePoints = 5000;
+
+std::optional<double> number(std::string_view text) {
+    return finite_number(text.substr(text.starts_with('+') ? 1 : 0));
+}
+
+// Fields of a row: blanks separate where nothing else does.
+std::vector<std::string> fields_of(std::string line) {
+    const bool marks = line.find_first_of(",;\t") != std::string::npos;
+    for (char& c : line)
+        if (c == ';' || c == '\t' || (c == ' ' && !marks)) c = ',';
+    std::vector<std::string> fields;
+    for (std::string field : split(line, ',')) {
+        std::erase_if(field, [](char c) { return c == ' ' || c == '"' || c == '\r'; });
+        if (marks || !field.empty()) fields.push_back(std::move(field));
+    }
+    return fields;
+}
+
+// Of a header: where x (or y) and z stand, e.g. in "x [um],z [um],polyline".
+std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
+    std::array<std::size_t, 2> columns{0, 1};
+    for (std::size_t k = header.size(); k-- > 0;) {
+        const std::string word = header[k].substr(0, header[k].find_first_of("[("));
+        if (word == "x" || word == "X" || word == "y" || word == "Y") columns[0] = k;
+        if (word == "z" || word == "Z") columns[1] = k;
+    }
+    return columns;
+}
+
+// What the brackets in a column's name hold; or "".
+std::string unit_in(const std::string& name) {
+    const auto open = name.find_first_of("[(");
+    if (open == std::string::npos) return "";
+    return name.substr(open + 1, name.find_first_of("])", open) - open - 1);
+}
+
+// Signed distance from the nearest piece and the direction in which it grows.
+struct Nearest {
+    double distance = std::numeric_limits<double>::infinity();
+    Vector2d normal = Vector2d::Zero();
+};
+
+Nearest nearest_on(const Contour& contour, const Vector2d& p) {
+    Nearest nearest;
+    double best = std::numeric_limits<double>::infinity(), steepest = 0.0;
+    for (const auto& [a, b] : contour) {
+        const Vector2d along = b - a, to = p - a;
+        const double length2 = along.squaredNorm();
+        const double t = length2 > 0.0 ? std::clamp(to.dot(along) / length2, 0.0, 1.0) : 0.0;
+        const Vector2d from = to - t * along;
+        const double distance = from.norm();
+        if (distance > best * (1.0 + 1e-12) + 1e-300) continue;
+        // At a corner both pieces are as near: the side is that of the one whose line is farther away.
+        const double across =
+            (along.x() * to.y() - along.y() * to.x()) / std::sqrt(std::max(length2, 1e-300));
+        if (distance >= best * (1.0 - 1e-12) && std::abs(across) <= steepest) continue;
+        best = std::min(best, distance);
+        steepest = std::abs(across);
+        const double side = across < 0.0 ? -1.0 : 1.0;
+        const Vector2d left = Vector2d(-along.y(), along.x()) / std::sqrt(std::max(length2, 1e-300));
+        nearest = {side * distance,
+                   distance > 1e-9 * std::sqrt(length2) ? Vector2d(side * from / distance) : left};
+    }
+    return nearest;
+}
+
+double sum_of_squares(const Contour& contour, const std::vector<Vector2d>& points, const Vector2d& offset) {
+    double sum = 0.0;
+    for (const Vector2d& p : points) sum += std::pow(nearest_on(contour, p + offset).distance, 2);
+    return sum;
+}
+
+// Gauss-Newton on the offset from where it is; the sum of squares only falls.
+void settle_offset(const Contour& contour, const std::vector<Vector2d>& points, ProfileOffset free,
+                   Vector2d& offset) {
+    constexpr int kMostSteps = 30;
+    double sum = sum_of_squares(contour, points, offset);
+    for (int step = 0; step < kMostSteps; ++step) {
+        Eigen::Matrix2d h = Eigen::Matrix2d::Zero();
+        Vector2d g = Vector2d::Zero();
+        for (const Vector2d& p : points) {
+            Nearest near = nearest_on(contour, p + offset);
+            if (!free.x) near.normal.x() = 0.0;
+            if (!free.z) near.normal.y() = 0.0;
+            h += near.normal * near.normal.transpose();
+            g += near.distance * near.normal;
+        }
+        h.diagonal().array() += 1e-9 * h.trace() + 1e-300;
+        Vector2d change = -h.ldlt().solve(g);
+        double now = sum_of_squares(contour, points, offset + change);
+        for (int half = 0; half < 6 && now >= sum; ++half) {
+            change *= 0.5;
+            now = sum_of_squares(contour, points, offset + change);
+        }
+        if (now >= sum) return;
+        offset += change;
+        if (now > sum * (1.0 - 1e-9)) return;
+        sum = now;
+    }
+}
+
+Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points, ProfileOffset free) {
+    constexpr std::size_t kFew = 60;
+    constexpr double kReach = 0.2;  // of the profile's extent, where the search begins
+    std::vector<Vector2d> few;
+    Vector2d low = points[0], high = points[0];
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        low = low.cwiseMin(points[i]);
+        high = high.cwiseMax(points[i]);
+        if (i * kFew / points.size() != (i + 1) * kFew / points.size() || points.size() <= kFew)
+            few.push_back(points[i]);
+    }
+    const double reach = kReach * (high - low).maxCoeff();
+    Vector2d best = Vector2d::Zero();
+    double least = std::numeric_limits<double>::infinity();
+    for (const int i : {0, -1, 1})
+        for (const int j : {0, -1, 1}) {
+            if ((i != 0 && !free.x) || (j != 0 && !free.z)) continue;
+            Vector2d offset(i * reach, j * reach);
+            settle_offset(contour, few, free, offset);
+            if (const double sum = sum_of_squares(contour, few, offset); sum < 0.999 * least) {
+                least = sum;
+                best = offset;
+            }
+        }
+    settle_offset(contour, points, free, best);
+    return best;
+}
+
+// What lies beyond the domain's sides, which bound x and y.
+void add_beyond(const levelset::Domain& domain, const Vec3& along, Contour& contour) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double direction = along[static_cast<int>(axis)];
+        if (std::abs(direction) < 1.0 - 1e-9) continue;
+        const double low = std::min(domain.min[axis] * direction, domain.max[axis] * direction);
+        const double high = std::max(domain.min[axis] * direction, domain.max[axis] * direction);
+        const Contour inside = contour;
+        for (const double side : {low, high})
+            for (std::array<Vector2d, 2> piece : inside) {
+                for (Vector2d& p : piece)
+                    p.x() = domain.side[axis] == levelset::Side::reflective ? 2.0 * side - p.x()
+                            : side == low                                   ? p.x() - (high - low)
+                                                                            : p.x() + (high - low);
+                if (domain.side[axis] == levelset::Side::reflective) std::swap(piece[0], piece[1]);
+                contour.push_back(piece);
+            }
+    }
+}
+
+}  // namespace
+
+MeasuredProfile read_measured_profile(const std::string& name) {
+    MeasuredProfile profile{.name = name};
+    std::string file = name;
+    if (const auto at = name.rfind('@'); at != std::string::npos && !std::filesystem::exists(name)) {
+        file = name.substr(0, at);
+        profile.time = number(name.substr(at + 1));
+        if (!profile.time || *profile.time < 0.0)
+            throw RecipeError(
+                fmt::format("--target-profile {}: after @ stands a process time, e.g. {}@2.5", name, file));
+    }
+    const std::string text = surface::read_whole_file(file);
+    std::array<std::size_t, 2> columns{0, 1};
+    std::size_t line_number = 0;
+    bool first = true;
+    for (std::string line : split(text, '\n')) {
+        ++line_number;
+        line.erase(std::min(line.size(), line.find('#')));
+        const std::vector<std::string> fields = fields_of(line);
+        if (fields.empty() ||
+            std::all_of(fields.begin(), fields.end(), [](const auto& f) { return f.empty(); }))
+            continue;
+        const bool header =
+            first && std::none_of(fields.begin(), fields.end(), [](const auto& f) { return number(f); });
+        first = false;
+        if (header) {
+            columns = columns_of(fields);
+            for (const std::size_t column : columns)
+                if (column < fields.size() && profile.unit.empty()) profile.unit = unit_in(fields[column]);
+            continue;
+        }
+        Vector2d point;
+        for (int k = 0; k < 2; ++k) {
+            const std::size_t column = columns[static_cast<std::size_t>(k)];
+            const auto value = column < fields.size() ? number(fields[column]) : std::nullopt;
+            if (!value)
+                throw FileError(fmt::format("{}:{}: column {} is no number: a profile has rows x,z", file,
+                                            line_number, column + 1));
+            point[k] = *value;
+        }
+        profile.points.push_back(point);
+    }
+    if (profile.points.size() < 3 || profile.points.size() > kMostProfilePoints)
+        throw FileError(fmt::format("{}: has {} points: a profile has 3 to {} rows x,z", file,
+                                    profile.points.size(), kMostProfilePoints));
+    return profile;
+}
+
+void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
+    if (!profile.time) return;
+    const double asked = *profile.time;
+    const std::vector<Step> steps = expanded_steps(recipe);
+    const double total = total_duration(steps), slack = 1e-6 * total;
+    std::vector<double> times{0.0, total};
+    double end = 0.0;
+    for (const Step& step : steps) {
+        if (step.stop_depth || step.stop_thickness || !step.stop_material.empty() || !stop_text(step).empty())
+            return;  // who knows when it ends
+        times.push_back(end += step.duration);
+    }
+    const double every = recipe.output.every.value_or(0.0);
+    if (every > 0.0) times = {0.0, every * std::round(asked / every), total};
+    const auto is_it = [&](double time) { return std::abs(time - asked) <= slack && time <= total + slack; };
+    if (std::none_of(times.begin(), times.end(), is_it))
+        throw RecipeError(fmt::format(
+            "--target-profile {}: runs save no surface at time {:g}, of {:g} {}: set [output] every so that they do, e.g. "
+            "--set output.every={:g}",
+            profile.name, asked, total, recipe.domain.time_unit, asked));
+}
+
+void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe) {
+    Vector2d low = profile.points.front(), high = low;
+    for (const Vector2d& p : profile.points) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    const Vector2d span = high - low;
+    const std::size_t along = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
+    const double wafer = recipe.domain.extent[along];
+    constexpr double kWithBeyond = 3.0;  // contour_of
+    if (span.x() <= kWithBeyond * wafer && span.maxCoeff() >= recipe.domain.grid_spacing) return;
+    throw FileError(
+        fmt::format("{0}: its points span {1:.4g} by {2:.4g}, the wafer is {3:.4g} {4} wide: are "
+                    "they in another unit? Give them in {4}, the recipe's length_unit",
+                    profile.name, span.x(), span.y(), wafer, recipe.domain.length_unit));
+}
+
+Contour contour_of(const std::filesystem::path& folder, const Recipe& recipe, std::optional<double> time) {
+    const std::vector<SavedSurface> saved = saved_surfaces(folder);
+    const SavedSurface* chosen = &saved.back();
+    if (time) {
+        constexpr double kSlack = 1e-6;                             // relative
+        if (*time > saved.back().time * (1.0 + kSlack)) return {};  // it ended before
+        chosen = &saved_at(saved, *time);
+    }
+    const surface::Plane plane = surface::parse_plane(recipe.metrology.cut);
+    const auto axes = surface::plane_axes(plane);
+    Contour contour;
+    const auto flat = [&](const Vec3& p) { return Vector2d(p.dot(axes[0]), p.dot(axes[1])); };
+    for (const surface::Polyline& line : surface::cut_by_plane(surface::read_mesh(chosen->file), plane)) {
+        const std::size_t count = line.points.size();
+        for (std::size_t i = 0; i + (line.closed ? 0 : 1) < count; ++i)
+            contour.push_back({flat(line.points[i]), flat(line.points[(i + 1) % count])});
+    }
+    add_beyond(domain_of(recipe), axes[0], contour);
+    return contour;
+}
+
+std::optional<ProfileDistance> distance_to(const Contour& contour, const std::vector<Vector2d>& points,
+                                           ProfileOffset free) {
+    if (contour.empty() || points.empty()) return std::nullopt;
+    ProfileDistance result;
+    if (free.x || free.z) result.offset = find_offset(contour, points, free);
+    result.signed_distances.resize(static_cast<Eigen::Index>(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i)
+        result.signed_distances[static_cast<Eigen::Index>(i)] =
+            nearest_on(contour, points[i] + result.offset).distance;
+    return result;
+}
+
+}  // namespace sidewall::app

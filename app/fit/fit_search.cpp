@@ -1,0 +1,243 @@
+#include "app/fit/fit_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <nlopt.hpp>
+#include <stdexcept>
+
+#include "surface/error.hpp"
+#include "surface/infinity.hpp"
+
+namespace sidewall::app {
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kMet = 0.01;       // of what is asked for, root mean square
+constexpr double kMetSigmas = 2.0;  // where standard deviations are known
+constexpr double kApart = 0.1;      // between minima, in the unit box
+constexpr double kBeside = 0.01;    // points of one minimum
+
+double cost_of(const Residuals& residuals) {
+    return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
+}
+
+// All points that a search has evaluated, each once.
+class Trials {
+  public:
+    explicit Trials(const LeastSquares& problem) : problem_(problem) {}
+
+    const std::vector<FitTrial>& all() const { return all_; }
+    std::size_t left() const { return problem_.max_runs - std::min(problem_.max_runs, all_.size()); }
+
+    std::vector<Residuals> evaluate(const std::vector<BoxPoint>& points) {
+        std::vector<Residuals> residuals = problem_.evaluate(points);
+        for (std::size_t i = 0; i < points.size(); ++i) all_.push_back({points[i], residuals[i]});
+        return residuals;
+    }
+
+    const Residuals& at(const BoxPoint& x) {
+        const auto known =
+            std::find_if(all_.begin(), all_.end(), [&](const FitTrial& trial) { return trial.x == x; });
+        if (known != all_.end()) return known->residuals;
+        evaluate({x});
+        return all_.back().residuals;
+    }
+
+    const FitTrial& best() const {
+        return *std::min_element(all_.begin(), all_.end(), [](const FitTrial& a, const FitTrial& b) {
+            return cost_of(a.residuals) < cost_of(b.residuals);
+        });
+    }
+
+    // Least squares with these of the points, or from the start, and with the runs that are left.
+    LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise, bool descends = true) {
+        const std::size_t runs = known.size() + left();
+        LeastSquaresResult found =
+            fit_least_squares({.start = problem_.start,
+                               .evaluate = [this](const std::vector<BoxPoint>& x) { return evaluate(x); },
+                               .max_runs = runs,
+                               .known_errors = problem_.known_errors,
+                               .known = std::move(known),
+                               .noise = noise,
+                               .descends = descends,
+                               .profiles = problem_.profiles});
+        found.runs = all_.size();
+        return found;
+    }
+
+  private:
+    const LeastSquares& problem_;
+    std::vector<FitTrial> all_;
+};
+
+// What NLopt minimises. Points without residuals cost more than all others.
+struct SumOfSquares {
+    Trials& trials;
+    std::size_t most = 0;   // trials: points at the bounds come up again and count once
+    double greatest = 1.0;  // finite cost so far
+    std::exception_ptr failure;
+};
+
+double greatest_cost(const Trials& trials) {
+    double greatest = 1.0;
+    for (const FitTrial& trial : trials.all())
+        if (const double cost = cost_of(trial.residuals); std::isfinite(cost))
+            greatest = std::max(greatest, cost);
+    return greatest;
+}
+
+double sum_of_squares(unsigned count, const double* x, double*, void* data) {
+    SumOfSquares& sum = *static_cast<SumOfSquares*>(data);
+    const BoxPoint point =
+        Eigen::Map<const VectorXd>(x, static_cast<Eigen::Index>(count)).cwiseMax(0.0).cwiseMin(1.0);
+    double cost = kInfinity;
+    try {
+        cost = cost_of(sum.trials.at(point));
+    } catch (...) {
+        sum.failure = std::current_exception();
+    }
+    if (sum.failure || sum.trials.all().size() >= sum.most) throw nlopt::forced_stop();
+    if (!std::isfinite(cost)) return 2.0 * sum.greatest;
+    sum.greatest = std::max(sum.greatest, cost);
+    return cost;
+}
+
+// From the best point so far. False if it ended for want of runs.
+bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std::size_t population) {
+    constexpr double kTolerance = 0.001, kFirstStep = 0.2;  // in the unit box
+    constexpr std::size_t kMostRepeats = 10;
+    SumOfSquares sum{.trials = trials, .most = trials.all().size() + runs, .greatest = greatest_cost(trials)};
+    std::vector<double> x(trials.best().x.begin(), trials.best().x.end());
+    nlopt::opt search(algorithm, static_cast<unsigned>(x.size()));
+    search.set_min_objective(sum_of_squares, &sum);
+    search.set_lower_bounds(0.0);
+    search.set_upper_bounds(1.0);
+    search.set_maxeval(static_cast<int>(kMostRepeats * runs));
+    if (population > 0) {
+        nlopt::srand(1);
+        search.set_population(static_cast<unsigned>(population));
+    } else {
+        search.set_xtol_abs(kTolerance);
+        search.set_initial_step(kFirstStep);
+    }
+    try {
+        double least = 0.0;
+        return search.optimize(x, least) != nlopt::MAXEVAL_REACHED;
+    } catch (const nlopt::roundoff_limited&) {
+        return true;  // points so close that rounding hides what tells them apart
+    } catch (const std::runtime_error&) {
+        if (sum.failure) std::rethrow_exception(sum.failure);
+        return false;
+    }
+}
+
+// Runs that slopes from both sides, the noise and some steps take.
+std::size_t last_runs(Eigen::Index parameters) {
+    return static_cast<std::size_t>(4 * parameters + 6);
+}
+
+std::size_t fewest_at_random(Eigen::Index parameters) {
+    return last_runs(parameters) + 4 * (static_cast<std::size_t>(parameters) + 1);
+}
+
+void require_runs_for_crs(const LeastSquares& problem) {
+    // Few runs allowed mean few first points; enough for this search mean all of them.
+    LeastSquares unbounded = problem;
+    unbounded.max_runs = std::numeric_limits<std::size_t>::max();
+    const std::size_t fewest = first_points(unbounded).size() + fewest_at_random(problem.start.size());
+    if (problem.max_runs < fewest)
+        throw RecipeError(
+            fmt::format("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
+                        problem.start.size(), fewest, problem.max_runs));
+}
+
+// False if too few runs are left for that.
+bool search_at_random(Trials& trials, Eigen::Index parameters) {
+    const auto n = static_cast<std::size_t>(parameters);
+    const std::size_t usual = 10 * (n + 1), kept = last_runs(parameters);
+    if (trials.left() < fewest_at_random(parameters)) return false;
+    const std::size_t runs = std::min(std::max(2 * usual, trials.left() / 2), trials.left() - kept);
+    minimise(trials, nlopt::GN_CRS2_LM, runs, runs / 2);
+    return true;
+}
+
+// But for where residuals tell no points apart.
+bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
+    VectorXd between = b.best - a.best;
+    for (const LeastSquaresResult* found : {&a, &b})
+        for (const VectorXd& free : found->free_directions) between -= free.dot(between) * free;
+    return between.lpNorm<Eigen::Infinity>() > kApart;
+}
+
+// The points nearer to the first one farthest from \p end than to that.
+std::vector<FitTrial> points_beyond(const Trials& trials, std::size_t first_count, const BoxPoint& end) {
+    const FitTrial* farthest = nullptr;
+    for (std::size_t i = 0; i < std::min(first_count, trials.all().size()); ++i) {
+        const FitTrial& trial = trials.all()[i];
+        if (std::isfinite(cost_of(trial.residuals)) &&
+            (farthest == nullptr || (trial.x - end).norm() > (farthest->x - end).norm()))
+            farthest = &trial;
+    }
+    std::vector<FitTrial> beyond;
+    for (const FitTrial& trial : trials.all())
+        if (farthest != nullptr && (trial.x - farthest->x).norm() < (trial.x - end).norm())
+            beyond.push_back(trial);
+    return beyond;
+}
+
+FitSearch search_by_itself(Trials& trials, const LeastSquares& problem) {
+    FitSearch search{.found = trials.fit({}, {})};
+    LeastSquaresResult& found = search.found;
+    const bool known = problem.known_errors;
+    if (!found.converged || meets_targets(found, known) || trials.left() < last_runs(problem.start.size()))
+        return search;
+    std::vector<FitTrial> beyond = points_beyond(trials, first_points(problem).size(), found.best);
+    if (beyond.empty()) return search;
+    LeastSquaresResult other = trials.fit(std::move(beyond), found.noise);
+    search.several_minima = other.converged && are_apart(found, other);
+    if (other.residuals.norm() < found.residuals.norm()) std::swap(found, other);
+    found.runs = trials.all().size();
+    if (search.several_minima && !meets_targets(found, known) &&
+        search_at_random(trials, problem.start.size()))
+        found = trials.fit(trials.all(), found.noise);
+    return search;
+}
+
+}  // namespace
+
+double misfit(const LeastSquaresResult& found) {
+    return found.residuals.norm() / std::sqrt(static_cast<double>(found.residuals.size()));
+}
+
+bool meets_targets(const LeastSquaresResult& found, bool known_errors) {
+    return misfit(found) <= (known_errors ? kMetSigmas : std::max(kMet, 3.0 * found.noise));
+}
+
+FitSearch search_least_squares(const LeastSquares& problem, const std::string& method) {
+    Trials trials(problem);
+    if (method == "auto") return search_by_itself(trials, problem);
+    if (method == "gauss-newton") return {.found = trials.fit({}, {})};
+    if (method == "crs") require_runs_for_crs(problem);
+    trials.evaluate(first_points(problem));
+    // Where no run has its targets, nothing is to be searched: the fit says so.
+    const bool any = std::isfinite(cost_of(trials.best().residuals));
+    if (method == "crs") {
+        if (any) search_at_random(trials, problem.start.size());
+        return {.found = trials.fit(trials.all(), {})};
+    }
+    const std::size_t kept = last_runs(problem.start.size()),
+                      runs = trials.left() - std::min(trials.left(), kept);
+    const bool ended = any && runs > 0 && minimise(trials, nlopt::LN_BOBYQA, runs, 0);
+    const BoxPoint end = trials.best().x;
+    LeastSquaresResult found = trials.fit(trials.all(), {}, false);
+    // Unless a point that was evaluated for slopes, farther away than those for the noise, is lower.
+    found.converged = ended && (found.best - end).lpNorm<Eigen::Infinity>() < kBeside;
+    return {.found = std::move(found)};
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,133 @@
+#include "app/fit/fit_targets.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/common/text.hpp"
+#include "app/sweep/measures.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+MeasureTarget read_target(const std::string& text) {
+    constexpr const char* kForm = "write NAME=VALUE or NAME=VALUE+-SIGMA, e.g. depth=2.1+-0.05";
+    const std::size_t equals = text.find('='), error = text.find("+-");
+    if (equals == std::string::npos || equals == 0)
+        throw RecipeError(fmt::format("--target {}: {}", text, kForm));
+    MeasureTarget target{.name = text.substr(0, equals)};
+    const std::string_view values = std::string_view(text).substr(equals + 1);
+    const std::size_t split = error == std::string::npos ? values.size() : error - equals - 1;
+    const auto asked = finite_number(values.substr(0, split));
+    if (split < values.size()) {
+        target.sigma = finite_number(values.substr(split + 2));
+        if (!target.sigma || *target.sigma <= 0.0)
+            throw RecipeError(fmt::format("--target {}: SIGMA must be greater than 0: {}", text, kForm));
+    }
+    if (!asked) throw RecipeError(fmt::format("--target {}: VALUE is no number: {}", text, kForm));
+    target.asked = *asked;
+    return target;
+}
+
+double extent_of(const MeasuredProfile& profile) {
+    Eigen::Vector2d low = profile.points[0], high = low;
+    for (const Eigen::Vector2d& p : profile.points) {
+        low = low.cwiseMin(p);
+        high = high.cwiseMax(p);
+    }
+    return std::max((high - low).maxCoeff(), 1e-300);
+}
+
+std::optional<double> figure(const SetRun& run, const std::string& name) {
+    if (!run.summary.contains("metrology")) return std::nullopt;
+    const Json value = run.summary["metrology"].value(name, Json());
+    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+}  // namespace
+
+FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
+    FitTargets targets{.profile_sigma = options.profile_sigma,
+                       .offset = {.x = options.profile_offset.find('x') != std::string::npos,
+                                  .z = options.profile_offset.find('z') != std::string::npos}};
+    std::size_t known = 0;
+    for (const std::string& text : options.targets) {
+        MeasureTarget target = read_target(text);
+        Recipe asked = recipe;
+        want_measure(asked, target.name, "--target");
+        if (!is_figure(recipe, target.name))
+            throw RecipeError(fmt::format("--target {}: {} stands for several figures: name one, e.g. {}",
+                                          text, target.name, example_of(target.name)));
+        for (const MeasureTarget& other : targets.measures)
+            if (other.name == target.name)
+                throw RecipeError(fmt::format("--target {}: {} is asked for twice", text, target.name));
+        known += target.sigma ? 1 : 0;
+        targets.measures.push_back(std::move(target));
+    }
+    if (options.profile_sigma && *options.profile_sigma <= 0.0)
+        throw RecipeError("--profile-sigma: must be greater than 0");
+    for (const std::string& name : options.profiles) {
+        targets.profiles.push_back(read_measured_profile(name));
+        require_saved_time(targets.profiles.back(), recipe);
+        if (const std::string& unit = targets.profiles.back().unit;
+            !unit.empty() && unit != recipe.domain.length_unit)
+            throw FileError(
+                fmt::format("{}: its header says {}, the recipe's lengths are in {}: convert it, or set "
+                            "domain.length_unit",
+                            name, unit, recipe.domain.length_unit));
+        require_wafer_size(targets.profiles.back(), recipe);
+        known += options.profile_sigma ? 1 : 0;
+    }
+    const std::size_t all = targets.measures.size() + targets.profiles.size();
+    if (all == 0)
+        throw RecipeError(
+            "--target: missing: say what to fit, e.g. --target depth=2.1+-0.05, or --target-profile");
+    if (known != 0 && known != all)
+        throw RecipeError(
+            "--target: some have a standard deviation and some have none, so that their weights are unknown: "
+            "give all of them one (+-SIGMA, --profile-sigma) or none");
+    targets.known_errors = known > 0;
+    return targets;
+}
+
+void want_targets(const FitTargets& targets, Recipe& recipe) {
+    for (const MeasureTarget& target : targets.measures) want_measure(recipe, target.name, "--target");
+}
+
+std::optional<ProfileResidual> profile_residual(const FitTargets& targets, std::size_t profile,
+                                                const Recipe& recipe, const std::filesystem::path& folder) {
+    const MeasuredProfile& measured = targets.profiles[profile];
+    ProfileResidual residual{.contour = contour_of(folder, recipe, measured.time)};
+    auto distance = distance_to(residual.contour, measured.points, targets.offset);
+    if (!distance) return std::nullopt;
+    residual.distance = std::move(*distance);
+    return residual;
+}
+
+std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Recipe& recipe,
+                                            const SetRun& run, const std::filesystem::path& folder,
+                                            std::string& missing) {
+    std::vector<double> all;
+    for (const MeasureTarget& target : targets.measures) {
+        const auto got = figure(run, target.name);
+        if (!got) {
+            missing = target.name;
+            return std::nullopt;
+        }
+        const double scale = target.sigma.value_or(target.asked != 0.0 ? std::abs(target.asked) : 1.0);
+        all.push_back((*got - target.asked) / scale);
+    }
+    for (std::size_t k = 0; k < targets.profiles.size(); ++k) {
+        const auto found = profile_residual(targets, k, recipe, folder);
+        if (!found) {
+            missing = targets.profiles[k].name;
+            return std::nullopt;
+        }
+        const double scale = targets.profile_sigma.value_or(extent_of(targets.profiles[k]));
+        for (const double distance : found->distance.signed_distances) all.push_back(distance / scale);
+    }
+    return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,54 @@
+#pragma once
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/fit/fit.hpp"
+#include "app/fit/fit_profile.hpp"
+#include "app/sweep/run_set.hpp"
+
+namespace sidewall::app {
+
+/// A figure of a run's metrology, and what it is to be.
+struct MeasureTarget {
+    std::string name;
+    double asked = 0.0;
+    std::optional<double> sigma;
+};
+
+/// All that runs are held against.
+struct FitTargets {
+    std::vector<MeasureTarget> measures;
+    std::vector<MeasuredProfile> profiles;
+    std::optional<double> profile_sigma;
+    ProfileOffset offset;
+    bool known_errors = false;  ///< all have a standard deviation; else none has
+};
+
+/// Reads the targets; runs of \p recipe must be able to meet them.
+/// \throws RecipeError, FileError naming the option or file.
+FitTargets read_targets(const FitOptions& options, const Recipe& recipe);
+
+/// Makes a recipe measure them all.
+void want_targets(const FitTargets& targets, Recipe& recipe);
+
+/// How far a profile that has been found lies from its target.
+struct ProfileResidual {
+    Contour contour;
+    ProfileDistance distance;
+};
+
+/// The profile of a finished run.
+std::optional<ProfileResidual> profile_residual(const FitTargets& targets, std::size_t profile,
+                                                const Recipe& recipe, const std::filesystem::path& folder);
+
+/// Residuals of a finished run: of every measure (got - asked) and every profile's point its distance, over the standard
+/// deviation, or without these over the value asked for and the profile's extent.
+/// \param missing  gets the name of a target that the run does not have.
+/// \returns nothing if there is such a target.
+std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Recipe& recipe,
+                                            const SetRun& run, const std::filesystem::path& folder,
+                                            std::string& missing);
+
+}  // namespace sidewall::app

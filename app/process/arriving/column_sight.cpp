@@ -1,0 +1,123 @@
+#include "app/process/arriving/column_sight.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+namespace sidewall::app {
+namespace {
+
+float below(double x) {
+    return std::nextafter(static_cast<float>(x), -std::numeric_limits<float>::infinity());
+}
+
+float above(double x) {
+    return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity());
+}
+
+// Twice the signed area of a, b, p seen from above.
+double turn(const Vec3& a, const Vec3& b, const Vec3& p) {
+    return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
+}
+
+// Whether the triangle, which looks down, covers the point and lies higher there. Points on an edge count for
+// both its triangles, so that none slips between them.
+bool covers(const std::array<Vec3, 3>& t, const Vec3& p) {
+    const double u = turn(t[1], t[2], p), v = turn(t[2], t[0], p), w = turn(t[0], t[1], p);
+    const bool within = u <= 0.0 && v <= 0.0 && w <= 0.0;
+    const double area = u + v + w;
+    if (!within || area == 0.0) return false;
+    return (u * t[0].z() + v * t[1].z() + w * t[2].z()) / area > p.z();
+}
+
+// The triangles that look down.
+std::vector<std::array<Vec3, 3>> faces_down(const TriangleMesh& mesh) {
+    constexpr std::size_t kGrain = 1024;
+    std::vector<std::vector<std::array<Vec3, 3>>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+        const std::size_t end = std::min(mesh.triangles.size(), (part + 1) * kGrain);
+        for (std::size_t t = part * kGrain; t < end; ++t) {
+            const auto [a, b, c] = mesh.triangles[t];
+            if (turn(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]) < 0.0)
+                parts[part].push_back({mesh.vertices[a], mesh.vertices[b], mesh.vertices[c]});
+        }
+    });
+    std::vector<std::array<Vec3, 3>> corners;
+    for (const auto& part : parts) corners.insert(corners.end(), part.begin(), part.end());
+    return corners;
+}
+
+}  // namespace
+
+std::size_t ColumnSight::column_along(int axis, double position) const {
+    const auto a = static_cast<std::size_t>(axis);
+    const double column = std::floor((position - low_[a]) / width_);
+    return static_cast<std::size_t>(std::clamp(column, 0.0, static_cast<double>(count_[a] - 1)));
+}
+
+ColumnSight::ColumnSight(const TriangleMesh& mesh, double width) : width_(width) {
+    const Box3 box = bounding_box(mesh);
+    for (int axis = 0; axis < 2; ++axis) {
+        // At most as many columns along an axis as keep their table small beside the mesh.
+        constexpr double kMost = 4096.0;
+        const auto a = static_cast<std::size_t>(axis);
+        low_[a] = box.min[axis];
+        width_ = std::max(width_, (box.max[axis] - box.min[axis]) / kMost);
+    }
+    for (int axis = 0; axis < 2; ++axis)
+        count_[static_cast<std::size_t>(axis)] =
+            1 + static_cast<std::size_t>((box.max[axis] - box.min[axis]) / width_);
+
+    const std::size_t columns = count_[0] * count_[1];
+    corners_ = faces_down(mesh);
+    std::vector<std::atomic<std::uint32_t>> next(columns + 1);  // of each column's entries
+    const auto each = [&](auto&& use) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 1024), [&](const auto& range) {
+            for (std::size_t t = range.begin(); t != range.end(); ++t) {
+                const auto& [a, b, c] = corners_[t];
+                const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+                const std::size_t last_i = column_along(0, high.x()), first_j = column_along(1, low.y()),
+                                  last_j = column_along(1, high.y());
+                for (std::size_t i = column_along(0, low.x()); i <= last_i; ++i)
+                    for (std::size_t j = first_j; j <= last_j; ++j) {
+                        const std::size_t column = i * count_[1] + j;
+                        use(next[column].fetch_add(1, std::memory_order_relaxed), t, low, high);
+                    }
+            }
+        });
+    };
+    each([](std::uint32_t, std::size_t, const Vec3&, const Vec3&) {});
+    first_.assign(columns + 1, 0);
+    for (std::size_t n = 0; n < columns; ++n) {
+        first_[n + 1] = first_[n] + next[n].load(std::memory_order_relaxed);
+        next[n].store(first_[n], std::memory_order_relaxed);
+    }
+    entries_.resize(first_.back());
+    each([&](std::uint32_t at, std::size_t t, const Vec3& low, const Vec3& high) {
+        entries_[at] = {{below(low.x()), above(high.x()), below(low.y()), above(high.y()), above(high.z())},
+                        static_cast<std::uint32_t>(t)};
+    });
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, columns, 64), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n)
+            std::sort(entries_.begin() + first_[n], entries_.begin() + first_[n + 1],
+                      [](const Entry& a, const Entry& b) { return a.bounds[4] > b.bounds[4]; });
+    });
+}
+
+bool ColumnSight::open_above(const Vec3& point) const {
+    const std::size_t column = column_along(0, point.x()) * count_[1] + column_along(1, point.y());
+    const float x = static_cast<float>(point.x()), y = static_cast<float>(point.y()),
+                z = static_cast<float>(point.z());
+    for (std::uint32_t n = first_[column]; n < first_[column + 1]; ++n) {
+        const auto& [low_x, high_x, low_y, high_y, high_z] = entries_[n].bounds;
+        if (high_z < z) return true;
+        if (x < low_x || x > high_x || y < low_y || y > high_y) continue;
+        if (covers(corners_[entries_[n].triangle], point)) return false;
+    }
+    return true;
+}
+
+}  // namespace sidewall::app

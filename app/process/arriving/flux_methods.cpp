@@ -1,0 +1,134 @@
+#include "app/process/arriving/flux_methods.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "app/process/arriving/radiosity_fluxes.hpp"
+#include "app/recipe/step_model.hpp"
+#include "flux/radiosity/radiosity.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// How often a time step traces with Monte Carlo; radiosity gathers once.
+double traces_of(const Model& model) {
+    return model.sticking && model.coverages.pulse > 0.0 ? model.coverages.parts : 1.0;
+}
+
+std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& model,
+                                           const TracedSurface& surface, const SurfaceFlux& arriving,
+                                           std::span<const double> sticking, const TraceRequest& request) {
+    const std::size_t wedges = arriving.wedges.count();
+    std::vector<flux::MethodChoice> choices;
+    for (std::size_t k = 0; k < model.species.size(); ++k) {
+        if (std::string why = why_monte_carlo(model, k); !why.empty()) {
+            choices.emplace_back().why_not = std::move(why);
+            continue;
+        }
+        flux::TraceOptions options = trace_options(recipe, request);
+        options.progress = nullptr;
+        options.batches = std::min(options.batches, flux::TraceOptions().batches);  // of few rays
+        options.species_index = static_cast<std::uint32_t>(k);
+        if (!sticking.empty()) options.sticking_by_wedge = sticking.subspan(k * wedges, wedges);
+        flux::ExchangeOptions of_exchange = exchange_options(recipe, request);
+        of_exchange.progress = nullptr;
+        flux::Exchange exchange(surface.traced(), *surface.scene, surface.box, arriving.wedges,
+                                {model.species[k].source_exponent}, std::move(of_exchange));
+        choices.push_back(flux::choose_method(recipe.flux.relative_error.value_or(0.0), exchange,
+                                              model.species[k], arriving.materials, options));
+    }
+    return choices;
+}
+
+// Cost of a time step if radiosity takes the species whose cost it is at most \p most. Rays that serve the
+// most demanding of them serve all; so does a path of the tracer's.
+double cost(const Model& model, const std::vector<flux::MethodChoice>& choices, double most) {
+    double rays = 0.0, paths = 0.0;
+    for (const std::vector<std::size_t>& pass : flux::passes_of(model.species)) {
+        double longest = 0.0;
+        for (const std::size_t k : pass) {
+            const flux::MethodChoice& choice = choices[k];
+            const bool solved = choice.why_not.empty() && choice.radiosity_cost <= most;
+            (solved ? rays : longest) =
+                std::max(solved ? rays : longest, solved ? choice.radiosity_cost : choice.monte_carlo_cost);
+        }
+        paths += longest;
+    }
+    return rays + traces_of(model) * paths;
+}
+
+std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::MethodChoice>& choices) {
+    constexpr double kNone = -1.0;
+    double best = kNone;
+    for (const flux::MethodChoice& choice : choices)
+        if (choice.why_not.empty() &&
+            cost(model, choices, choice.radiosity_cost) < cost(model, choices, best))
+            best = choice.radiosity_cost;
+    std::vector<SpeciesMethod> methods;
+    for (std::size_t k = 0; k < choices.size(); ++k) {
+        const flux::MethodChoice& choice = choices[k];
+        const double ratio =
+            choice.radiosity_cost / std::max(1.0, traces_of(model) * choice.monte_carlo_cost);
+        const bool possible = choice.why_not.empty(), solved = possible && choice.radiosity_cost <= best;
+        methods.push_back({model.species[k].name, solved,
+                           possible
+                               ? fmt::format("radiosity costs about {:.2g} times as much as its paths at "
+                                             "a relative error of {:.2g}",
+                                             ratio, choice.target)
+                               : choice.why_not,
+                           choice.target, solved ? choice.rays : 0.0});
+    }
+    return methods;
+}
+
+}  // namespace
+
+std::vector<SpeciesMethod> choose_methods(const Recipe& recipe, const Model& model,
+                                          const TracedSurface& surface, const SurfaceFlux& arriving,
+                                          std::span<const double> sticking, const TraceRequest& request) {
+    if (recipe.flux.method == "auto")
+        return cheapest(model, choices_of(recipe, model, surface, arriving, sticking, request));
+    const bool asked = recipe.flux.method == "radiosity";
+    std::vector<SpeciesMethod> methods;
+    for (std::size_t k = 0; k < model.species.size(); ++k) {
+        const std::string why_not = asked ? why_monte_carlo(model, k) : "";
+        methods.push_back({model.species[k].name, asked && why_not.empty(), why_not, 0.0, 0.0});
+    }
+    return methods;
+}
+
+std::string describe(const std::vector<SpeciesMethod>& methods) {
+    std::string text;
+    for (const SpeciesMethod& method : methods) {
+        text += fmt::format("{}{} by {}", text.empty() ? "" : "; ", method.species, method_name(method));
+        if (!method.reason.empty()) text += fmt::format(" ({})", method.reason);
+    }
+    return text;
+}
+
+bool are_of(const Model& model, const std::vector<SpeciesMethod>& methods) {
+    return std::ranges::equal(model.species, methods, {}, &flux::Species::name, &SpeciesMethod::species);
+}
+
+const char* method_name(const SpeciesMethod& method) {
+    return method.radiosity ? "radiosity" : "monte-carlo";
+}
+
+flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request) {
+    flux::TraceOptions options;
+    options.rays =
+        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
+    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
+    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
+    options.time_step = request.key;
+    options.grid_spacing = domain_of(recipe).spacing;
+    options.progress = request.progress;
+    options.stop = request.stop;
+    options.shares = request.shares;
+    options.bottom_up = recipe.flux.method == "auto";
+    return options;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,209 @@
+#include "app/process/arriving/species_flux.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "app/process/arriving/flux_methods.hpp"
+#include "app/process/arriving/radiosity_fluxes.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "flux/tracer/averaging.hpp"
+#include "flux/tracer/leaks.hpp"
+#include "flux/tracer/smoothing.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Single leaks are rounding where two sheets touch; they must not end a run of few rays. As many as
+// flux::kRoundingLeaks allows in the million rays that a species traces by default.
+constexpr double kSingleLeaks = 10.0;
+
+// What lowers a relative error above the one asked for.
+std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method) {
+    if (result.discretisation_error > flux::kElementsAlone * *recipe.flux.relative_error)
+        return fmt::format(
+            "{:.3g} of it are the traced mesh's linear elements, so make grid_spacing or "
+            "simplify.l_max smaller",
+            result.discretisation_error);
+    return method.radiosity ? "allow more flux.max_rays and flux.memory" : "allow more flux.max_rays";
+}
+
+// Refuses a surface with holes, and tells of noise above what was asked for.
+void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
+                 const SpeciesMethod& method, std::uint32_t time_step) {
+    constexpr double kMissed = 1.25;  // times what auto expected: as much is scatter
+    if (result.others.size() + 1 != flux::tally_count(species))
+        throw NumericsError(fmt::format("species {}: the tracer did not count its yields", species.name));
+    if (flux::leaks_too_much(result.leaked, result.emitted, kSingleLeaks))
+        throw LeakError(fmt::format(
+            "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
+            "milder simplification",
+            species.name, result.leaked, result.emitted));
+    const double statistical = std::sqrt(
+        std::max(0.0, std::pow(result.relative_error, 2.0) - std::pow(result.discretisation_error, 2.0)));
+    if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
+        fmt::print(stderr,
+                   "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
+                   "for: {} or ask for less\n",
+                   time_step, species.name, result.relative_error, result.emitted,
+                   *recipe.flux.relative_error, remedy(recipe, result, method));
+    else if (method.radiosity && method.target > 0.0 && statistical > kMissed * method.target)
+        fmt::print(
+            stderr,
+            "time step {}: species {}: radiosity's relative error is {:.3g} after {} rays, above the {:.3g} of "
+            "{} paths, at which auto compared the two: allow more flux.memory or use monte-carlo\n",
+            time_step, species.name, statistical, result.emitted, method.target, recipe.flux.rays);
+}
+
+// Passes of the species that Monte Carlo traces, by their places in the model.
+std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
+                                                    const std::vector<SpeciesMethod>& methods) {
+    std::vector<std::size_t> places;
+    std::vector<flux::Species> species;
+    for (std::size_t k = 0; k < methods.size(); ++k)
+        if (!methods[k].radiosity) {
+            places.push_back(k);
+            species.push_back(model.species[k]);
+        }
+    std::vector<std::vector<std::size_t>> passes = flux::passes_of(species);
+    for (auto& pass : passes)
+        for (std::size_t& k : pass) k = places[k];
+    return passes;
+}
+
+// Whether every species of the pass sticks, or desorbs, as in the turn before; with both its particles would
+// do the same again.
+bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> before,
+               std::span<const double> now, std::size_t wedges) {
+    return before.size() == now.size() && std::ranges::all_of(pass, [&](std::size_t k) {
+               return now.empty() ||
+                      std::ranges::equal(before.subspan(k * wedges, wedges), now.subspan(k * wedges, wedges));
+           });
+}
+
+// As counted. Its random numbers are those of its first species' place.
+void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                const std::vector<std::size_t>& pass, std::span<const double> sticking,
+                std::span<const double> emission, const TraceRequest& request, SurfaceFlux& arriving) {
+    const std::size_t wedges = arriving.wedges.count();
+    std::vector<flux::Species> species;
+    std::vector<double> by_wedge;
+    for (const std::size_t k : pass) {
+        species.push_back(model.species[k]);
+        if (sticking.empty()) continue;
+        const auto own = sticking.subspan(k * wedges, wedges);
+        by_wedge.insert(by_wedge.end(), own.begin(), own.end());
+    }
+    flux::TraceOptions options = trace_options(recipe, request);
+    options.species_index = static_cast<std::uint32_t>(pass.front());
+    options.sticking_by_wedge = by_wedge;
+    // What desorbs has a pass of its own.
+    if (species.front().desorbs && !emission.empty())
+        options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
+    const auto traced = [&](auto&& tracer) {
+        return tracer(surface.traced(), *surface.scene, surface.box, species, arriving.materials,
+                      arriving.wedges, options);
+    };
+    std::vector<flux::FluxResult> results =
+        recipe.flux.relative_error ? traced([&](auto&&... parts) {
+            return flux::trace_fluxes_to(*recipe.flux.relative_error, parts...);
+        })
+                                   : traced([](auto&&... parts) { return flux::trace_fluxes(parts...); });
+    for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
+}
+
+// The request of one of so many parts of a trace.
+TraceRequest part_of(const TraceRequest& request, std::size_t part, std::size_t parts) {
+    TraceRequest own = request;
+    if (request.progress)
+        own.progress = [tell = request.progress, part, parts](double done) {
+            tell((static_cast<double>(part) + done) / static_cast<double>(parts));
+        };
+    return own;
+}
+
+// Every species, by its method.
+void trace(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+           std::span<const double> sticking, std::span<const double> emission, const TraceRequest& request,
+           std::optional<TraceReport> before, SharedTraces& shared, SurfaceFlux& arriving) {
+    const std::vector<std::vector<std::size_t>> passes = traced_passes(model, shared.methods);
+    const bool any_solved = std::ranges::any_of(shared.methods, &SpeciesMethod::radiosity);
+    const std::size_t parts = passes.size() + (any_solved ? 1 : 0);
+    for (std::size_t p = 0; p < passes.size(); ++p) {
+        if (!before || !unchanged(passes[p], shared.sticking, sticking, arriving.wedges.count()) ||
+            !unchanged(passes[p], shared.emission, emission, arriving.wedges.count()))
+            trace_pass(recipe, model, surface, passes[p], sticking, emission, part_of(request, p, parts),
+                       arriving);
+        else
+            for (const std::size_t k : passes[p]) arriving.trace->species[k] = std::move(before->species[k]);
+    }
+    if (any_solved)
+        solve_species(recipe, model, surface, sticking, emission, part_of(request, passes.size(), parts),
+                      shared.exchange, before, arriving);
+    for (std::size_t k = 0; k < model.species.size(); ++k)
+        check_trace(recipe, model.species[k], arriving.trace->species[k], shared.methods[k], request.key);
+}
+
+// Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
+// less arrives far more often, with little weight. Looks leave no element to chance: all know their errors.
+std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& wedges,
+                             const flux::FluxResult& result) {
+    if (result.bottom_up) return std::numeric_limits<std::uint64_t>::max();
+    if (result.pass_species == 1) return result.arrivals;
+    double sum = 0.0;
+    for (std::size_t w = 0; w < wedges.count(); ++w) sum += wedges.area[w] * result.wedge.flux[w];
+    return static_cast<std::uint64_t>(sum * static_cast<double>(result.emitted) / box.area() + 0.5);
+}
+
+// The fluxes that models see, from those found. Smoothing is for what is counted: a solved flux has no single
+// hits, and its errors go along with its neighbours'.
+void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arriving) {
+    TraceReport& trace = *arriving.trace;
+    arriving.flux.clear();
+    std::vector<const flux::TallyFlux*> tallies;
+    std::vector<std::uint8_t> solved;
+    for (std::size_t s = 0; s < trace.species.size(); ++s) {
+        const flux::FluxResult& result = trace.species[s];
+        for (std::size_t k = 0; k <= result.others.size(); ++k) {
+            const flux::FluxField& wedge = result.tally(k).wedge;
+            tallies.push_back(&result.tally(k));
+            solved.push_back(trace.methods[s].radiosity ? 1 : 0);
+            arriving.flux.push_back(
+                solved.back() != 0
+                    ? wedge.flux
+                    : flux::smoothed_flux(surface.traced(), arriving.wedges, wedge,
+                                          whole_arrivals(surface.box, arriving.wedges, result)));
+            trace.error.push_back(wedge.error);
+        }
+    }
+    if (recipe.flux.averaging == 0.0) return;
+    std::vector<flux::Unaveraged> fluxes;
+    for (std::size_t k = 0; k < tallies.size(); ++k)
+        fluxes.push_back({arriving.flux[k], tallies[k]->triangle.error});
+    std::vector<flux::FluxField> averages = flux::averaged(surface.traced(), surface.box, arriving.wedges,
+                                                           arriving.materials, fluxes, recipe.flux.averaging);
+    for (std::size_t k = 0; k < tallies.size(); ++k) {
+        arriving.flux[k] = std::move(averages[k].flux);
+        if (solved[k] == 0) trace.error[k] = std::move(averages[k].error);
+    }
+}
+
+}  // namespace
+
+void trace_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                   std::span<const double> sticking, std::span<const double> emission,
+                   const TraceRequest& request, SharedTraces& shared, SurfaceFlux& arriving) {
+    std::optional<TraceReport> before = std::exchange(arriving.trace, TraceReport{});
+    arriving.trace->methods = shared.methods;
+    arriving.trace->species.resize(model.species.size());
+    trace(recipe, model, surface, sticking, emission, request, std::move(before), shared, arriving);
+    shared.sticking.assign(sticking.begin(), sticking.end());
+    shared.emission.assign(emission.begin(), emission.end());
+    smooth(recipe, surface, arriving);
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,108 @@
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/common/interrupt.hpp"
+#include "app/common/timing.hpp"
+#include "app/models/model.hpp"
+#include "app/process/arriving/column_sight.hpp"
+#include "app/process/arriving/surface_field.hpp"
+#include "app/recipe/recipe.hpp"
+#include "flux/lateral.hpp"
+#include "flux/shares.hpp"
+#include "flux/tracer/tracer.hpp"
+#include "flux/wedges.hpp"
+#include "levelset/layers/stack.hpp"
+#include "levelset/meshes/pieces.hpp"
+#include "surface/ray_scene.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::app {
+
+/// How the flux of a species is found.
+struct SpeciesMethod {
+    std::string species;     ///< its name
+    bool radiosity = false;  ///< else Monte Carlo
+    std::string reason;      ///< of the choice, for a message; may be empty
+    double target =
+        0.0;            ///< relative error that radiosity is to reach instead of tracing [flux] rays; 0: none
+    double rays = 0.0;  ///< an unknown that radiosity begins with; 0: as few as tell errors
+};
+
+/// What tracing a surface told beyond the fluxes that models see.
+struct TraceReport {
+    /// As counted, by Model::species. Of those that radiosity takes: emitted, segments and leaked are of the
+    /// rays gathered for all of them, which are one pass; nothing is known of where particles ended.
+    std::vector<flux::FluxResult> species;
+    std::vector<SpeciesMethod> methods;      ///< by Model::species
+    std::vector<std::vector<double>> error;  ///< standard errors of SurfaceFlux::flux, by tally and wedge
+    int traces = 0;                          ///< it took until the coverages had settled
+    double coverage_change = 0.0;            ///< mean change of a coverage in the last of them
+};
+
+/// What arrives on a surface and what is adsorbed there. Every list is complete.
+struct SurfaceFlux {
+    std::vector<std::int32_t> materials;        ///< of the mesh's triangles
+    flux::Wedges wedges;                        ///< the mesh's vertices split at creases and material edges
+    std::vector<std::vector<double>> flux;      ///< what models see, by tally (flux_names) and wedge
+    std::vector<std::vector<double>> coverage;  ///< by Model::coverages and wedge
+    std::optional<TraceReport> trace;           ///< absent where all is carried over from an earlier surface
+};
+
+/// The wafer's surface at one time, what is traced in its place, and what arrives on it.
+struct TracedSurface {
+    TriangleMesh raw;                            ///< as extracted
+    std::vector<levelset::SurfacePiece> pieces;  ///< of raw
+    std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
+    flux::LateralBox box;                        ///< sides of the domain
+    /// Of traced(); absent if the model neither traces nor asks for positions, Model::speeds or line of sight along a
+    /// tilted beam.
+    std::shared_ptr<const surface::RayScene> scene;
+    std::shared_ptr<const ColumnSight>
+        columns;                          ///< of raw, if it asks for line of sight straight upwards alone
+    double time = 0.0;                    ///< since the step began
+    std::optional<SurfaceFlux> arriving;  ///< on traced(); absent if the model traces no species
+
+    const TriangleMesh& traced() const { return simplified ? *simplified : raw; }
+};
+
+/// How to trace.
+struct TraceRequest {
+    std::uint32_t key = 0;  ///< of the random numbers: the time step, counted over the whole run
+    bool settle = false;    ///< trace again until the coverages have settled; else one trace does
+    std::function<void(double)> progress = {};  ///< told the finished fraction; may be empty
+    double time = 0.0;                          ///< since the step began
+    std::function<bool()> stop = interrupted;   ///< asked often, by any thread; true ends the trace
+    /// By species, as chosen earlier in the step; empty: choose now.
+    std::vector<SpeciesMethod> methods = {};
+    flux::Shares shares = {};  ///< other processes that trace the same surface
+    bool errors = true;        ///< radiosity's standard errors are asked for
+};
+
+/// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;
+/// coverages follow from the fluxes, and the next fluxes from them.
+/// \param carried  of the surface before, from field_to_carry; coverages of the model's that it lacks begin
+///                 at 0.
+/// \throws NumericsError if particles leak through the surface as extracted or nothing is left of it,
+///         or ranks have come to different ones; Interrupted if the user asked to stop.
+TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                            const SurfaceField& carried, const TraceRequest& request, Timing& timing);
+
+/// Extracts the surface and gives it the fluxes and coverages of an earlier one, from field_to_carry with [flux] reuse, in place of
+/// a trace: those of the closest points.
+/// \param time  since the step began.
+/// \pre the model traces species.
+TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,
+                              const SurfaceField& carried, double time, Timing& timing);
+
+/// What the next time step needs to know of this one's surface: coverages; how steeply fluxes vary if the
+/// recipe lets that bound the simplification; the fluxes themselves if it lets them be used again.
+/// \param dt  of this time step, by the end of which transient coverages have changed.
+SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                            double dt);
+
+}  // namespace sidewall::app

@@ -1,0 +1,372 @@
+#include "app/process/record/run_folder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string_view>
+
+#include "app/common/files.hpp"
+#include "app/common/json.hpp"
+#include "app/common/ranks.hpp"
+#include "app/common/text.hpp"
+#include "app/process/record/saved_meshes.hpp"
+#include "app/process/record/summary.hpp"
+#include "app/results/metrology.hpp"
+#include "surface/cut.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/mesh_io.hpp"
+#include "surface/files/output_file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The user's own recipe must not be replaced by the effective one, which has no comments.
+void spare_recipe(const std::string& file, const fs::path& copy, const std::string& effective) {
+    std::error_code failure;
+    if (fs::equivalent(file, copy, failure) && surface::read_whole_file(copy) != effective)
+        throw RecipeError(fmt::format(
+            "{}: the run would write its effective recipe over this file: choose another folder with -o",
+            file));
+}
+
+// No run of the recipe saves as many surfaces.
+std::size_t above_saved(const Recipe& recipe) {
+    const std::vector<Step> steps = expanded_steps(recipe);
+    if (!recipe.output.every) return steps.size() + 1;
+    return static_cast<std::size_t>(total_duration(steps) / *recipe.output.every) + 2;
+}
+
+// Of the runs beside an earlier one to an accuracy.
+void remove_records(const fs::path& records) {
+    std::error_code failure;
+    if (!fs::is_directory(fs::symlink_status(records, failure)) || accuracy_records(records).empty()) return;
+    {
+        const FolderLock lock(records);
+        remove_accuracy_records(records);
+    }
+    fs::remove(records, failure);  // fails where there is something else
+}
+
+std::string profile_name(const std::string& number, std::size_t plane) {
+    return plane == 0 ? fmt::format("profile_{}.csv", number)
+                      : fmt::format("profile_{}_{}.csv", number, plane);
+}
+
+// What save() may write; whether an interface has triangles is seen only then.
+std::vector<std::string> saved_names(const std::string& number, std::size_t layers, bool traced,
+                                     std::size_t profiles) {
+    std::vector<std::string> names{"surface_" + number + ".vtp"};
+    for (std::size_t k = 0; k + 1 < layers; ++k)
+        names.push_back(fmt::format("interface_{}_{}.vtp", number, k));
+    if (traced) names.push_back("traced_" + number + ".vtp");
+    for (std::size_t k = 0; k < profiles; ++k) names.push_back(profile_name(number, k));
+    return names;
+}
+
+std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
+    const auto& length = recipe.domain.length_unit;
+    const auto& time = recipe.domain.time_unit;
+    std::string header = fmt::format(
+        "step,name,time [{0}],dt [{0}],max_speed [{1}/{0}],raw_vertices,raw_triangles,simplified_vertices,"
+        "simplified_triangles,segments,leaked,relative_error",
+        time, length);
+    for (const Measure& m : measures) header += fmt::format(",{} [{}]", m.name, m.unit);
+    return header + "\n";
+}
+
+}  // namespace
+
+RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
+    : options_(options),
+      recipe_(recipe),
+      effective_(effective_recipe(recipe)),
+      writes_(options.shares.rank == 0),
+      goes_on_(options.resume) {
+    if (writes_) claim();
+    goes_on_ = flux::of_first(options.shares, goes_on_ ? 1 : 0) == 1;
+    finished_ = flux::of_first(options.shares, is_there(options.output / "summary.json") ? 1 : 0) == 1;
+}
+
+void RunFolder::claim() {
+    if (!options_.resume) make_folder(options_.output, "choose another with -o");
+    if (!is_there(options_.output)) return;
+    lock_.emplace(options_.output);
+    std::error_code failure;
+    if (fs::equivalent(options_.output, recipe_.start.from, failure))
+        throw RecipeError(fmt::format("{}: start.from is the folder to write to: choose another with -o",
+                                      options_.output.string()));
+    spare_recipe(recipe_.file, options_.output / "recipe.toml", effective_);
+    const std::optional<FileNames> listed = read_manifest(options_.output);
+    if (listed) names_ = *listed;
+    // A run that was killed before its first checkpoint goes on at time 0.
+    if (listed && holds() == Held::nothing) goes_on_ = false;
+    if (options_.overwrite) {
+        if (!listed) take_over();
+        return;
+    }
+    if (!goes_on_ || listed) refuse_foreign_files(listed.has_value());
+    if (!goes_on_) refuse_other_runs();
+}
+
+RunFolder::Held RunFolder::holds() const {
+    const bool same = holds_recipe(options_.output, effective_);
+    if (is_there(options_.output / "summary.json")) return same ? Held::result : Held::other_result;
+    if (is_there(options_.output / "checkpoint.vdb")) return same ? Held::run : Held::other_run;
+    const bool surfaces = std::any_of(names_.begin(), names_.end(), [&](const std::string& name) {
+        return saved_number(name) && is_there(options_.output / name);
+    });
+    return same || !surfaces ? Held::nothing : Held::other_run;
+}
+
+void RunFolder::refuse_foreign_files(bool has_manifest) const {
+    const std::size_t above = above_saved(recipe_);
+    std::string foreign;
+    for (const auto& entry : fs::directory_iterator(options_.output)) {
+        const std::string name = entry.path().filename().string();
+        const std::optional<std::size_t> number = saved_number(name);
+        const bool ours = run_file_names().contains(name) || (number && *number < above) ||
+                          (name == kManifest && !has_manifest);
+        if (!ours || names_.contains(name)) continue;
+        if (name == "recipe.toml" && surface::read_whole_file(entry.path()) == effective_) continue;
+        if (foreign.empty() || name < foreign) foreign = name;
+    }
+    if (!foreign.empty())
+        throw RecipeError(
+            fmt::format("{}: the run would write over this file, which is in no list of what a "
+                        "run wrote there ({}): choose another folder with -o, or --overwrite it",
+                        (options_.output / foreign).string(), kManifest));
+}
+
+// Of a folder to overwrite without a list of what a run wrote there: what its surface.pvd tells, and what
+// this run would write over.
+void RunFolder::take_over() {
+    const fs::path pvd = options_.output / "surface.pvd";
+    const std::string told = fs::is_regular_file(pvd) ? surface::read_whole_file(pvd) : "";
+    const std::size_t above = above_saved(recipe_);
+    for (const auto& entry : fs::directory_iterator(options_.output)) {
+        const std::string name = entry.path().filename().string();
+        const std::optional<std::size_t> number = saved_number(name);
+        if (number && (*number < above ||
+                       told.find(fmt::format("file=\"surface_{:04}.vtp\"", *number)) != std::string::npos))
+            names_.insert(name);
+    }
+}
+
+void RunFolder::refuse_other_runs() const {
+    const Held held = holds();
+    if (held == Held::nothing || held == Held::result) return;
+    std::string ways = "choose another folder with -o, or replace it with --overwrite";
+    if (!options_.resume_command.empty())
+        ways = (held == Held::run ? "go on with --resume, "
+                                  : "go on from it with --resume, where the recipes agree, ") +
+               ways;
+    throw RecipeError(fmt::format("{}: holds {} of {} recipe: {}", options_.output.string(),
+                                  held == Held::other_result ? "the result" : "an unfinished run",
+                                  held == Held::run ? "this" : "another", ways));
+}
+
+void RunFolder::begin(const RunState& state) {
+    if (!writes_) return;
+    remove_partial_files(options_.output, names_);
+    if (options_.resume && !goes_on_ && !options_.quiet)
+        std::fputs(
+            fmt::format("{}: holds no checkpoint yet: the run begins at time 0\n", options_.output.string())
+                .c_str(),
+            stderr);
+    if (goes_on_)
+        go_on(state);
+    else
+        begin_anew();
+}
+
+// Killed at any point, it leaves a folder that holds an unfinished run or nothing to go on from.
+void RunFolder::begin_anew() {
+    const fs::path& folder = options_.output;
+    if (!names_.empty() && !options_.refines) remove_records(folder / kAccuracyFolder);
+    names_.insert(run_file_names().begin(), run_file_names().end());
+    write_manifest(folder, names_);
+    for (const char* first : {"summary.json", "checkpoint.vdb"}) remove_file(folder / first);
+    write_file(folder / "recipe.toml", effective_);
+    for (const std::string& name : names_)
+        if (name != "recipe.toml") remove_file(folder / name);
+    if (names_ == run_file_names()) return;
+    names_ = run_file_names();
+    write_manifest(folder, names_);
+}
+
+void RunFolder::go_on(const RunState& state) {
+    const fs::path& folder = options_.output;
+    remove_file(folder / "summary.json");
+    write_file(folder / "recipe.toml", effective_);
+    for (auto name = names_.begin(); name != names_.end();) {
+        const std::optional<std::size_t> number = saved_number(*name);
+        const bool later = number && *number >= state.saved;
+        if (later) remove_file(folder / *name);
+        name = later ? names_.erase(name) : std::next(name);
+    }
+    names_.insert(run_file_names().begin(), run_file_names().end());
+    for (const SavedFile& file : state.files) names_.insert(file.name);
+    write_manifest(folder, names_);
+    cut_timeline(state.rows);
+    if (!state.files.empty()) write_pvd(state);
+}
+
+fs::path RunFolder::timeline() const {
+    return options_.output / "timeline.csv";
+}
+
+// To the rows before the checkpoint, and the header.
+void RunFolder::cut_timeline(std::size_t rows) const {
+    if (rows == 0) return remove_file(timeline());
+    const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
+    std::size_t end = 0, lines = 0;
+    bool quoted = false;  // names of steps may hold line breaks
+    for (std::size_t at = 0; at < text.size() && lines <= rows; ++at) {
+        if (text[at] == '"') quoted = !quoted;
+        if (text[at] != '\n' || quoted) continue;
+        end = at + 1;
+        ++lines;
+    }
+    if (lines <= rows)
+        std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline().string(),
+                               rows + 1 - std::max<std::size_t>(lines, 1), rows)
+                       .c_str(),
+                   stderr);
+    if (end != text.size()) write_file(timeline(), text.substr(0, end));
+}
+
+void RunFolder::revise(RunState& state) {
+    effective_ = effective_recipe(recipe_);
+    if (writes_) write_file(options_.output / "recipe.toml", effective_);
+    checkpoint(state);
+}
+
+// Before the files are made.
+void RunFolder::list(std::vector<std::string> names) {
+    std::erase_if(names, [&](const std::string& name) { return !names_.insert(name).second; });
+    add_to_manifest(options_.output, names);
+}
+
+bool RunFolder::due(const RunState& state) const {
+    if (recipe_.output.every) return state.time >= static_cast<double>(state.saved) * *recipe_.output.every;
+    return state.begins_step() && !state.is_saved();
+}
+
+void RunFolder::save(RunState& state, const Model& model, const TracedSurface& surface) {
+    const PhaseClock clock(state.timing.output);
+    if (!writes_) {
+        state.files.push_back({state.time, 0, {}});
+        ++state.saved;
+        return;
+    }
+    list(saved_names(fmt::format("{:04}", state.saved), state.stack.layers.size(),
+                     surface.simplified.has_value(), recipe_.output.profiles.size()));
+    write_meshes(state, model, surface);
+    write_profiles(surface.raw, state.saved);
+    ++state.saved;
+    state.stacks.push_back({state.time, state.step, layer_materials(state.stack)});
+    write_pvd(state);
+}
+
+void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const {
+    const auto meta = metadata_of(recipe_, state.time);
+    int part = 0;
+    const auto write = [&](const std::string& name, const TriangleMesh& mesh) {
+        surface::write_mesh(options_.output / name, mesh, meta);
+        state.files.push_back({state.time, part++, name});
+    };
+    const std::string number = fmt::format("{:04}", state.saved);
+    levelset::StackMeshes meshes = levelset::extract_materials(state.stack, surface.raw);
+    write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface, std::move(meshes.surface)));
+    for (std::size_t k = 0; k < meshes.interfaces.size(); ++k) {
+        const TriangleMesh mesh =
+            interface_mesh(std::move(meshes.interfaces[k]), state.stack.layers[k].material);
+        if (!mesh.triangles.empty()) write(fmt::format("interface_{}_{}.vtp", number, k), mesh);
+    }
+    if (surface.simplified) write("traced_" + number + ".vtp", traced_mesh(model, surface));
+}
+
+void RunFolder::write_profiles(const TriangleMesh& surface, std::size_t number) const {
+    const auto planes = profile_planes(recipe_);
+    for (std::size_t k = 0; k < planes.size(); ++k) {
+        const std::string name = profile_name(fmt::format("{:04}", number), k);
+        surface::write_profile_csv(options_.output / name, surface::cut_by_plane(surface, planes[k]),
+                                   planes[k]);
+    }
+}
+
+void RunFolder::write_pvd(const RunState& state) const {
+    std::string text =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+        "  <Collection>\n";
+    for (const SavedFile& file : state.files)
+        text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", file.time, file.part,
+                            file.name);
+    write_file(options_.output / "surface.pvd", text + "  </Collection>\n</VTKFile>\n");
+}
+
+void RunFolder::record(RunState& state, const Step& step, const TracedSurface& surface,
+                       const TimeStep& next) {
+    const PhaseClock clock(state.timing.output);
+    if (!writes_) {
+        ++state.rows;
+        return;
+    }
+    const auto& traced = surface.traced();
+    std::uint64_t segments = 0, leaked = 0;
+    double error = 0.0;
+    // Fluxes of an earlier time step have no error of their own.
+    const bool reused = surface.arriving && !surface.arriving->trace;
+    if (surface.arriving && surface.arriving->trace)
+        for (const flux::FluxResult& flux : surface.arriving->trace->species) {
+            if (flux.pass_place == 0) segments += flux.segments;
+            leaked += flux.leaked;
+            error = std::max(error, flux.relative_error);
+        }
+    std::string row =
+        fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1, csv_field(step.name),
+                    state.time, next.dt, next.speed, surface.raw.vertices.size(),
+                    surface.raw.triangles.size(), traced.vertices.size(), traced.triangles.size(), segments,
+                    leaked, reused ? std::string() : fmt::format("{:.6g}", error));
+    const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
+    for (const Measure& m : measures)  // none of something that is not there
+        row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
+    const bool fresh = state.rows == 0 || !is_there(timeline());
+    surface::append_to_file(timeline(), (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
+    ++state.rows;
+}
+
+void RunFolder::checkpoint(RunState& state) const {
+    if (!writes_) return;
+    const PhaseClock clock(state.timing.output);
+    // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
+    // Where nobody can tell whether there is a timeline, opening it says why.
+    std::error_code unknown;
+    if (fs::exists(timeline(), unknown) || unknown) surface::sync_file(timeline());
+    save_state(options_.output, recipe_, state);
+}
+
+Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface) {
+    Json summary = summary_of(recipe_, state, steps, surface);
+    if (options_.shares.ranks > 1)
+        summary["ranks"] = Json{{"count", options_.shares.ranks}, {"seconds_in_sums", seconds_in_sums()}};
+    if (!writes_) return summary;
+    std::erase_if(names_, [&](const std::string& name) {
+        return !run_file_names().contains(name) && !is_there(options_.output / name);
+    });
+    write_manifest(options_.output, names_);
+    write_json((options_.output / "summary.json").string(), summary);
+    return summary;
+}
+
+bool holds_recipe(const fs::path& folder, const std::string& effective) {
+    return is_there(folder / "recipe.toml") && surface::read_whole_file(folder / "recipe.toml") == effective;
+}
+
+}  // namespace sidewall::app

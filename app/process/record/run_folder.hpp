@@ -1,0 +1,73 @@
+#pragma once
+#include <optional>
+
+#include "app/common/folder_lock.hpp"
+#include "app/common/json_fwd.hpp"
+#include "app/process/arriving/traced_surface.hpp"
+#include "app/process/record/manifest.hpp"
+#include "app/process/simulation.hpp"
+#include "app/process/state.hpp"
+#include "app/process/time_step.hpp"
+
+namespace sidewall::app {
+
+/// Writes a run's folder. Every file is whole or absent, and listed in manifest.txt before it is made. Where several
+/// processes make the run, rank 0 writes; the others keep the state alike, and go on when rank 0 knows what the folder holds.
+class RunFolder {
+  public:
+    /// Makes the folder, keeps other processes from writing there, and finds what it holds; changes nothing
+    /// else. Keeps references to \p options and \p recipe.
+    /// \throws IoError if another process writes there; RecipeError if a new run would replace a file that no
+    ///         run has written, an unfinished run or another recipe's result, and options.overwrite does not
+    ///         ask for it.
+    RunFolder(const RunOptions& options, const Recipe& recipe);
+
+    /// The run goes on from the folder's checkpoint; else it begins at time 0.
+    bool goes_on() const { return goes_on_; }
+    /// The folder holds a run that has ended.
+    bool finished() const { return finished_; }
+    /// Removes what an earlier run wrote; of a run that goes on, what it wrote since the checkpoint.
+    void begin(const RunState& state);
+
+    /// The recipe has changed: it and a checkpoint of it are written.
+    void revise(RunState& state);
+
+    /// Whether a surface is to be saved at this time.
+    bool due(const RunState& state) const;
+    /// Writes surface, traced mesh, material interfaces and profiles, and lists them in surface.pvd.
+    void save(RunState& state, const Model& model, const TracedSurface& surface);
+    /// Adds a row to timeline.csv: the surface before the time step \p next.
+    void record(RunState& state, const Step& step, const TracedSurface& surface, const TimeStep& next);
+    void checkpoint(RunState& state) const;
+    /// Writes summary.json and returns it.
+    Json finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface);
+
+  private:
+    enum class Held { nothing, run, result, other_run, other_result };  // of this recipe or another one
+    void claim();
+    Held holds() const;
+    void take_over();
+    void refuse_foreign_files(bool has_manifest) const;
+    void refuse_other_runs() const;
+    void begin_anew();
+    void go_on(const RunState& state);
+    std::filesystem::path timeline() const;
+    void cut_timeline(std::size_t rows) const;
+    void list(std::vector<std::string> names);
+    void write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const;
+    void write_profiles(const TriangleMesh& surface, std::size_t number) const;
+    void write_pvd(const RunState& state) const;
+
+    const RunOptions& options_;
+    const Recipe& recipe_;
+    std::string effective_;           // recipe
+    std::optional<FolderLock> lock_;  // none in a folder that is not there
+    FileNames names_;                 // in the manifest
+    bool writes_;
+    bool goes_on_ = false, finished_ = false;
+};
+
+/// Whether a folder's recipe.toml is \p effective, byte by byte.
+bool holds_recipe(const std::filesystem::path& folder, const std::string& effective);
+
+}  // namespace sidewall::app

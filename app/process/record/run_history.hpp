@@ -1,0 +1,75 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/common/json_fwd.hpp"
+#include "levelset/layers/stack.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::app {
+
+/// Something that happened to the wafer and that its user should hear of at once.
+struct Event {
+    std::string kind;      ///< kVanished and the like
+    double time = 0.0;     ///< process time at which it was seen
+    std::size_t step = 0;  ///< of the recipe, loops unrolled, that did it
+    std::string material;  ///< what vanished or came off; empty if it is no matter of materials
+    std::size_t count = 1;
+    double volume = 0.0;     ///< of all that came off or was shut in
+    Vec3 at = Vec3::Zero();  ///< the top of the largest of these, or the lowest or highest point of a surface
+                             ///< at its end
+};
+
+inline constexpr const char* kVanished = "material-vanished";    ///< nothing is left of it
+inline constexpr const char* kDetached = "piece-detached";       ///< it hangs in the gas
+inline constexpr const char* kVoidClosed = "void-closed";        ///< gas that nothing gets into any more
+inline constexpr const char* kBottomReached = "bottom-reached";  ///< of the substrate
+inline constexpr const char* kTopReached = "top-reached";        ///< of the room for films
+
+/// How a step of the recipe ended.
+struct StepEnd {
+    double duration = 0.0;   ///< that it took
+    std::string stopped_by;  ///< "duration", or the key of the stop condition that held
+};
+
+/// What a run has to tell at its end besides its last surface, and what it needs to know for that. Part of
+/// its state.
+struct History {
+    std::vector<Event> events;
+    std::vector<StepEnd> ends;           ///< of the steps made, loops unrolled
+    std::vector<double> initial, most;   ///< volumes at time 0 and the largest after a step, by material
+    std::vector<double> added, removed;  ///< by material: sums over the steps, positive
+
+    // When the step at hand began.
+    std::vector<int> layer_materials;
+    std::vector<double> layer_volumes;
+
+    // As last seen.
+    std::vector<std::uint8_t> present;  ///< by material: something of it is left
+    std::vector<Box3> hanging, voids;
+    bool bottom_reached = false, top_reached = false;
+
+    std::vector<std::size_t> found;  ///< by layer, where levelset::volume_left found it; not saved
+};
+
+/// The history of a run that begins with \p stack.
+History begin_history(const levelset::MaterialStack& stack, std::size_t materials);
+
+/// Notes that step number \p step ended, and what it added and removed since the one before: by layer, and so
+/// that a material which one layer loses and another gains counts twice; by material where the step has
+/// changed the list of layers.
+void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end, History& history);
+
+/// Makes room for the materials of a recipe that goes on from another one.
+void fit(History& history, std::size_t materials);
+
+/// For checkpoints, every bit kept.
+Json to_json(const History& history);
+
+/// \throws nlohmann exceptions or FileError if it is not what to_json made for so many materials and a run that
+///         has come to step number \p step.
+History history_from_json(const Json& json, std::size_t materials, std::size_t step);
+
+}  // namespace sidewall::app

@@ -1,0 +1,119 @@
+#include "app/process/record/saved_meshes.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include "app/process/arriving/rates.hpp"
+
+namespace sidewall::app {
+namespace {
+
+Attribute material_attribute(std::vector<double> values) {
+    return {"material", 1, Scalar::int32, std::move(values)};
+}
+
+}  // namespace
+
+surface::MeshMetadata metadata_of(const Recipe& recipe, double time) {
+    std::string names, colours;
+    for (const Material& m : recipe.materials) {
+        names += (names.empty() ? "" : ",") + m.name;
+        colours += (colours.empty() ? "" : ",") + m.colour;
+    }
+    return {{{"length_unit", recipe.domain.length_unit},
+             {"time_unit", recipe.domain.time_unit},
+             {"materials", names},
+             {"material_colours", colours}},
+            {{"time", time}}};
+}
+
+TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {
+    const SurfaceFlux& arriving = *surface.arriving;
+    TriangleMesh mesh = surface.traced();
+    mesh.vertex_attributes.clear();
+    mesh.triangle_attributes.clear();
+    mesh.triangle_attributes.push_back(
+        material_attribute({arriving.materials.begin(), arriving.materials.end()}));
+    for (std::size_t k = 0; k < model.species.size(); ++k) {
+        const auto names = flux::tally_names(model.species[k]);
+        for (std::size_t tally = 0; tally < names.size(); ++tally) {
+            const flux::TallyFlux& flux = arriving.trace->species[k].tally(tally);
+            const auto add = [&](const std::string& name, const flux::FluxField& field) {
+                mesh.triangle_attributes.push_back({"flux_" + name, 1, Scalar::float64, field.flux});
+                mesh.triangle_attributes.push_back({"flux_error_" + name, 1, Scalar::float64, field.error});
+            };
+            add(names[tally], flux.triangle);
+            for (const auto& [name, values] :
+                 {std::pair("flux_", &flux.vertex.flux), {"flux_error_", &flux.vertex.error}})
+                mesh.vertex_attributes.push_back({name + names[tally], 1, Scalar::float64, *values});
+        }
+    }
+    return mesh;
+}
+
+TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stack,
+                         const TracedSurface& surface, levelset::CutMesh cut) {
+    TriangleMesh mesh = std::move(cut.mesh);
+    std::vector<std::string> names;  // of fluxes, then coverages
+    for (const std::string& name : flux_names(model.species)) names.push_back("flux_" + name);
+    const std::size_t n = mesh.triangles.size(), tallies = names.size();
+    for (const std::string& name : model.coverages.names) names.push_back("coverage_" + name);
+    std::vector<double> material(n), rate(n);
+    std::vector<double> values(n * names.size());  // by triangle, then name
+    std::vector<SurfacePoint> points(model.speeds ? n : 0);
+    const std::vector<Vec3> traced_normals =
+        surface.scene ? triangle_normals(surface.traced()) : std::vector<Vec3>{};
+    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t t) {
+        const Vec3 centroid = triangle_centroid(mesh, t);
+        SurfacePoint point{stack.layers[cut.layer[t]].material,
+                           {},
+                           area_vector(mesh, t).normalized(),
+                           true,
+                           {},
+                           centroid,
+                           surface.time};
+        const std::span<double> here = std::span(values).subspan(t * names.size(), names.size());
+        if (surface.scene) {
+            surface::SurfaceHit hit = surface.scene->closest_point(centroid, stack.domain.spacing);
+            if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
+            if (surface.arriving) interpolate(*surface.arriving, hit.triangle, hit.u, hit.v, here);
+            if (model.visibility)
+                point.visible = visible(surface, hit.point, traced_normals[hit.triangle], *model.visibility,
+                                        stack.domain.spacing);
+        } else if (model.visibility) {
+            point.visible = visible(surface, centroid, point.normal, *model.visibility, stack.domain.spacing);
+        }
+        point.flux = here.first(tallies);
+        point.coverage = here.subspan(tallies);
+        material[t] = point.material;
+        if (model.speeds)
+            points[t] = point;
+        else
+            rate[t] = model.speed(point);
+    });
+    if (model.speeds) rate = model.speeds(points);
+    mesh.triangle_attributes.push_back(material_attribute(std::move(material)));
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        std::vector<double> column(n);
+        for (std::size_t t = 0; t < n; ++t) column[t] = values[t * names.size() + k];
+        mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(column)});
+    }
+    mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
+    // The traced mesh has its errors; here they stand if it is this one.
+    for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
+        for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
+            std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;
+            for (const auto& [from, to, share] : cut.added)
+                error.push_back(error[from] + share * (error[to] - error[from]));
+            mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,
+                                              Scalar::float64, std::move(error)});
+        }
+    return mesh;
+}
+
+TriangleMesh interface_mesh(TriangleMesh mesh, int material) {
+    mesh.triangle_attributes.push_back(
+        material_attribute(std::vector<double>(mesh.triangles.size(), material)));
+    return mesh;
+}
+
+}  // namespace sidewall::app

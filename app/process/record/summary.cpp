@@ -1,0 +1,173 @@
+#include "app/process/record/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/common/json.hpp"
+#include "app/common/threads.hpp"
+#include "app/common/version.hpp"
+#include "app/process/arriving/flux_methods.hpp"
+#include "app/recipe/flat.hpp"
+#include "app/results/metrology.hpp"
+#include "levelset/layers/levels.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Digits that a figure deserves. Times are known exactly; a front to a thousandth of a grid spacing or so.
+constexpr int kTimeDigits = 9, kDigits = 6, kErrorDigits = 4;
+
+// Less than a shift of the wafer's surface by this part of a grid spacing is rounding.
+constexpr double kLeastShift = 1e-6;
+
+double settled(double volume, const levelset::Domain& domain) {
+    const double area = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
+    return std::abs(volume) < kLeastShift * domain.spacing * area ? 0.0 : volume;
+}
+
+Json seconds_json(const Timing& timing) {
+    Json json = Json::object();
+    for_each_phase([&](const char* name, double Timing::*phase) {
+        json[name] = number_or_null(timing.*phase, kErrorDigits);
+    });
+    return json;
+}
+
+Json steps_json(const std::vector<Step>& steps, const RunState& state) {
+    Json list = Json::array();
+    for (std::size_t k = 0; k < steps.size(); ++k)
+        list.push_back(Json{{"name", steps[k].name},
+                            {"model", steps[k].model},
+                            {"asked_duration", number_or_null(steps[k].duration, kTimeDigits)},
+                            {"duration", number_or_null(state.history.ends[k].duration, kTimeDigits)},
+                            {"stopped_by", state.history.ends[k].stopped_by},
+                            {"time_steps", state.time_steps[k]}});
+    return list;
+}
+
+Json flux_json(const TracedSurface& surface) {
+    Json list = Json::array();
+    if (!surface.arriving || !surface.arriving->trace) return list;
+    const TraceReport& trace = *surface.arriving->trace;
+    for (std::size_t k = 0; k < trace.species.size(); ++k) {
+        const flux::FluxResult& flux = trace.species[k];
+        const SpeciesMethod& method = trace.methods[k];
+        list.push_back(Json{{"species", method.species},
+                            {"method", method_name(method)},
+                            {"rays", flux.emitted},
+                            {"segments", flux.segments},
+                            {"pass_species", flux.pass_species},
+                            {"pass_place", flux.pass_place},
+                            {"leaked", flux.leaked},
+                            {"relative_error", number_or_null(flux.relative_error, kErrorDigits)}});
+        if (flux.bottom_up) list.back()["bottom_up"] = true;
+        if (method.radiosity)
+            list.back()["discretisation_error"] = number_or_null(flux.discretisation_error, kErrorDigits);
+        if (!method.reason.empty()) list.back()["reason"] = method.reason;
+    }
+    return list;
+}
+
+// All that happened, and once more what vanished.
+void add_events(const Recipe& recipe, const std::vector<Step>& steps, const History& history, Json& summary) {
+    summary["events"] = summary["vanished"] = Json::array();
+    for (const Event& event : history.events) {
+        Json json{{"kind", event.kind},
+                  {"time", number_or_null(event.time, kTimeDigits)},
+                  {"step", event.step + 1},
+                  {"name", steps.at(event.step).name}};
+        if (!event.material.empty()) json["material"] = event.material;
+        if (event.kind == kVanished) {
+            summary["vanished"].push_back(
+                Json{{"material", event.material}, {"time", json["time"]}, {"step", json["step"]}});
+        } else {
+            for (int axis = 0; axis < 3; ++axis)
+                json["at"].push_back(number_or_null(event.at[axis], kDigits));
+            if (event.kind == kDetached || event.kind == kVoidClosed) {
+                json["count"] = event.count;
+                json["volume"] = number_or_null(event.volume / width_of_strip(recipe), kDigits);
+            }
+        }
+        summary["events"].push_back(std::move(json));
+    }
+}
+
+// Of every material that there ever was, and its net change as a measure.
+void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std::vector<Measure>& measures) {
+    const History& history = state.history;
+    const std::string &length = recipe.domain.length_unit, &time = recipe.domain.time_unit;
+    std::vector<double> last(recipe.materials.size(), 0.0);
+    for (std::size_t k = 0; k < history.layer_volumes.size(); ++k)
+        last[static_cast<std::size_t>(history.layer_materials[k])] += history.layer_volumes[k];
+    const levelset::Domain& domain = state.stack.domain;
+    summary["volumes"] = Json::object();
+    const std::string unit = volume_unit(recipe);
+    const double width = width_of_strip(recipe);
+    summary["volume_unit"] = unit;
+    double grown = 0.0;
+    for (std::size_t m = 0; m < last.size(); ++m) {
+        const double change = last[m] - history.initial[m], net = settled(change, domain) / width;
+        grown += change;
+        if (history.initial[m] == 0.0 && last[m] == 0.0 && history.added[m] == 0.0) continue;
+        const std::string& name = recipe.materials[m].name;
+        measures.push_back({"added_volume_" + name, std::max(0.0, net), unit});
+        measures.push_back({"removed_volume_" + name, std::max(0.0, -net), unit});
+        summary["volumes"][name] =
+            Json{{"net", number_or_null(net, kDigits)},
+                 {"gross_added", number_or_null(settled(history.added[m], domain) / width, kDigits)},
+                 {"gross_removed", number_or_null(settled(history.removed[m], domain) / width, kDigits)}};
+    }
+    // Of the wafer as a whole: growth if positive, etching if negative.
+    if (state.time > 0.0)
+        measures.push_back({"mean_rate",
+                            settled(grown, domain) / ((domain.max[0] - domain.min[0]) *
+                                                      (domain.max[1] - domain.min[1]) * state.time),
+                            length + "/" + time});
+}
+
+// The grid's levels as they were last, the finest first.
+Json grid_json(const levelset::MaterialStack& stack) {
+    Json levels = Json::array();
+    const std::vector<std::size_t> voxels = levelset::voxels_by_level(stack);
+    double spacing = stack.domain.spacing;
+    for (std::size_t n = 0; n < voxels.size(); ++n, spacing *= 2.0)
+        levels.push_back({{"spacing", number_or_null(spacing, kTimeDigits)}, {"voxels", voxels[n]}});
+    return {{"levels", std::move(levels)}};
+}
+
+}  // namespace
+
+Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<Step>& steps,
+                const TracedSurface& surface) {
+    Json summary{{"version", version()},
+                 {"recipe", recipe.file},
+                 {"seed", recipe.flux.seed},
+                 {"threads", thread_count()},
+                 {"length_unit", recipe.domain.length_unit},
+                 {"time_unit", recipe.domain.time_unit},
+                 {"grid_spacing", number_or_null(state.stack.domain.spacing, kTimeDigits)},
+                 {"grid", grid_json(state.stack)},
+                 {"time", number_or_null(state.time, kTimeDigits)},
+                 {"time_steps", state.time_step},
+                 {"steps", steps_json(steps, state)},
+                 {"timing", seconds_json(state.timing)},
+                 {"mesh", {{"raw", mesh_sizes(surface.raw)}, {"simplified", mesh_sizes(surface.traced())}}},
+                 {"flux", flux_json(surface)},
+                 {"metrology", Json::object()},
+                 {"metrology_units", Json::object()}};
+    add_events(recipe, steps, state.history, summary);
+    std::vector<Measure> measures = measure(recipe, state.stack, surface.raw);
+    add_volumes(recipe, state, summary, measures);
+    for (const Measure& m : measures) {
+        if (!std::isfinite(m.value) && m.name.starts_with("step_coverage")) continue;
+        summary["metrology"][m.name] = number_or_null(m.value, kDigits);
+        summary["metrology_units"][m.name] = m.unit;
+    }
+    if (surface.arriving && surface.arriving->trace && !surface.arriving->coverage.empty())
+        summary["coverage"] =
+            Json{{"traces", surface.arriving->trace->traces},
+                 {"mean_change", number_or_null(surface.arriving->trace->coverage_change, kErrorDigits)}};
+    return summary;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,244 @@
+#include "app/python/run_object.hpp"
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "app/process/record/saved_meshes.hpp"
+#include "app/process/revision.hpp"
+#include "app/python/arrays.hpp"
+#include "app/python/interruptible.hpp"
+#include "app/python/law.hpp"
+#include "app/python/module.hpp"
+#include "app/results/metrology.hpp"
+#include "levelset/meshes/contact_lines.hpp"
+#include "surface/cut.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::python {
+
+TimeStep::TimeStep(std::shared_ptr<Simulation> simulation, const app::Moment& moment)
+    : time(moment.state.time),
+      dt(moment.dt),
+      step(moment.step.name),
+      simulation_(std::move(simulation)),
+      moment_(&moment) {}
+
+const app::Moment& TimeStep::moment(const char* asked) const {
+    if (moment_ == nullptr)
+        throw RecipeError(fmt::format(
+            "{} of the time step at {:g} {}: the simulation has gone on; ask before the next time step",
+            asked, time, simulation_->recipe().domain.time_unit));
+    return *moment_;
+}
+
+std::shared_ptr<TriangleMesh> TimeStep::surface() {
+    if (!surface_) {
+        const app::Moment& m = moment("surface()");
+        surface_ = std::make_shared<TriangleMesh>(
+            app::result_mesh(m.model, m.state.stack, *m.surface,
+                             levelset::extract_materials(m.state.stack, m.surface->raw).surface));
+    }
+    return surface_;
+}
+
+std::shared_ptr<TriangleMesh> TimeStep::traced() {
+    const app::Moment& m = moment("traced()");
+    if (!m.surface->arriving || !m.surface->arriving->trace) return nullptr;
+    return std::make_shared<TriangleMesh>(app::traced_mesh(m.model, *m.surface));
+}
+
+py::dict TimeStep::measures() {
+    if (!measures_) {
+        const app::Moment& m = moment("measures");
+        measures_.emplace();
+        for (const app::Measure& measure : app::measure(simulation_->recipe(), m.state.stack, m.surface->raw))
+            (*measures_)[measure.name.c_str()] = measure.value;
+    }
+    return *measures_;
+}
+
+py::dict TimeStep::fluxes() {
+    const std::shared_ptr<TriangleMesh> mesh = surface();
+    const py::object owner = py::cast(mesh);
+    py::dict fluxes;
+    const std::string prefix = "flux_";
+    for (const Attribute& attribute : mesh->triangle_attributes)
+        if (attribute.name.starts_with(prefix))
+            fluxes[attribute.name.substr(prefix.size()).c_str()] =
+                view(attribute.values.data(), attribute.values.size(), 1, owner);
+    return fluxes;
+}
+
+py::list TimeStep::layers() {
+    const app::Moment& m = moment("layers()");
+    levelset::StackMeshes meshes = levelset::extract_materials(m.state.stack, m.surface->raw);
+    meshes.interfaces.push_back(std::move(meshes.surface.mesh));  // where the last layer ends
+    py::list layers;
+    for (std::size_t k = 0; k < m.state.stack.layers.size(); ++k) {
+        const int id = m.state.stack.layers[k].material;
+        layers.append(py::make_tuple(
+            simulation_->recipe().materials[static_cast<std::size_t>(id)].name,
+            std::make_shared<TriangleMesh>(app::interface_mesh(std::move(meshes.interfaces[k]), id))));
+    }
+    return layers;
+}
+
+py::list TimeStep::profile(const std::string& plane) {
+    py::list lines;
+    for (const surface::Polyline& line : surface::cut_by_plane(*surface(), surface::parse_plane(plane))) {
+        std::vector<double> points;
+        for (const Vec3& point : line.points) points.insert(points.end(), point.begin(), point.end());
+        if (line.closed) points.insert(points.end(), line.points[0].begin(), line.points[0].end());
+        lines.append(owned(std::move(points), 3));
+    }
+    return lines;
+}
+
+Simulation::Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions options, py::object law,
+                       py::object folder)
+    : recipe_(std::move(recipe)),
+      began_with_(recipe_),
+      options_(std::move(options)),
+      law_(std::move(law)),
+      folder_(std::move(folder)) {
+    options_.quiet = true;
+    options_.stop = [this] { return stop_.load(); };
+    options_.observe = [this](const app::Moment& moment) { observe(moment); };
+    if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
+}
+
+// In the run's thread.
+void Simulation::run() {
+    std::exception_ptr error;
+    try {
+        app::run_recipe(*began_with_, options_);
+    } catch (...) {
+        error = std::current_exception();
+    }
+    const std::lock_guard lock(mutex_);
+    error_ = std::move(error);  // the caller's alone: what it holds of Python must not end in this thread
+    moment_ = nullptr;
+    running_ = false;
+    ended_ = true;
+    turn_.notify_all();
+}
+
+// In the run's thread.
+void Simulation::observe(const app::Moment& moment) {
+    std::unique_lock lock(mutex_);
+    if (std::exchange(told_step_, std::nullopt) == moment.state.step && moment.summary == nullptr) return;
+    moment_ = &moment;
+    running_ = false;
+    turn_.notify_all();
+    turn_.wait(lock, [&] { return running_; });
+    moment_ = nullptr;
+    if (stop_ && moment.summary == nullptr) throw Interrupted("");
+    if (!revised_) return;
+    told_step_ = moment.state.step;
+    throw app::Revised{std::exchange(revised_, nullptr)};
+}
+
+void Simulation::revise(std::shared_ptr<app::Recipe> recipe) {
+    if (!thread_.joinable()) {  // nothing has begun
+        began_with_ = recipe_ = std::move(recipe);
+        if (!law_.is_none()) options_.speeds = speeds_by(law_, *began_with_);
+        return;
+    }
+    if (app::effective_recipe(*recipe) == app::effective_recipe(*recipe_)) return;
+    if (moment_ == nullptr || moment_->summary != nullptr) {
+        const auto duration = [](const app::Recipe& of) {
+            return app::total_duration(app::expanded_steps(of));
+        };
+        if (duration(*recipe) == duration(*recipe_)) return;  // a last change in a loop's body
+        throw RecipeError(
+            "the simulation has ended: a longer recipe goes on from its folder with resume=True");
+    }
+    app::require_revision(*recipe, *recipe_, moment_->state);
+    recipe_ = std::move(recipe);
+    revised_ = recipe_;
+}
+
+void Simulation::resume_and_wait() {
+    {
+        const std::lock_guard lock(mutex_);
+        running_ = true;
+        if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+        turn_.notify_all();
+    }
+    await(
+        [&](std::chrono::milliseconds time) {
+            std::unique_lock lock(mutex_);
+            return turn_.wait_for(lock, time, [&] { return !running_; });
+        },
+        stop_);
+}
+
+std::shared_ptr<TimeStep> Simulation::next() {
+    if (running_) throw RecipeError("the simulation is being asked for its next time step by another thread");
+    if (ended_ || stop_ || !summary_.empty()) throw py::stop_iteration();
+    if (const auto current = current_.lock()) current->pass();
+    resume_and_wait();
+    if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+    if (moment_ == nullptr) throw py::stop_iteration();
+    if (moment_->summary != nullptr) summary_ = moment_->summary->dump();
+    auto step = std::make_shared<TimeStep>(shared_from_this(), *moment_);
+    current_ = step;
+    return step;
+}
+
+void Simulation::close() {
+    if (const auto current = current_.lock()) current->pass();
+    if (!thread_.joinable()) return;
+    const py::gil_scoped_release released;
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+        running_ = true;
+        turn_.notify_all();
+    }
+    thread_.join();
+}
+
+void add_simulation(py::module_& module) {
+    py::class_<TimeStep, std::shared_ptr<TimeStep>>(module, "TimeStep",
+                                                    R"(The wafer before a time step, or at the run's end.
+
+What it was asked for it keeps; anything else it tells only until the simulation is asked for the next time step.)")
+        .def_readonly("time", &TimeStep::time, "process time, in the recipe's unit")
+        .def_readonly("dt", &TimeStep::dt, "of the time step about to be made; 0 at the end")
+        .def_readonly("step", &TimeStep::step, "name of the recipe's step")
+        .def_property_readonly("measures", &TimeStep::measures,
+                               "what [metrology] asks for, by name; nan where it does not exist")
+        .def_property_readonly("fluxes", &TimeStep::fluxes,
+                               "by name, a value for each triangle of surface(); 1 on an open plane")
+        .def("surface", &TimeStep::surface,
+             "The surface, a Mesh with triangle_data material, flux_*, coverage_* and rate.")
+        .def("traced", &TimeStep::traced,
+             "The mesh that was traced, with flux_* and flux_error_* as counted there; None if nothing was.")
+        .def("layers", &TimeStep::layers,
+             "(material, Mesh) of every layer, bottom up: the boundary between it and what lies above.")
+        .def(
+            "profile", &TimeStep::profile, py::arg("plane") = "y=0",
+            "Where the surface meets a plane such as \"y=0\": arrays (n, 3), one a line; a closed one repeats its first "
+            "point.");
+
+    py::class_<Simulation, std::shared_ptr<Simulation>>(module, "Run")
+        .def(py::init([](std::shared_ptr<app::Recipe> recipe, const std::filesystem::path& output,
+                         bool resume, bool overwrite, py::object law, py::object folder) {
+                 app::RunOptions options;
+                 options.output = output;
+                 options.resume = resume;
+                 options.overwrite = overwrite;
+                 return std::make_shared<Simulation>(std::move(recipe), std::move(options), std::move(law),
+                                                     std::move(folder));
+             }),
+             py::arg("recipe"), py::arg("output"), py::arg("resume"), py::arg("overwrite"), py::arg("law"),
+             py::arg("folder"))
+        .def("next", &Simulation::next)
+        .def("revise", &Simulation::revise)
+        .def("close", &Simulation::close)
+        .def_property_readonly("summary", &Simulation::summary);
+}
+
+}  // namespace sidewall::python

@@ -1,0 +1,168 @@
+#include "app/recipe/figure_names.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/common/text.hpp"
+#include "app/recipe/flat.hpp"
+#include "app/recipe/sections.hpp"
+
+namespace sidewall::app {
+namespace {
+
+// Figures that a word of [metrology] measures stands for, where they are not of its name
+// (results/metrology.cpp).
+const std::vector<std::pair<std::string, std::vector<std::string>>> kFigures = {
+    {"scallops", {"scallop_pitch", "scallop_depth"}},
+    {"film", {"film_top", "film_side", "film_bottom", "step_coverage_side", "step_coverage_bottom"}},
+    {"cd", {}},
+};
+
+// What a figure's name begins with, and what it names.
+struct Form {
+    const char* prefix;
+    FigureKind kind;
+    bool material, place;
+};
+constexpr Form kForms[] = {
+    {"cd", FigureKind::opening, false, true},
+    {"cd", FigureKind::width, true, true},
+    {"thickness", FigureKind::thickness, true, true},
+    {"wall", FigureKind::wall, true, true},
+    {"recess", FigureKind::recess, true, false},
+    {"ler", FigureKind::ler, false, true},
+    {"lwr", FigureKind::lwr, false, true},
+    {"volume", FigureKind::volume, true, false},
+};
+
+bool contains(const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+// What every run's summary has (process/record/summary.cpp); volumes only of materials that ever were on the
+// wafer.
+std::vector<std::string> figures_of_all(const Recipe& recipe) {
+    std::vector<std::string> names{"mean_rate"};
+    for (const Material& material : recipe.materials)
+        for (const char* kind : {"added_volume_", "removed_volume_"}) names.push_back(kind + material.name);
+    return names;
+}
+
+// The rest of a name after its prefix, cut at the place.
+std::optional<Figure> read_as(const Form& form, const std::string& name, const Materials& materials) {
+    const std::string prefix = fmt::format("{}_", form.prefix);
+    if (!name.starts_with(prefix)) return std::nullopt;
+    Figure figure{name, form.kind, -1, 0.0};
+    std::string rest = "_" + name.substr(prefix.size());
+    if (form.place) {
+        const std::size_t at = rest.rfind("_at_");
+        if (at == std::string::npos) return std::nullopt;
+        const auto number = finite_number(rest.substr(at + 4));
+        // One name a place: what the summary prints.
+        if (!number || rest.substr(at + 4) != fmt::format("{:g}", *number)) return std::nullopt;
+        figure.at = *number;
+        rest = rest.substr(0, at);
+    }
+    if (!form.material) return rest.empty() ? std::optional(figure) : std::nullopt;
+    const auto id = rest.size() > 1 ? material_id(materials, rest.substr(1)) : std::nullopt;
+    if (!id) return std::nullopt;
+    figure.material = *id;
+    return figure;
+}
+
+}  // namespace
+
+std::optional<Figure> named_figure(const std::string& name, const Materials& materials) {
+    for (const Form& form : kForms)
+        if (auto figure = read_as(form, name, materials)) return figure;
+    return std::nullopt;
+}
+
+std::optional<std::string> word_of(const Recipe& recipe, const std::string& figure) {
+    for (const auto& [word, figures] : kFigures)
+        if (contains(figures, figure)) return word;
+    if (const auto named = named_figure(figure, recipe.materials))
+        return named->kind == FigureKind::opening ? "cd" : figure;
+    if (contains(figures_of_all(recipe), figure)) return "";
+    const auto several = [&](const auto& entry) { return entry.first == figure; };
+    if (std::any_of(kFigures.begin(), kFigures.end(), several)) return std::nullopt;
+    return contains(measure_names(), figure) ? std::optional(figure) : std::nullopt;
+}
+
+std::string nearest_figure(const Recipe& recipe, const std::string& name) {
+    std::vector<std::string> known = measure_names();
+    for (const auto& [word, figures] : kFigures) known.insert(known.end(), figures.begin(), figures.end());
+    const auto always = figures_of_all(recipe);
+    known.insert(known.end(), always.begin(), always.end());
+    // The place in the one form there is, and each material.
+    const std::size_t at = name.rfind("_at_");
+    const auto number = at == std::string::npos ? std::nullopt : finite_number(name.substr(at + 4));
+    const std::string place = fmt::format("_at_{:g}", number.value_or(0.5));
+    for (const Form& form : kForms) {
+        const std::string end = form.place ? place : "";
+        if (!form.material) known.push_back(form.prefix + end);
+        for (std::size_t m = 0; form.material && m < recipe.materials.size(); ++m)
+            known.push_back(fmt::format("{}_{}{}", form.prefix, recipe.materials[m].name, end));
+    }
+    std::erase(known, name);  // it was refused
+    return did_you_mean(": ", name, known, "; see sidewall models metrology");
+}
+
+void require_measure(const Recipe& recipe, const std::string& name, const std::string& key) {
+    const bool rough = name.starts_with("ler_at_") || name.starts_with("lwr_at_");
+    if (rough && is_flat(recipe.domain))
+        throw KeyError(key,
+                       fmt::format("{}: a profile in x and z is the same along its lines: give domain.extent "
+                                   "two numbers",
+                                   name));
+    const auto figure = named_figure(name, recipe.materials);
+    if (figure && figure->kind == FigureKind::thickness) {
+        const int axis = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
+        const double half = 0.5 * recipe.domain.extent[static_cast<std::size_t>(axis)];
+        if (!(std::abs(figure->at) < half))
+            throw KeyError(key, fmt::format("{}: lies outside the domain, which ends at +-{:g}", name, half));
+    }
+    const auto word = word_of(recipe, name);
+    if (!figure && word && *word != name)
+        throw KeyError(key, word->empty() ? fmt::format("{}: the summary of every run has it", name)
+                                          : fmt::format("{}: is measured by \"{}\"", name, *word));
+    if (!figure && !contains(measure_names(), name))
+        throw KeyError(key, fmt::format("{}: must be one of {}, or a figure such as cd_SiO2_at_0.5{}", name,
+                                        fmt::join(measure_names(), ", "), nearest_figure(recipe, name)));
+}
+
+std::string stop_text(const Step& step) {
+    const auto found = step.values.entries.find("stop");
+    return found == step.values.entries.end() ? "" : step.values.get<std::string>("stop");
+}
+
+StopRule stop_rule(const Recipe& recipe, const std::string& text) {
+    const std::size_t sign = text.find_first_of("<>");
+    if (sign == std::string::npos)
+        throw KeyError("stop", "must be a measure, > or <, and a number, such as \"depth > 2.0\"");
+    const bool equal = sign + 1 < text.size() && text[sign + 1] == '=';
+    const std::string_view view = text;
+    const std::string name(trimmed(view.substr(0, sign))),
+        after(trimmed(view.substr(sign + 1 + (equal ? 1 : 0))));
+    const auto value = finite_number(after);
+    if (!value)
+        throw KeyError("stop", fmt::format("\"{}\" is no number: write e.g. \"{} {} 2.0\"", after,
+                                           name.empty() ? "depth" : name, text[sign]));
+    const auto word = word_of(recipe, name);
+    if (!word && contains(measure_names(), name))
+        throw KeyError("stop", fmt::format("{} stands for several figures{}", name,
+                                           name == "cd" ? ": name a depth, e.g. cd_at_0.5"
+                                                        : ": name one, see sidewall models metrology"));
+    if (!word || word->empty())
+        throw KeyError("stop", fmt::format("{} is no figure that a step can end at{}", name,
+                                           word ? ": it is found when the run has ended"
+                                                : nearest_figure(recipe, name)));
+    if (named_figure(name, recipe.materials)) require_measure(recipe, name, "stop");
+    return {name, text[sign] == '>', *value};
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,113 @@
+#include "app/sweep/sweep.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "app/common/files.hpp"
+#include "app/common/folder_lock.hpp"
+#include "app/common/json.hpp"
+#include "app/common/text.hpp"
+#include "app/common/version.hpp"
+#include "app/sweep/batch_folder.hpp"
+#include "app/sweep/measures.hpp"
+#include "app/sweep/run_set.hpp"
+#include "app/sweep/run_table.hpp"
+#include "app/sweep/vary.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+
+namespace sidewall::app {
+namespace {
+
+struct Sweep {
+    std::vector<std::string> keys;
+    std::vector<RunPoint> points;
+    RunSet set;
+    Json plan;  // what sweep.json holds
+};
+
+std::vector<RunValues> points_of(const SweepOptions& options, const std::vector<Vary>& varied) {
+    if (options.design == "sobol") {
+        if (!options.runs) throw RecipeError("--design sobol: needs --runs N, the number of points");
+        return sobol_points(varied, *options.runs);
+    }
+    if (options.runs) throw RecipeError("--runs: goes with --design sobol; a grid has all combinations");
+    return grid_points(varied);
+}
+
+// Every point's recipe is read here, before anything runs.
+Sweep read_sweep(const SweepOptions& options) {
+    if (options.vary.empty())
+        throw RecipeError("--vary: missing: name a key and its values, e.g. step[0].rate=1:2:5");
+    const Recipe base = load_recipe(options.recipe, options.overrides);
+    const std::string text = surface::read_whole_file(options.recipe);
+    const std::vector<Vary> varied = parse_vary(options.vary, base);
+    Sweep sweep{
+        .set = {.folder = options.output, .jobs = options.jobs, .resume_command = options.resume_command}};
+    for (const Vary& vary : varied) sweep.keys.push_back(vary.key);
+    std::string all = version();
+    for (RunValues& values : points_of(options, varied)) {
+        Recipe recipe = recipe_at(text, options.recipe, options.overrides, sweep.keys, values);
+        for (const std::string& name : options.measures) want_measure(recipe, name, "--measure");
+        const std::size_t number = add_run(sweep.set, recipe);
+        all += sweep.set.runs[number - 1].recipe;
+        sweep.points.push_back({std::move(values), number});
+    }
+    sweep.plan =
+        Json{{"version", version()},        {"recipe", options.recipe},    {"vary", options.vary},
+             {"design", options.design},    {"rows", sweep.points.size()}, {"set", options.overrides},
+             {"measure", options.measures}, {"digest", digest(all)}};
+    return sweep;
+}
+
+void write_plan(const SweepOptions& options, const Sweep& sweep) {
+    write_json((options.output / "sweep.json").string(), sweep.plan);
+}
+
+}  // namespace
+
+SweepEnd run_sweep(const SweepOptions& options) {
+    Sweep sweep = read_sweep(options);
+    make_folder(options.output, "choose another with -o");
+    const FolderLock lock(options.output);
+    open_batch_folder(options.output, "sweep.json", "sweep", sweep.plan, options.resume);
+    write_plan(options, sweep);
+    std::vector<std::size_t> numbers(sweep.set.runs.size());
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i + 1;
+    SweepEnd end{.rows = sweep.points.size(), .runs = numbers.size()};
+    const auto before = static_cast<double>(read_ended(sweep.set));
+    ProgressBar progress("sweep", static_cast<double>(end.runs), "runs", !options.quiet,
+                         {.from = before, .tenths = true});
+    make_runs(sweep.set, numbers, progress, [&] {
+        end.table = run_table(sweep.keys, sweep.points, sweep.set);
+        write_file(options.output / "sweep.csv", end.table);
+    });
+    sweep.plan["units"] = units_of(sweep.set);
+    write_plan(options, sweep);
+    for (const SetRun& run : sweep.set.runs) end.failed += run.status == "ok" ? 0 : 1;
+    if (end.failed == end.runs)
+        throw NumericsError(
+            fmt::format("{}: no run ended well: {}", options.recipe, sweep.set.runs[0].status));
+    return end;
+}
+
+std::string plan_sweep(const SweepOptions& options) {
+    const Sweep sweep = read_sweep(options);
+    make_folder(options.output, "choose another with -o");
+    const FolderLock lock(options.output);
+    open_batch_folder(options.output, "sweep.json", "sweep", sweep.plan, options.resume);
+    write_plan(options, sweep);
+    std::string commands;
+    for (std::size_t number = 1; number <= sweep.set.runs.size(); ++number) {
+        write_run_recipe(sweep.set, number);
+        commands += "sidewall";
+        for (const std::string& word : run_arguments(sweep.set, number))
+            commands += fmt::format(" {}", shell_word(word));
+        commands += "\n";
+    }
+    return commands;
+}
+
+}  // namespace sidewall::app

@@ -1,0 +1,285 @@
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+#include "flux/radiosity/gatherer.hpp"
+#include "flux/radiosity/shared_samples.hpp"
+#include "flux/random.hpp"
+#include "flux/tracer/leaks.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+constexpr std::uint32_t kStream = 0xffff0000u;  // no species has this number
+
+// Shares of the kinds among the rays.
+constexpr double kCosineShare = 0.4, kConnectShare = 0.4;
+
+std::vector<Job> jobs_of(const RayCounts& counts, std::size_t exponents, std::uint32_t groups) {
+    std::vector<Job> jobs;
+    const auto add = [&](Job job, std::uint32_t rays) {
+        for (job.first = 0; job.first < rays; job.first += kBlock) {
+            job.count = std::min(static_cast<std::uint32_t>(kBlock), rays - job.first);
+            jobs.push_back(job);
+        }
+    };
+    for (std::uint32_t group = 0; group < groups; ++group) {
+        add({group, RayKind::cosine}, counts.cosine);
+        add({group, RayKind::connect}, counts.connect);
+        for (std::uint32_t n = 0; n < exponents; ++n) add({group, RayKind::source, n}, counts.source);
+    }
+    return jobs;
+}
+
+// Adds a block's finds to its group, as if its rays were one.
+void book(Exchange::State& s, const Job& job, Found& found, double rays) {
+    LinkGroup& group = s.groups[job.group];
+    const auto scale = static_cast<float>(rays);
+    for (Link& link : found.links) link.weight *= scale;
+    for (Exit& exit : found.exits) exit.weight *= scale;
+    group.links.insert(group.links.end(), found.links.begin(), found.links.end());
+    group.exits.insert(group.exits.end(), found.exits.begin(), found.exits.end());
+    s.segments += found.flights.segments;
+    s.leaked += found.leaked;
+}
+
+std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& jobs, RandomKey key,
+                             bool pilot) {
+    std::vector<Found> found(jobs.size());
+    const Shares& shares = s.options.shares;
+    std::atomic<bool> stopped = false;
+    std::atomic<std::size_t> done = 0;
+    std::mutex mutex;
+    double told = 0.0;
+    const Gatherer gatherer(s, key, s.gathers);
+    tbb::parallel_for(
+        tbb::blocked_range<std::size_t>(0, jobs.size(), 1),
+        [&](const tbb::blocked_range<std::size_t>& range) {
+            for (std::size_t i = range.begin(); i < range.end(); ++i) {
+                if (!stopped && s.options.stop && s.options.stop()) stopped = true;
+                if (stopped) return;
+                // Ranks take turns; what a pilot's few rays find is not worth a message.
+                if (pilot || i % shares.ranks == shares.rank) found[i] = gatherer.trace(jobs[i], pilot);
+                const double part = static_cast<double>(++done) / static_cast<double>(jobs.size());
+                if (!s.options.progress || pilot) continue;
+                const std::unique_lock lock(mutex, std::try_to_lock);
+                if (lock) s.options.progress(told = std::max(told, part));
+            }
+        },
+        tbb::simple_partitioner{});
+    if (stopped) throw Interrupted("interrupted while tracing rays between points of the surface");
+    if (!pilot) share_finds(shares, found);
+    return found;
+}
+
+// Numbers of links and exits of the groups.
+using Sizes = std::array<std::pair<std::size_t, std::size_t>, kLinkGroups>;
+
+Sizes sizes_of(const Exchange::State& s) {
+    Sizes sizes;
+    for (std::size_t g = 0; g < kLinkGroups; ++g)
+        sizes[g] = {s.groups[g].links.size(), s.groups[g].exits.size()};
+    return sizes;
+}
+
+// Adds what came since \p before between the pieces, in the groups' order.
+void add_to_pieces(Exchange::State& s, const Sizes& before) {
+    tbb::parallel_for(std::size_t{0}, s.piece_links.size(), [&](std::size_t pair) {
+        for (const std::size_t g : {2 * pair, 2 * pair + 1})
+            add_links(s.pieces, s.strip.unknowns, s.groups[g], before[g].first, before[g].second,
+                      s.piece_links[pair]);
+    });
+}
+
+// What gathers and solves need besides links.
+void prepare(Exchange::State& s) {
+    if (s.densities) return;
+    s.mass = mass_matrix(s.geometry.mesh, s.strip.unknowns);
+    s.pieces = make_pieces(s.geometry.mesh, s.strip.unknowns);
+    const auto count = static_cast<Eigen::Index>(s.pieces.count);
+    s.piece_links.fill(Eigen::MatrixXd::Zero(count, count));
+    s.densities.emplace(s.geometry, s.strip, s.source_exponents);
+}
+
+// Where rays from the surface and from the source go, by a few that are not kept.
+void look_around(Exchange::State& s, RandomKey key, std::uint64_t rays) {
+    const auto looks = static_cast<std::uint32_t>(std::clamp<std::size_t>(
+        std::min<std::size_t>(4 * s.geometry.mesh.triangles.size(), rays / 4), 1024, 16384));
+    s.densities->set_counts({.cosine = looks, .source = looks});
+    const std::vector<Found> found = trace_all(s, jobs_of(s.densities->counts(), 1, 1), key, true);
+    const std::size_t items = s.geometry.mesh.triangles.size();
+    std::vector<double> images(std::size_t{kImageRow} * kImageRow, 0.0), lit(items, 0.0), started(items, 0.0),
+        kept(items, 0.0);
+    for (const Found& part : found) {
+        for (std::size_t i = 0; i < images.size(); ++i) images[i] += part.images[i];
+        for (const std::uint32_t t : part.lit) lit[s.densities->item_of(t)] += 1.0;
+        for (const std::uint32_t t : part.started) started[s.densities->item_of(t)] += 1.0;
+        for (const Link& link : part.links) kept[s.densities->item_of(link.a)] += 1.0;
+        s.segments += part.flights.segments;
+    }
+    const std::vector<double> share = s.densities->share_kept(started, kept);
+    std::vector<double> openings(RayDensities::kCells * RayDensities::kCells, 0.0);
+    for (const Found& part : found)
+        for (std::size_t i = 0; i < part.openings.size(); ++i)
+            openings[part.openings[i]] += share[s.densities->item_of(part.lit[i])];
+    s.densities->set_images(images);
+    s.densities->set_openings(openings);
+    s.densities->set_relays(lit, share);
+}
+
+}  // namespace
+
+double Exchange::State::scale(std::uint32_t bits) const {
+    return 1.0 / (static_cast<double>(group_rays) * std::popcount(bits));
+}
+
+const BalancedLinks& Exchange::State::balanced(std::uint32_t bits) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = balanced_.find(bits);
+    if (found != balanced_.end()) return found->second;
+    std::vector<const LinkGroup*> chosen;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
+    // Isolated: while it waits for its own tasks, this thread must not take one that comes here, too.
+    const auto make = [&] {
+        return balanced_.try_emplace(bits, strip.unknowns, std::move(chosen), scale(bits)).first;
+    };
+    return tbb::this_task_arena::isolate(make)->second;
+}
+
+std::uint64_t exchange_bytes(std::uint64_t rays) {
+    return 2 * sizeof(Link) *
+           rays;  // a gather holds its blocks beside the groups, a solve weights of its own
+}
+
+Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
+                   const Wedges& wedges, std::vector<double> source_exponents, ExchangeOptions options) {
+    if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
+        throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
+    if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
+    if (source_exponents.empty() || source_exponents.size() > 16)
+        throw RecipeError(fmt::format("{} source exponents: give 1 to 16", source_exponents.size()));
+    for (const double n : source_exponents)
+        if (!(n >= 0.0 && n <= 1e6))
+            throw RecipeError(fmt::format("source_exponent = {}: must be in [0, 1e6]", n));
+    Geometry geometry = make_geometry(mesh, scene, box);
+    Strip strip = make_strip(geometry, wedges);
+    geometry.straight = !strip.partner.empty();
+    state_ = std::unique_ptr<State>(
+        new State{geometry, wedges, std::move(strip), std::move(options), std::move(source_exponents)});
+}
+
+Exchange::~Exchange() = default;
+Exchange::Exchange(Exchange&&) noexcept = default;
+Exchange& Exchange::operator=(Exchange&&) noexcept = default;
+
+void Exchange::gather(std::uint64_t rays) {
+    State& s = *state_;
+    const std::uint64_t needed = exchange_bytes(s.rays + rays);
+    if (needed > s.options.most_bytes)
+        throw RecipeError(fmt::format(
+            "radiosity of {} rays needs {:.3g} GB, above the {:.3g} GB allowed: ask for a larger relative error or "
+            "allow more",
+            s.rays + rays, static_cast<double>(needed) * 1e-9,
+            static_cast<double>(s.options.most_bytes) * 1e-9));
+    const auto start = std::chrono::steady_clock::now();
+    const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
+    if (s.gathers == 0) {
+        prepare(s);
+        look_around(s, key, rays);  // by random numbers of its own
+    }
+    ++s.gathers;
+    const std::size_t exponents = s.densities->exponents().size();
+    const double group_rays = static_cast<double>(rays) / kLinkGroups;
+    const auto share = [&](double part) {
+        return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(part * group_rays)));
+    };
+    s.densities->set_counts({share(kCosineShare), share(kConnectShare),
+                             share((1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents))});
+    const RayCounts& counts = s.densities->counts();
+    const std::vector<Job> jobs = jobs_of(counts, exponents, kLinkGroups);
+    std::vector<Found> found = trace_all(s, jobs, key, false);
+    const std::uint64_t in_group = counts.cosine + counts.connect + exponents * counts.source;
+    const Sizes before = sizes_of(s);
+    s.forget_balanced();
+    for (std::size_t i = 0; i < jobs.size(); ++i) {
+        book(s, jobs[i], found[i], static_cast<double>(in_group));
+        found[i] = {};
+    }
+    add_to_pieces(s, before);
+    const std::uint64_t segments = s.residual.segments;
+    trace_residual(s.geometry, *s.densities, key, s.gathers, rays, s.residual);
+    s.segments += s.residual.segments - segments;
+    s.group_rays += in_group;
+    s.rays += in_group * kLinkGroups;
+    s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (leaks_too_much(s.leaked, s.rays, 3.0))
+        throw NumericsError(fmt::format(
+            "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
+            "hidden from above or, with periodic sides, opposite ends that do not match",
+            s.leaked, s.rays));
+}
+
+void Exchange::start_where(std::span<const double> variance) {
+    prepare(*state_);
+    state_->densities->set_starts(variance);
+    state_->focused = true;
+}
+
+void Exchange::look_where(std::span<const double> error) {
+    prepare(*state_);
+    state_->residual.share = shares_of_edges(*state_->densities, error);
+}
+
+bool Exchange::is_focused() const {
+    return state_->focused;
+}
+
+std::uint64_t Exchange::rays() const {
+    return state_->rays;
+}
+std::uint64_t Exchange::residual_rays() const {
+    return state_->residual.rays.size();
+}
+std::uint64_t Exchange::segments() const {
+    return state_->segments;
+}
+std::uint64_t Exchange::leaked() const {
+    return state_->leaked;
+}
+double Exchange::seconds() const {
+    return state_->seconds;
+}
+std::size_t Exchange::unknowns() const {
+    return state_->strip.unknowns.count();
+}
+
+std::uint64_t Exchange::links() const {
+    std::uint64_t links = 0;
+    for (const LinkGroup& group : state_->groups) links += group.links.size() + group.exits.size();
+    return links;
+}
+
+std::uint64_t Exchange::bytes() const {
+    std::uint64_t bytes = 0;
+    for (const LinkGroup& group : state_->groups)
+        bytes += group.links.capacity() * sizeof(Link) + group.exits.capacity() * sizeof(Exit);
+    return bytes;
+}
+
+std::uint64_t Exchange::rays_left() const {
+    const std::uint64_t most = state_->options.most_bytes / (2 * sizeof(Link));
+    return most > state_->rays ? most - state_->rays : 0;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,268 @@
+#include "flux/radiosity/exchange_samples.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+namespace sidewall::flux {
+namespace {
+
+constexpr std::size_t kPartsOfGroup = 2;
+constexpr int kBalancings = 3;
+
+struct Ends {
+    const std::uint32_t* corner;
+    double weight[3];
+    Ends(const Wedges& wedges, std::uint32_t triangle, float u, float v)
+        : corner(&wedges.corner[3 * std::size_t{triangle}]),
+          weight{1.0 - static_cast<double>(u) - static_cast<double>(v), static_cast<double>(u),
+                 static_cast<double>(v)} {}
+    double value(const double* x) const {
+        return weight[0] * x[corner[0]] + weight[1] * x[corner[1]] + weight[2] * x[corner[2]];
+    }
+    void add(double amount, double* y) const {
+        for (int k = 0; k < 3; ++k) y[corner[k]] += amount * weight[k];
+    }
+    // Corners of a strip's triangle may be one unknown.
+    void add_squares(double amount, double* y) const {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                if (corner[i] == corner[j]) y[corner[i]] += amount * weight[i] * weight[j];
+    }
+};
+
+}  // namespace
+
+// What two neighbours share is the smaller 1 / (1 - s) less 1,
+// which solves an open plane to within the square of the difference, and less the more they differ: where all
+// sticks nothing but the neighbour's own absorption counts. Never above their harmonic mean, so that the
+// matrix is not negative; the diagonal keeps what each absorbs of a constant emission.
+std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
+                                      std::span<const double> ratio) {
+    std::vector<double> value(mass.value.size(), 0.0);
+    for (std::size_t i = 0; i < area.size(); ++i) {
+        double rest = ratio[i] * area[i];
+        std::size_t diagonal = 0;
+        for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n) {
+            const std::uint32_t j = mass.column[n];
+            if (j == i) {
+                diagonal = n;
+                continue;
+            }
+            const double own = 1.0 + ratio[i], other = 1.0 + ratio[j];
+            const double shared = std::min(own, other) * std::max(0.0, 1.0 - std::abs(std::log(own / other)));
+            value[n] = mass.value[n] * (shared - 1.0);
+            rest -= value[n];
+        }
+        if (mass.first[i] < mass.first[i + 1]) value[diagonal] = rest;
+    }
+    return value;
+}
+
+double lobe_scale(double exponent, bool straight) {
+    if (!straight) return 0.5 * (exponent + 1.0);
+    return 2.0 * std::numbers::inv_sqrtpi *
+           std::exp(std::lgamma(0.5 * exponent + 1.0) - std::lgamma(0.5 * (exponent + 1.0)));
+}
+
+MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
+    // The corners of every wedge's triangles, in their order.
+    std::vector<std::uint32_t> first(wedges.count() + 1, 0), corners(wedges.corner.size());
+    for (const std::uint32_t row : wedges.corner) ++first[row + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (std::uint32_t c = 0; c < corners.size(); ++c) corners[next[wedges.corner[c]]++] = c;
+
+    MassMatrix mass;
+    mass.first.assign(1, 0);
+    mass.first.reserve(first.size());
+    mass.column.reserve(3 * corners.size());
+    mass.value.reserve(3 * corners.size());
+    std::vector<std::pair<std::uint32_t, double>> row;  // column and value
+    for (std::size_t i = 0; i < wedges.count(); ++i) {
+        row.clear();
+        for (std::uint32_t n = first[i]; n < first[i + 1]; ++n) {
+            const std::uint32_t c = corners[n], t = c / 3;
+            const double twelfth = triangle_area(mesh, t) / 12.0;
+            for (std::uint32_t other = 3 * t; other < 3 * t + 3; ++other) {
+                const double value = other == c ? 2.0 * twelfth : twelfth;
+                const auto found =
+                    std::ranges::find(row, wedges.corner[other], &decltype(row)::value_type::first);
+                if (found == row.end())
+                    row.emplace_back(wedges.corner[other], value);
+                else
+                    found->second += value;
+            }
+        }
+        std::ranges::sort(row, {}, &decltype(row)::value_type::first);
+        for (const auto& [column, value] : row) {
+            mass.column.push_back(column);
+            mass.value.push_back(value);
+        }
+        mass.first.push_back(static_cast<std::uint32_t>(mass.column.size()));
+    }
+    return mass;
+}
+
+// Links and exits of half a group: what one task sums up.
+struct BalancedLinks::Part {
+    std::size_t group = 0, link = 0, links = 0, exit = 0, exits = 0;  // from link up to links, exit to exits
+};
+
+template <class Use>
+void BalancedLinks::for_links(const Part& part, const Use& use) const {
+    const std::vector<Link>& links = groups_[part.group]->links;
+    for (std::size_t n = part.link; n < part.links; ++n)
+        use(n, Ends(wedges_, links[n].a, links[n].au, links[n].av),
+            Ends(wedges_, links[n].b, links[n].bu, links[n].bv));
+}
+
+template <class Use>
+void BalancedLinks::for_exits(const Part& part, const Use& use) const {
+    const std::vector<Exit>& exits = groups_[part.group]->exits;
+    for (std::size_t n = part.exit; n < part.exits; ++n)
+        use(n, Ends(wedges_, exits[n].a, exits[n].au, exits[n].av));
+}
+
+// Calls use(part, sums) for every part of every group, each with sums of its own, and adds them, scaled, to
+// \p y in their order: the parts do not depend on the threads.
+template <class Use>
+void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
+    const std::size_t parts = kPartsOfGroup * groups_.size();
+    std::vector<std::vector<double>> sums(parts);
+    tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t number) {
+        sums[number].assign(y.size(), 0.0);
+        const std::size_t g = number / kPartsOfGroup, half = number % kPartsOfGroup;
+        const auto cut = [half](std::size_t size, std::size_t end) {
+            return size * (half + end) / kPartsOfGroup;
+        };
+        const std::size_t links = groups_[g]->links.size(), exits = groups_[g]->exits.size();
+        use(Part{g, cut(links, 0), cut(links, 1), cut(exits, 0), cut(exits, 1)}, sums[number].data());
+    });
+    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            double sum = 0.0;
+            for (const std::vector<double>& part : sums) sum += part[i];
+            y[i] += scale_ * sum;
+        }
+    });
+}
+
+// Factors of both ends of a link, found by Sinkhorn's iteration, keep the balance symmetric.
+BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale)
+    : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
+    for (const LinkGroup* group : groups_) {
+        std::ranges::transform(group->links, weights_.emplace_back(group->links.size()).begin(),
+                               &Link::weight);
+        std::ranges::transform(group->exits, exit_weights_.emplace_back(group->exits.size()).begin(),
+                               &Exit::weight);
+    }
+    std::vector<double> sum(wedges_.count()), factor;
+    // Multiplies the weights by the factors so far.
+    const auto weigh = [&](std::size_t group, std::size_t n, const Ends& a, const Ends& b) {
+        float& weight = weights_[group][n];
+        if (!factor.empty()) weight *= static_cast<float>(a.value(factor.data()) * b.value(factor.data()));
+        return static_cast<double>(weight);
+    };
+    const auto weigh_exit = [&](std::size_t group, std::size_t n, const Ends& a) {
+        float& weight = exit_weights_[group][n];
+        if (!factor.empty()) weight *= static_cast<float>(a.value(factor.data()));
+        return static_cast<double>(weight);
+    };
+    for (int pass = 0; pass < kBalancings; ++pass) {
+        std::ranges::fill(sum, 0.0);
+        sum_parts(sum, [&](const Part& part, double* y) {
+            for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+                const double w = weigh(part.group, n, a, b);
+                a.add(w, y);
+                b.add(w, y);
+            });
+            for_exits(part, [&](std::size_t n, const Ends& a) { a.add(weigh_exit(part.group, n, a), y); });
+        });
+        factor.resize(sum.size());
+        for (std::size_t i = 0; i < sum.size(); ++i)
+            factor[i] = sum[i] > 0.0 ? std::clamp(std::sqrt(wedges_.area[i] / sum[i]), 0.5, 2.0) : 1.0;
+    }
+    sum_parts(diagonal_, [&](const Part& part, double* y) {
+        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+            const double w = weigh(part.group, n, a, b);
+            a.add_squares(w, y);
+            b.add_squares(w, y);
+            // A corner that both ends share.
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j)
+                    if (a.corner[i] == b.corner[j]) y[a.corner[i]] -= 2.0 * w * a.weight[i] * b.weight[j];
+        });
+        for_exits(part,
+                  [&](std::size_t n, const Ends& a) { a.add_squares(weigh_exit(part.group, n, a), y); });
+    });
+}
+
+void BalancedLinks::add(std::span<const double> x, std::span<double> y) const {
+    sum_parts(y, [&](const Part& part, double* sums) {
+        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+            const double amount =
+                static_cast<double>(weights_[part.group][n]) * (a.value(x.data()) - b.value(x.data()));
+            a.add(amount, sums);
+            b.add(-amount, sums);
+        });
+        for_exits(part, [&](std::size_t n, const Ends& a) {
+            a.add(static_cast<double>(exit_weights_[part.group][n]) * a.value(x.data()), sums);
+        });
+    });
+}
+
+std::vector<double> BalancedLinks::direct(double exponent, bool straight) const {
+    const double scale = lobe_scale(exponent, straight);
+    std::vector<double> y(wedges_.count(), 0.0);
+    sum_parts(y, [&](const Part& part, double* sums) {
+        for_exits(part, [&](std::size_t n, const Ends& a) {
+            const float cosine = groups_[part.group]->exits[n].cosine;
+            if (cosine > 0.0f)
+                a.add(static_cast<double>(exit_weights_[part.group][n]) * scale *
+                          lobe(exponent, static_cast<double>(cosine)),
+                      sums);
+        });
+    });
+    return y;
+}
+
+std::vector<double> BalancedLinks::arrivals(std::span<const double> x) const {
+    std::vector<double> y(x.size(), 0.0);
+    sum_parts(y, [&](const Part& part, double* sums) {
+        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+            const auto w = static_cast<double>(weights_[part.group][n]);
+            a.add(w * b.value(x.data()), sums);
+            b.add(w * a.value(x.data()), sums);
+        });
+    });
+    return y;
+}
+
+Balance::Balance(const BalancedLinks& links, const MassMatrix& mass, std::span<const double> absorption)
+    : links_(links),
+      mass_(mass),
+      absorption_(absorption),
+      diagonal_(links.diagonal().begin(), links.diagonal().end()) {
+    for (std::size_t i = 0; i < diagonal_.size(); ++i)
+        for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
+            if (mass_.column[n] == i) diagonal_[i] += absorption_[n];
+}
+
+void Balance::apply(std::span<const double> x, std::span<double> y) const {
+    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+            double sum = 0.0;
+            for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
+                sum += absorption_[n] * x[mass_.column[n]];
+            y[i] = sum;
+        }
+    });
+    links_.add(x, y);
+}
+
+}  // namespace sidewall::flux

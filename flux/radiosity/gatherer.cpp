@@ -1,0 +1,250 @@
+// A ray of an exchange:
+//
+//     start    a point of the surface, the triangles in turn along a curve       draw
+//     aim      by Lambert's law, or at a point of the surface or source plane    draw
+//              or start at the source, as the tracer's do                        emit
+//     fly      to the first hit                                                  fly_block
+//     join     the two ends, weighted by how densely all kinds of rays sample    join
+//              such a pair
+#include "flux/radiosity/gatherer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "flux/radiosity/exit_rays.hpp"
+#include "flux/sampling.hpp"
+#include "flux/source.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+constexpr std::uint32_t kScrambles = 0xffffffffu;  // a number that no ray has
+
+double fraction(std::uint32_t word) {
+    return (word + 0.5) * 0x1p-32;
+}
+
+// The straightened end of a path to \p hit: through all sides it crossed, its length and the image it lies
+// in.
+struct Path {
+    double length = 0.0;
+    int image = kNoImage;
+    Vec3 end;
+};
+
+Path straightened(const RayDensities& densities, const Vec3& start, const Vec3& direction, const Vec3& hit,
+                  double skin) {
+    const Vec3 way = hit - start;
+    const double length = way.norm();
+    if (way.cross(direction).squaredNorm() <= 1e-8 * length * length + 4.0 * skin * skin)
+        return {length, kImageRow * kImages + kImages, hit};
+    if (!(std::abs(direction.z()) >= kLevel)) return {length, kNoImage, hit};
+    const double travelled = way.z() / direction.z();
+    const Vec3 end = start + travelled * direction;
+    return {travelled, densities.image_of(end), end};
+}
+
+// Barycentric weights of the facet's second and third corners at a point near it.
+void barycentric(const Facet& facet, const Vec3& point, float& u, float& v) {
+    const Vec3 way = point - facet.corner;
+    const double aa = facet.edge1.squaredNorm(), bb = facet.edge2.squaredNorm(),
+                 ab = facet.edge1.dot(facet.edge2), a = way.dot(facet.edge1), b = way.dot(facet.edge2);
+    const double determinant = aa * bb - ab * ab;
+    if (!(determinant > 0.0)) return;
+    u = static_cast<float>(std::clamp((a * bb - b * ab) / determinant, 0.0, 1.0));
+    v = static_cast<float>(std::clamp((b * aa - a * ab) / determinant, 0.0, 1.0 - static_cast<double>(u)));
+}
+
+// Particles from the source, as the plane of x and z sees them.
+void turn_into_plane(Rays& rays) {
+    for (std::size_t i = 0; i < rays.count; ++i) {
+        const float share = std::sqrt(rays.dx[i] * rays.dx[i] + rays.dz[i] * rays.dz[i]);
+        rays.dx[i] /= share;
+        rays.dz[i] /= share;
+        rays.dy[i] = 0.0f;
+    }
+}
+
+}  // namespace
+
+struct Gatherer::Block {
+    Rays rays;
+    Column<float> x, y, z, dx, dy, dz;  // where rays began
+    Column<std::uint32_t> target;       // of a connection
+    Column<int> image;
+};
+
+// A ray that has flown. Connections have a target: a triangle or, with kNoTriangle, the source plane.
+struct Gatherer::Ray {
+    Vec3 start, direction, arriving, hit;
+    std::uint32_t from, triangle, target;
+    float u, v;
+    bool aimed;
+    int image;
+};
+
+std::uint32_t Gatherer::number(const Job& job) const {
+    return (gather_ * static_cast<std::uint32_t>(kLinkGroups) + job.group) * 64 +
+           static_cast<std::uint32_t>(job.kind) * 16 + job.exponent;
+}
+
+// Rays from the surface; rows that cannot get anywhere are left out.
+void Gatherer::draw(const Job& job, Block& block) const {
+    const RayDensities& densities = *s_.densities;
+    const LateralBox& box = s_.geometry.box;
+    Stream scramble(key_, {.batch = number(job), .bounce = kScrambles});
+    const std::uint32_t words[4] = {scramble.next(), scramble.next(), scramble.next(), scramble.next()};
+    const std::uint32_t all =
+        job.kind == RayKind::cosine ? densities.counts().cosine : densities.counts().connect;
+    Rays& r = block.rays;
+    r.count = 0;
+    for (std::uint32_t i = job.first; i < job.first + job.count; ++i) {
+        const Draws random = flux::draw(key_, std::uint64_t{number(job)} << 32 | i, 0);
+        const Distribution::Pick start = densities.starts().pick((i + random.uniform(0)) / all);
+        const std::uint32_t triangle = densities.start_triangle(start.item);
+        const Facet& facet = densities.facets()[triangle];
+        const double root = std::sqrt(start.rest), part = random.uniform(1);
+        Vec3 position = facet.corner + root * (1.0 - part) * facet.edge1 + root * part * facet.edge2 +
+                        s_.geometry.skin * facet.normal;
+        for (int axis = 0; axis < 2; ++axis)
+            position[axis] = std::clamp(position[axis], box.min[axis], box.max[axis]);
+        const double first = fraction(owen_scrambled(reversed_bits(i), words[0], words[1]));
+        const double second = fraction(owen_scrambled(sobol_second(i), words[2], words[3]));
+        const std::size_t row = r.count;
+        Vec3 direction;
+        if (job.kind == RayKind::cosine) {
+            direction = densities.straight() ? sample_lambertian_in_plane(facet.normal, first)
+                                             : sample_lambertian(facet.normal, first, second);
+        } else {
+            RayDensities::Target target = densities.target(first, second, random.uniform(2));
+            if (densities.straight()) target.point.y() = position.y();
+            const Vec3 way = target.point - position;
+            if (!(way.dot(facet.normal) > 0.0 && way.dot(target.normal) < 0.0)) continue;
+            direction = way.normalized();
+            block.target[row] = target.triangle;
+            block.image[row] = target.image;
+        }
+        set_flight(r, row, position, direction);
+        r.from[row] = triangle;
+        ++r.count;
+    }
+}
+
+// A ray that left: through the source plane, or past a side or the rim.
+void Gatherer::join_exit(const Ray& ray, Found& found) const {
+    if (ray.aimed && ray.target != surface::kNoTriangle) return;
+    const RayDensities& densities = *s_.densities;
+    const Facet& facet = densities.facets()[ray.from];
+    Exit exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
+    barycentric(facet, ray.start, exit.au, exit.av);
+    const double rise = ray.direction.z();
+    const auto [out, travelled, end] = way_out(s_.geometry, ray.start, ray.direction);
+    double weight = 0.0;
+    if (out) {
+        const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;
+        if (ray.aimed && image != ray.image) return;
+        const double form = densities.form(travelled, ray.direction.dot(facet.normal) * rise);
+        weight = densities.exit_weight(ray.from, end, image, form, rise);
+    } else {
+        if (ray.aimed) return;
+        weight = densities.loss_weight(ray.from);
+    }
+    exit.weight = static_cast<float>(weight);
+    exit.cosine = out ? static_cast<float>(rise) : 0.0f;
+    found.exits.push_back(exit);
+}
+
+// A ray from the source that hit: the surface's point sees the source there.
+void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
+    const RayDensities& densities = *s_.densities;
+    if (pilot) {
+        found.lit.push_back(ray.triangle);
+        found.openings.push_back(static_cast<std::uint32_t>(densities.cell_of(ray.start)));
+    }
+    const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
+    const double cosine = -ray.direction.z();
+    const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
+    // Seen from the hit the plane lies in the image the other way, which has the same share.
+    const double weight =
+        densities.exit_weight(ray.triangle, ray.start, cosine >= kLevel ? path.image : kNoImage,
+                              densities.form(path.length, cosine * arrival), cosine);
+    found.exits.push_back(
+        {ray.triangle, ray.u, ray.v, static_cast<float>(weight), static_cast<float>(cosine)});
+}
+
+// A ray from one point of the surface to another.
+void Gatherer::join_link(const Ray& ray, bool pilot, Found& found) const {
+    const RayDensities& densities = *s_.densities;
+    if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;
+    const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
+    if (ray.aimed && path.image != ray.image) return;
+    const Facet& facet = densities.facets()[ray.from];
+    const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
+    const double form = densities.form(path.length, ray.direction.dot(facet.normal) * arrival);
+    Link link{ray.from,
+              ray.triangle,
+              0.0f,
+              0.0f,
+              ray.u,
+              ray.v,
+              static_cast<float>(densities.link_weight(ray.from, ray.triangle, path.image, form))};
+    barycentric(facet, ray.start, link.au, link.av);
+    found.links.push_back(link);
+    if (pilot && path.image != kNoImage) found.images[static_cast<std::size_t>(path.image)] += 1.0;
+}
+
+void Gatherer::join(const Job& job, const Block& block, std::size_t row, bool pilot, Found& found) const {
+    const Rays& r = block.rays;
+    if (r.triangle[row] == kLeaked) {
+        ++found.leaked;
+        return;
+    }
+    Ray ray;
+    ray.start = vector_at(block.x, block.y, block.z, row);
+    ray.direction = vector_at(block.dx, block.dy, block.dz, row);
+    ray.arriving = vector_at(r.dx, r.dy, r.dz, row);
+    ray.from = r.from[row];
+    ray.triangle = r.triangle[row];
+    ray.aimed = job.kind == RayKind::connect;
+    ray.target = ray.aimed ? block.target[row] : surface::kNoTriangle;
+    ray.image = ray.aimed ? block.image[row] : kNoImage;
+    if (pilot && job.kind == RayKind::cosine) found.started.push_back(ray.from);
+    if (ray.triangle == surface::kNoTriangle) {
+        if (job.kind != RayKind::source) join_exit(ray, found);
+        return;
+    }
+    ray.u = r.u[row];
+    ray.v = r.v[row];
+    ray.hit = vector_at(r.x, r.y, r.z, row) + static_cast<double>(r.distance[row]) * ray.arriving;
+    if (job.kind == RayKind::source)
+        join_source(ray, pilot, found);
+    else
+        join_link(ray, pilot, found);
+}
+
+Found Gatherer::trace(const Job& job, bool pilot) const {
+    static thread_local Block block;  // too large for a stack frame
+    Rays& r = block.rays;
+    Found found;
+    if (pilot) {
+        found.images.assign(std::size_t{kImageRow} * kImageRow, 0.0);
+    }
+    if (job.kind == RayKind::source) {
+        Species species;
+        species.source_exponent = s_.densities->exponents()[job.exponent];
+        const Batch batch = make_batch(key_, number(job), s_.densities->counts().source);
+        emit(s_.geometry, species, {}, key_, batch, job.first, job.count, r);
+        if (s_.densities->straight()) turn_into_plane(r);
+    } else {
+        draw(job, block);
+    }
+    const auto keep = [&](auto& to, const auto& from) { std::copy_n(from.begin(), r.count, to.begin()); };
+    keep(block.x, r.x), keep(block.y, r.y), keep(block.z, r.z);
+    keep(block.dx, r.dx), keep(block.dy, r.dy), keep(block.dz, r.dz);
+    fly_block(s_.geometry, r, found.flights);
+    found.links.reserve(r.count);
+    for (std::size_t row = 0; row < r.count; ++row) join(job, block, row, pilot, found);
+    return found;
+}
+
+}  // namespace sidewall::flux

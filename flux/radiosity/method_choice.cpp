@@ -1,0 +1,204 @@
+// Which method a species takes, and what radiosity asks of it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "flux/radiosity/exchange_state.hpp"
+#include "flux/radiosity/radiosity.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// CPU time of a gathered ray and its share of the solves, in segments of the tracer's: 0.6 to 1 against 0.09
+// to 0.2 microseconds, and more in a program that solves once and touches all its memory for the first time.
+// And rays of an exchange's pilot.
+constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
+constexpr double kFirstRays = 12.0;  // an unknown: with fewer, halves of the rays tell no errors
+constexpr double kMargin = 1.1;      // rays more than errors ask for, which scatter
+// Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
+constexpr double kOneHalving = 1.155;
+constexpr double kSeldomLess = 1.5;  // times the first rays that a target takes; they are lost if paths win
+constexpr double kCloser = 200.0;    // the solver's tolerance than the error asked for
+
+// The solver's tolerance to a relative error of \p target.
+double tolerance_to(double target, const SolveOptions& options) {
+    return std::clamp(target / kCloser, options.tolerance, std::max(1e-3, options.tolerance));
+}
+
+// The statistical error that leaves \p target of both, or, where hardly any would, that target.
+double target_of_rays(double target, double discretisation) {
+    return discretisation < kElementsAlone * target
+               ? std::sqrt(target * target - discretisation * discretisation)
+               : target;
+}
+
+// What is left to the rays of \p target.
+double bound_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
+    return options.of_rays ? target : target_of_rays(target, flux.discretisation_error);
+}
+
+double rays_of_unknown(const Exchange& exchange) {
+    return static_cast<double>(exchange.rays()) / static_cast<double>(exchange.unknowns());
+}
+
+// Rays an unknown that it takes to a statistical error of \p target, from what those so far leave. The square
+// of the error falls faster than 1 / n, n in units of the first rays: to (1 - kFew) / n + kFew / n^2. In a
+// trench and in a deep hole, at stickings of 0.01 and 0.1, it is 0.7 to 1.4 times that up to n = 100.
+double rays_needed(double target, double error, double rays) {
+    constexpr double kFew = 0.6, kMany = 1.0 - kFew;
+    const double n = rays / kFirstRays, few = kFew / (kMany * n + kFew);
+    const double left = std::pow(target / error, 2.0);
+    const double times = (1.0 - few + std::sqrt((1.0 - few) * (1.0 - few) + 4.0 * left * few)) / (2.0 * left);
+    return times > 1.0 ? kMargin * times * rays : rays;
+}
+
+}  // namespace
+
+std::string why_not_radiosity(const Species& species) {
+    if (species.energy.mean > 0.0) return "its particles have energy";
+    if (species.reflection.kind != Reemission::diffuse || species.reflection.to > 0.0)
+        return "it is not re-emitted diffusely";
+    if (!species.yields.empty() || species.redeposition) return "it has yields";
+    if (std::isfinite(species.mean_free_path)) return "its particles collide in the gas";
+    if (!species.bins.empty() || species.source_beta != 0.0) return "its source is no cos^n";
+    if (species.rotating || !is_untilted(species)) return "its source is tilted";
+    return "";
+}
+
+std::vector<double> sticking_by_wedge(const Wedges& wedges, std::span<const std::int32_t> materials,
+                                      const Species& species) {
+    const std::vector<double>& by_material = species.sticking;
+    if (by_material.empty())
+        throw RecipeError(
+            fmt::format("{}: no sticking probability: give one, or one a material", species.name));
+    for (const double s : by_material)
+        if (!(s >= 0.0 && s <= 1.0))
+            throw RecipeError(fmt::format("{}: sticking = {}: must be in [0, 1]", species.name, s));
+    std::vector<double> sticking(wedges.count(), by_material.front());
+    if (by_material.size() == 1 || materials.empty()) return sticking;
+    if (3 * materials.size() != wedges.corner.size())
+        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
+                                        materials.size(), wedges.corner.size() / 3));
+    for (std::size_t t = 0; t < materials.size(); ++t) {
+        const auto id = static_cast<std::size_t>(materials[t]);
+        if (materials[t] < 0 || id >= by_material.size())
+            throw RecipeError(
+                fmt::format("{}: triangle {} is of material {}, which has no sticking probability",
+                            species.name, t, materials[t]));
+        for (std::size_t k = 0; k < 3; ++k) sticking[wedges.corner[3 * t + k]] = by_material[id];
+    }
+    return sticking;
+}
+
+std::uint64_t Exchange::fewest_rays() const {
+    return static_cast<std::uint64_t>(kFirstRays) * unknowns();
+}
+
+void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
+                const SolveOptions& options) {
+    constexpr std::uint64_t kFirstPart = 4;
+    const auto left = [&] { return rays > exchange.rays() ? rays - exchange.rays() : 0; };
+    if (left() == 0) return;
+    if (rays < kFirstPart * exchange.fewest_rays() || left() > exchange.rays_left() || exchange.is_focused())
+        return exchange.gather(left());  // too few to tell, or refused
+    if (exchange.rays() < rays / kFirstPart) exchange.gather(rays / kFirstPart - exchange.rays());
+    SolveOptions rough = options;
+    rough.errors = rough.unbiased = false;
+    rough.tolerance = std::max(1e-3, options.tolerance);
+    try {
+        std::vector<RadiosityFlux> fluxes;
+        for (const DiffuseSpecies& one : species) fluxes.push_back(solve_flux(exchange, one, rough));
+        focus(exchange, species, fluxes, options);
+    } catch (const NumericsError&) {  // so few rays may leave a pocket without a way out: even starts will do
+    }
+    exchange.gather(std::min(left(), exchange.rays_left()));
+}
+
+std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exchange& exchange,
+                                           std::span<const DiffuseSpecies> species, std::uint64_t most_rays,
+                                           const SolveOptions& options) {
+    if (targets.size() != species.size())
+        throw RecipeError(
+            fmt::format("{} relative errors for {} species: give one each", targets.size(), species.size()));
+    for (const double target : targets)
+        if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
+    if (exchange.rays() == 0)
+        exchange.gather(std::min({most_rays, exchange.rays_left(), exchange.fewest_rays()}));
+    SolveOptions close = options;  // to the errors asked for
+    close.tolerance = tolerance_to(*std::ranges::min_element(targets), options);
+    while (true) {
+        std::vector<RadiosityFlux> fluxes;
+        double worst = 0.0;  // of what was asked
+        for (std::size_t k = 0; k < species.size(); ++k) {
+            fluxes.push_back(solve_flux(exchange, species[k], close));
+            worst = std::max(
+                worst, fluxes.back().statistical_error / bound_of_rays(targets[k], fluxes.back(), options));
+        }
+        const std::uint64_t rays = exchange.rays();
+        const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
+        if (worst <= 1.0 || left < rays / 16) return fluxes;
+        const double now = rays_of_unknown(exchange);
+        const double more = std::clamp(rays_needed(1.0, worst, now) / now - 1.0, 0.25, 3.0);
+        try {
+            if (!exchange.is_focused() && more == 3.0) focus(exchange, species, fluxes, options);
+        } catch (const NumericsError&) {
+        }
+        look_where_expected(exchange, fluxes);
+        exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
+    }
+}
+
+MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
+                           std::span<const std::int32_t> materials, const TraceOptions& options, bool once) {
+    MethodChoice choice;
+    if (const std::string why = why_not_radiosity(species); !why.empty()) {
+        choice.why_not = why;
+        return choice;
+    }
+    const Exchange::State& s = exchange.state();
+    const Wedges& wedges = s.wedges;
+    TraceOptions pilot = options;
+    pilot.rays = std::min<std::uint64_t>(options.rays, 4096 + s.geometry.mesh.triangles.size() / 4);
+    pilot.progress = nullptr;
+    const FluxResult result =
+        trace_flux(s.geometry.mesh, s.geometry.scene, s.geometry.box, species, materials, wedges, pilot);
+    // Errors and segments are the same on every machine, and so is the choice.
+    const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
+    choice.target = target > 0.0 ? target : result.relative_error / std::sqrt(growth);
+    const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
+    choice.monte_carlo_cost = more * static_cast<double>(result.segments);
+    const auto cost = [&](double rays) {
+        return (once ? kRayCostOnce : kRayCost) *
+               (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
+    };
+    choice.radiosity_cost = kSeldomLess * cost(kFirstRays);
+    const bool allowed = target == 0.0 || exchange.rays() > 0 || exchange.fewest_rays() <= options.rays;
+    if (!allowed) choice.radiosity_cost = std::max(choice.radiosity_cost, choice.monte_carlo_cost);
+    if (choice.radiosity_cost < choice.monte_carlo_cost) try {
+            const std::vector<double> sticking =
+                options.sticking_by_wedge.empty()
+                    ? sticking_by_wedge(wedges, materials, species)
+                    : std::vector<double>(options.sticking_by_wedge.begin(), options.sticking_by_wedge.end());
+            const DiffuseSpecies diffuse{
+                .name = species.name, .source_exponent = species.source_exponent, .sticking = sticking};
+            if (exchange.rays() == 0) exchange.gather(std::min(exchange.fewest_rays(), exchange.rays_left()));
+            SolveOptions close{.halvings = 1, .stop = options.stop};
+            close.tolerance = tolerance_to(choice.target, close);
+            RadiosityFlux first = solve_flux(exchange, diffuse, close);
+            choice.guess = std::move(first.wedge.flux);
+            const double rays = rays_of_unknown(exchange);
+            // All of the target: what few rays show of the elements' error is mostly noise.
+            choice.rays = rays_needed(choice.target, kOneHalving * first.statistical_error, rays);
+            choice.spent = cost(rays);
+            choice.radiosity_cost = cost(choice.rays);
+        } catch (const NumericsError&) {  // e.g. a pocket that so few rays do not leave
+            choice.radiosity_cost = choice.monte_carlo_cost;
+        }
+    choice.radiosity = choice.radiosity_cost - choice.spent < choice.monte_carlo_cost;
+    return choice;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,83 @@
+#include "flux/radiosity/profile_unknowns.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+
+#include "surface/disjoint_sets.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+//     A1 ----- B1     y = max       A0 and A1 are one point of the plane, so are B0 and B1; each triangle has
+//     one
+//      | \     |                    of the edges along y, and the two share the diagonal
+//      |   \   |
+//     A0 ----- B0     y = min
+
+bool along_y(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
+    const Vec3 &p = mesh.vertices[a], &q = mesh.vertices[b];
+    return p.x() == q.x() && p.z() == q.z() && p.y() != q.y();
+}
+
+// The triangles beyond the diagonals, or nothing if one lacks its partner.
+std::optional<std::vector<std::uint32_t>> partners(const TriangleMesh& mesh) {
+    constexpr std::uint32_t kAlone = 0xffffffffu;
+    std::vector<std::uint32_t> partner(mesh.triangles.size(), kAlone);
+    const surface::EdgeTable table = surface::edge_table(mesh);
+    for (std::size_t e = 0; e < table.edges.size(); ++e) {
+        const auto [a, b] = table.edges[e];
+        const auto corners = table.corners[e];
+        if (corners.size() != 2 || mesh.vertices[a].y() == mesh.vertices[b].y() || along_y(mesh, a, b))
+            continue;
+        partner[corners[0] / 3] = corners[1] / 3;
+        partner[corners[1] / 3] = corners[0] / 3;
+    }
+    if (std::ranges::find(partner, kAlone) != partner.end()) return std::nullopt;
+    return partner;
+}
+
+// By wedge, the lowest of those that are one point of the plane; nothing if a triangle has no edge along y.
+std::optional<std::vector<std::uint32_t>> lowest_twins(const TriangleMesh& mesh, const Wedges& wedges) {
+    surface::DisjointSets sets(wedges.count());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        bool any = false;
+        for (std::size_t k = 0; k < 3 && !any; ++k) {
+            const std::size_t next = (k + 1) % 3;
+            any = along_y(mesh, mesh.triangles[t][k], mesh.triangles[t][next]);
+            if (any) sets.join(wedges.corner[3 * t + k], wedges.corner[3 * t + next]);
+        }
+        if (!any) return std::nullopt;
+    }
+    std::vector<std::uint32_t> lowest(wedges.count());
+    for (std::uint32_t w = 0; w < lowest.size(); ++w) lowest[w] = sets.root(w);
+    return lowest;
+}
+
+}  // namespace
+
+Strip make_strip(const Geometry& geometry, const Wedges& wedges) {
+    Strip strip;
+    strip.unknown.resize(wedges.count());
+    std::iota(strip.unknown.begin(), strip.unknown.end(), 0u);
+    if (geometry.straight) {
+        auto lowest = lowest_twins(geometry.mesh, wedges);
+        auto partner = partners(geometry.mesh);
+        if (lowest && partner) {
+            std::uint32_t count = 0;
+            for (std::uint32_t w = 0; w < lowest->size(); ++w)
+                strip.unknown[w] = (*lowest)[w] == w ? count++ : strip.unknown[(*lowest)[w]];
+            strip.partner = std::move(*partner);
+        }
+    }
+    std::uint32_t unknowns = 0;
+    for (const std::uint32_t u : strip.unknown) unknowns = std::max(unknowns, u + 1);
+    strip.unknowns.area.assign(unknowns, 0.0);
+    for (std::size_t w = 0; w < strip.unknown.size(); ++w)
+        strip.unknowns.area[strip.unknown[w]] += wedges.area[w];
+    for (const std::uint32_t w : wedges.corner) strip.unknowns.corner.push_back(strip.unknown[w]);
+    return strip;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,58 @@
+#include "flux/radiosity/single_flux.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace sidewall::flux {
+
+MethodChoice as_asked(const SingleFlux& asked) {
+    return {.radiosity = true, .target = asked.relative_error.value_or(0.0)};
+}
+
+MethodChoice choose_method(const SingleFlux& asked, Exchange& exchange) {
+    return choose_method(asked.relative_error.value_or(0.0), exchange, asked.species, asked.materials,
+                         asked.options, true);
+}
+
+FluxResult follow(const SingleFlux& a) {
+    return a.relative_error ? trace_flux_to(*a.relative_error, a.mesh, a.scene, a.box, a.species, a.materials,
+                                            a.wedges, a.options)
+                            : trace_flux(a.mesh, a.scene, a.box, a.species, a.materials, a.wedges, a.options);
+}
+
+Exchange exchange_of(const SingleFlux& a) {
+    return {a.mesh,
+            a.scene,
+            a.box,
+            a.wedges,
+            {a.species.source_exponent},
+            {.seed = a.options.seed, .progress = a.options.progress, .stop = a.options.stop}};
+}
+
+RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchange& exchange) {
+    constexpr std::uint64_t kRaysOfUnknown = 64;
+    const std::vector<double> sticking = sticking_by_wedge(asked.wedges, asked.materials, asked.species);
+    const DiffuseSpecies species{.name = asked.species.name,
+                                 .source_exponent = asked.species.source_exponent,
+                                 .sticking = sticking,
+                                 .guess = choice.guess};
+    const SolveOptions options{.of_rays = !asked.relative_error, .stop = asked.options.stop};
+    if (choice.target > 0.0) {
+        const std::uint64_t most = asked.relative_error
+                                       ? asked.options.rays
+                                       : std::max(kMostOfAuto * asked.options.rays, exchange.fewest_rays());
+        const double estimated = choice.rays * static_cast<double>(exchange.unknowns());
+        const std::uint64_t allowed = std::min(most, exchange.rays() + exchange.rays_left());
+        gather_for({&species, 1}, exchange,
+                   static_cast<std::uint64_t>(std::min(estimated, static_cast<double>(allowed))), options);
+        return std::move(
+            solve_fluxes_to({&choice.target, 1}, exchange, {&species, 1}, most, options).front());
+    }
+    gather_for({&species, 1}, exchange,
+               asked.rays_given ? asked.options.rays
+                                : std::min(kRaysOfUnknown * exchange.unknowns(), exchange.rays_left()),
+               options);
+    return solve_flux(exchange, species, options);
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,54 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "flux/radiosity/exchange_samples.hpp"
+#include "flux/radiosity/exchange_state.hpp"
+#include "flux/radiosity/radiosity.hpp"
+
+namespace sidewall::flux {
+
+/// Means over the wedges that are one unknown, of a quantity by wedge.
+std::vector<double> by_unknown(const Exchange::State& s, std::span<const double> wedge);
+
+/// The balance of one species on the rays of an exchange.
+class Solver {
+  public:
+    /// All arguments must outlive the solver.
+    /// \throws as solve_flux for values out of range and arrays that do not fit.
+    Solver(const Exchange::State& state, const DiffuseSpecies& species, const SolveOptions& options);
+
+    struct Answer {
+        std::vector<double> flux;  ///< by wedge
+        std::uint32_t iterations = 0;
+    };
+    /// The flux from some of the groups of rays.
+    /// \param groups their bits.
+    /// \param guess  a flux by wedge to start from; may be empty.
+    /// \throws as solve_flux.
+    Answer solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const;
+
+    /// What all rays make of an emission: the solutions of the balance, which is symmetric, for any \p rights, by
+    /// unknown.
+    std::vector<std::vector<double>> respond(const std::vector<std::vector<double>>& rights,
+                                             double tolerance) const;
+
+    /// What the absorption is off by where sticking varies over an element, as a flux by unknown: what arrives by the
+    /// balance, emission and absorption together, less \p flux, both by unknown. 0 where sticking is the same.
+    std::vector<double> absorption_error(std::span<const double> flux) const;
+
+    /// 1 - s, by unknown, never 0.
+    std::span<const double> reemitted() const { return reemitted_; }
+
+  private:
+    const Exchange::State& s_;
+    const DiffuseSpecies& species_;
+    const SolveOptions& options_;
+    std::vector<double> reemitted_, emission_;  // by unknown
+    std::vector<double> absorption_;            // by entry of the mass matrix
+    std::optional<CoarseSolver> coarse_;        // of all groups: close enough for some of them
+};
+
+}  // namespace sidewall::flux

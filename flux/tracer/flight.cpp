@@ -1,0 +1,199 @@
+#include "flux/tracer/flight.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "surface/infinity.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// Skin relative to the largest coordinate: ten times what a position loses when it is rounded to float.
+constexpr double kSkin = 0x1p-20;
+// A flight of more segments than this does not end because of rounding: the particle counts as leaked.
+constexpr std::uint32_t kMaxSegments = 1'000'000;
+
+RTCRayHit make_query(const Vec3& origin, const Vec3& direction, double t_near, double t_far) {
+    RTCRayHit query;
+    query.ray.org_x = static_cast<float>(origin.x());
+    query.ray.org_y = static_cast<float>(origin.y());
+    query.ray.org_z = static_cast<float>(origin.z());
+    query.ray.dir_x = static_cast<float>(direction.x());
+    query.ray.dir_y = static_cast<float>(direction.y());
+    query.ray.dir_z = static_cast<float>(direction.z());
+    query.ray.tnear = static_cast<float>(t_near);
+    query.ray.tfar = static_cast<float>(t_far);
+    query.ray.time = 0.0f;
+    query.ray.mask = 0xffffffffu;
+    query.ray.id = query.ray.flags = 0;
+    query.hit.geomID = query.hit.primID = RTC_INVALID_GEOMETRY_ID;
+    return query;
+}
+
+// Where the flight's latest segments began: a slip through the surface happened at one of them.
+struct Trail {
+    std::array<Vec3, 8> start;
+    std::uint32_t count = 0;
+    void add(const Vec3& position) { start[count++ % start.size()] = position; }
+};
+
+// Whether the ray hit the triangle from behind. Embree's own normal settles it nearly always; a sliver may
+// have turned over when its vertices were rounded to float, so the normal in double precision decides.
+bool is_behind(const Geometry& geometry, const Vec3& direction, const RTCHit& hit) {
+    const Vec3 normal(static_cast<double>(hit.Ng_x), static_cast<double>(hit.Ng_y),
+                      static_cast<double>(hit.Ng_z));
+    return direction.dot(normal) > 0.0 && direction.dot(outward_normal(geometry, hit.primID)) > kGrazing;
+}
+
+enum class SegmentHit { nothing, front, back };
+
+// The nearest front or back along one straight segment. Backs within a skin of the start do not count: they
+// belong to the far side of a fold that the start was lifted through.
+SegmentHit trace_segment(const Geometry& geometry, const Particle& particle, double back_up, double reach,
+                         Flight& flight) {
+    const Vec3 origin = particle.position - back_up * particle.direction;
+    double t_near = 0.0;
+    const double t_far = reach + back_up + kOverlap * geometry.skin;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    while (true) {
+        RTCRayHit query = make_query(origin, particle.direction, t_near, t_far);
+        ++flight.segments;
+        rtcIntersect1(geometry.scene.handle(), &context, &query);
+        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return SegmentHit::nothing;
+        const std::uint32_t triangle = query.hit.primID;
+        const bool back = is_behind(geometry, particle.direction, query.hit);
+        const double distance = static_cast<double>(query.ray.tfar) - back_up;
+        if (triangle != particle.from && !(back && distance < kOverlap * geometry.skin)) {
+            flight.triangle = triangle;
+            flight.u = static_cast<double>(query.hit.u);
+            flight.v = static_cast<double>(query.hit.v);
+            return back ? SegmentHit::back : SegmentHit::front;
+        }
+        // Past the hit by more than its rounding: the next float may find it again, for ever.
+        t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * geometry.skin;
+        if (!(t_near < t_far)) return SegmentHit::nothing;
+    }
+}
+
+// At a convex rim, rounding may let the far face come first: a ray that hits a back this near to an edge hit
+// the rim.
+bool hit_rim(const Geometry& geometry, const Flight& flight) {
+    const auto [a, b, c] = geometry.mesh.triangles[flight.triangle];
+    const std::array<Vec3, 3> p{geometry.mesh.vertices[a], geometry.mesh.vertices[b],
+                                geometry.mesh.vertices[c]};
+    const double twice_area = (p[1] - p[0]).cross(p[2] - p[0]).norm();
+    const std::array<double, 3> weight{1.0 - flight.u - flight.v, flight.u, flight.v};
+    for (std::size_t k = 0; k < 3; ++k)
+        if (weight[k] * twice_area <= kOverlap * geometry.skin * (p[(k + 2) % 3] - p[(k + 1) % 3]).norm())
+            return true;
+    return false;
+}
+
+// The particle is behind the surface: it arrives where it slipped through, if that was within the rounding.
+void rescue(const Geometry& geometry, const Trail& trail, Flight& flight) {
+    const auto size = static_cast<std::uint32_t>(trail.start.size());
+    for (std::uint32_t i = trail.count; i > 0 && trail.count - i < size; --i) {
+        const auto nearest =
+            geometry.scene.closest_point(trail.start[(i - 1) % size], kOverlap * geometry.skin);
+        if (!nearest) continue;
+        flight.end = FlightEnd::hit;
+        flight.triangle = nearest.triangle;
+        flight.u = nearest.u;
+        flight.v = nearest.v;
+        flight.rescued = true;
+        return;
+    }
+    flight.end = geometry.box.rim_inside ? FlightEnd::escaped : FlightEnd::leaked;
+}
+
+// Whether all vertices lie on the two periodic sides across y, so that there is one triangle from side to
+// side.
+bool is_straight(const TriangleMesh& mesh, const LateralBox& box) {
+    return box.boundary[1] == Boundary::periodic && box.boundary[0] != Boundary::open &&
+           std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                       [&](const Vec3& p) { return p.y() == box.min[1] || p.y() == box.max[1]; });
+}
+
+}  // namespace
+
+Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box) {
+    require_traceable(mesh);
+    const Box3 bounds = bounding_box(mesh);
+    const double skin = kSkin * bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
+    // The source is clear of the surface by more than the overlap, but low: grazing particles cross few
+    // sides.
+    const double margin = 2.0 * kOverlap * skin;
+    return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin, is_straight(mesh, box)};
+}
+
+Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {
+    return area_vector(geometry.mesh, triangle).normalized();
+}
+
+Vec3 hit_point(const Geometry& geometry, const Flight& flight) {
+    // The surface that Embree sees has its vertices rounded to float.
+    const auto vertex = [&](std::size_t k) -> Vec3 {
+        return geometry.mesh.vertices[geometry.mesh.triangles[flight.triangle][k]]
+            .cast<float>()
+            .cast<double>();
+    };
+    const double u = flight.u, v = flight.v;
+    return (1.0 - u - v) * vertex(0) + u * vertex(1) + v * vertex(2);
+}
+
+Flight fly(const Geometry& geometry, Particle particle, double free_path) {
+    const bool bounded =
+        geometry.box.boundary[0] != Boundary::open && geometry.box.boundary[1] != Boundary::open;
+    Flight flight;
+    Trail trail;
+    double back_up = 0.0, travelled = 0.0;
+    while (flight.segments < kMaxSegments) {
+        trail.add(particle.position);
+        const SideMeeting side = next_side(geometry.box, particle.position, particle.direction);
+        const double rise = particle.direction.z();
+        const double exit =
+            rise == 0.0 ? kInfinity
+                        : ((rise > 0.0 ? geometry.top : geometry.bottom) - particle.position.z()) / rise;
+        flight.direction = particle.direction;
+        const double left = free_path - travelled;
+        const SegmentHit hit =
+            trace_segment(geometry, particle, back_up, std::min({side.distance, exit, left}), flight);
+        if (hit == SegmentHit::front) {
+            flight.end = FlightEnd::hit;
+            return flight;
+        }
+        if (hit == SegmentHit::back) {
+            flight.rescued = hit_rim(geometry, flight);
+            if (flight.rescued)
+                flight.end = FlightEnd::hit;
+            else
+                rescue(geometry, trail, flight);
+            return flight;
+        }
+        if (left <= std::min(side.distance, exit)) {
+            flight.end = FlightEnd::collided;
+            return flight;
+        }
+        if (exit <= side.distance) {
+            if (rise > 0.0 || !bounded)
+                flight.end = FlightEnd::escaped;  // past the rim of a surface that does not fill its box
+            else
+                rescue(geometry, trail, flight);
+            return flight;
+        }
+        if (!cross_side(geometry.box, side, particle.position, particle.direction)) {
+            flight.end = FlightEnd::escaped;
+            return flight;
+        }
+        travelled += side.distance;
+        particle.from = surface::kNoTriangle;
+        back_up = kOverlap * geometry.skin;
+    }
+    return flight;
+}
+
+}  // namespace sidewall::flux

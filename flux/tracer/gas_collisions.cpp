@@ -1,0 +1,138 @@
+#include "flux/tracer/gas_collisions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "flux/tracer/packets.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+// Free paths draw other numbers than hits do. Their events are of generation 0: what hits sputter has no gas.
+RandomKey gas_key(RandomKey key) {
+    const auto mixed = r123::Philox4x32{}({{key[0], key[1], 0u, 0u}}, {{0x6a5c0111u, 0xf10cu}});
+    return {{mixed[0], mixed[1]}};
+}
+
+double unit_double(std::uint32_t word) {
+    return (word + 0.5) * 0x1p-32;
+}
+
+// Where a straight path along one axis is after mirrors or wraps at the sides.
+double folded(double at, double low, double high, Boundary boundary) {
+    const double width = high - low;
+    double offset = at - low;
+    if (boundary == Boundary::periodic) {
+        offset -= width * std::floor(offset / width);
+    } else if (boundary == Boundary::reflective) {
+        offset -= 2.0 * width * std::floor(offset / (2.0 * width));
+        if (offset > width) offset = 2.0 * width - offset;
+    }
+    return std::clamp(low + offset, low, high);
+}
+
+// Particles between two hits: those of a block that are still under way.
+struct UnderWay {
+    Rays rays;
+    Column<std::uint32_t> home;         // row in the block
+    Column<float> x, y, z, dx, dy, dz;  // where their flights began
+    Column<float> free_path;
+    alignas(32) std::uint32_t words[4][kBlock + kLanes];  // the flights' random numbers
+};
+
+void move(const Rays& from, std::size_t row, Rays& to, std::size_t place) {
+    to.x[place] = from.x[row];
+    to.y[place] = from.y[row];
+    to.z[place] = from.z[row];
+    to.dx[place] = from.dx[row];
+    to.dy[place] = from.dy[row];
+    to.dz[place] = from.dz[row];
+}
+
+void begin(const Rays& rays, UnderWay& under_way) {
+    under_way.rays.count = rays.count;
+    for (std::size_t row = 0; row < rays.count; ++row) {
+        move(rays, row, under_way.rays, row);
+        under_way.rays.from[row] = rays.from[row];
+        under_way.rays.ray[row] = rays.ray[row];
+        under_way.home[row] = static_cast<std::uint32_t>(row);
+    }
+}
+
+void draw_paths(RandomKey key, double mean, Event event, std::uint32_t collision, UnderWay& under_way) {
+    const Rays& rays = under_way.rays;
+    event.generation = collision;
+    alignas(32) std::uint32_t words[4][kLanes];
+    for (std::size_t first = 0; first < rays.count; first += kLanes) {
+        draw8(key, &rays.ray[first], event, words);
+        for (std::size_t w = 0; w < 4; ++w) std::copy_n(words[w], kLanes, &under_way.words[w][first]);
+    }
+    for (std::size_t row = 0; row < rays.count; ++row) {
+        under_way.x[row] = rays.x[row], under_way.y[row] = rays.y[row], under_way.z[row] = rays.z[row];
+        under_way.dx[row] = rays.dx[row], under_way.dy[row] = rays.dy[row], under_way.dz[row] = rays.dz[row];
+        under_way.free_path[row] = static_cast<float>(-mean * std::log(unit_double(under_way.words[0][row])));
+    }
+}
+
+// Sends the particle that collided in `row` off again, from row `kept`.
+void collide(const Geometry& geometry, std::size_t row, std::size_t kept, UnderWay& u) {
+    const auto wide = [](float a) { return static_cast<double>(a); };
+    const LateralBox& box = geometry.box;
+    const double path = wide(u.free_path[row]);
+    const double x = wide(u.x[row]) + path * wide(u.dx[row]);
+    const double y = wide(u.y[row]) + (geometry.straight ? 0.0 : path * wide(u.dy[row]));
+    Rays& r = u.rays;
+    r.x[kept] = static_cast<float>(folded(x, box.min[0], box.max[0], box.boundary[0]));
+    r.y[kept] = static_cast<float>(folded(y, box.min[1], box.max[1], box.boundary[1]));
+    r.z[kept] = static_cast<float>(wide(u.z[row]) + path * wide(u.dz[row]));
+    const double up = 2.0 * unit_double(u.words[1][row]) - 1.0, out = std::sqrt((1.0 - up) * (1.0 + up));
+    const double azimuth = 2.0 * std::numbers::pi * unit_double(u.words[2][row]);
+    r.dx[kept] = static_cast<float>(out * std::cos(azimuth));
+    r.dy[kept] = static_cast<float>(out * std::sin(azimuth));
+    r.dz[kept] = static_cast<float>(up);
+    r.from[kept] = surface::kNoTriangle;
+    r.ray[kept] = r.ray[row];
+    u.home[kept] = u.home[row];
+}
+
+// Those that hit or left go back to their rows in the block; the others go on.
+void settle(const Geometry& geometry, UnderWay& u, Rays& block) {
+    const Rays& r = u.rays;
+    std::size_t kept = 0;
+    for (std::size_t row = 0; row < r.count; ++row) {
+        if (r.triangle[row] == kCollided) {
+            collide(geometry, row, kept++, u);
+            continue;
+        }
+        const std::size_t home = u.home[row];
+        move(r, row, block, home);
+        block.triangle[home] = r.triangle[row];
+        block.u[home] = r.u[row], block.v[home] = r.v[row];
+        block.nx[home] = r.nx[row], block.ny[home] = r.ny[row], block.nz[home] = r.nz[row];
+        block.distance[home] = r.distance[row];
+    }
+    u.rays.count = kept;
+}
+
+}  // namespace
+
+bool fly_through_gas(const Trace& trace, Rays& rays, const Event& event, FlightCounts& flights) {
+    static thread_local UnderWay under_way;  // too large for a stack frame
+    const RandomKey key = gas_key(trace.key);
+    begin(rays, under_way);
+    for (std::uint32_t collision = 0; under_way.rays.count > 0; ++collision) {
+        if (collision % 256 == 255 && trace.stop()) return false;
+        if (collision == trace.max_bounces) {
+            for (std::size_t row = 0; row < under_way.rays.count; ++row)
+                rays.triangle[under_way.home[row]] = kLeaked;
+            break;
+        }
+        draw_paths(key, trace.species.mean_free_path, event, collision, under_way);
+        fly_block_within(trace.geometry, under_way.rays, under_way.free_path, flights);
+        settle(trace.geometry, under_way, rays);
+    }
+    return true;
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,385 @@
+#include "flux/tracer/packets.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace sidewall::flux {
+namespace {
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+// Geometry in single precision, as the inner loops read it.
+struct Bounds {
+    float min_x, min_y, max_x, max_y, top, bottom, overlap;
+    bool reflect_x, reflect_y, open_x, open_y;
+    explicit Bounds(const Geometry& geometry)
+        : min_x(static_cast<float>(geometry.box.min[0])),
+          min_y(static_cast<float>(geometry.box.min[1])),
+          max_x(static_cast<float>(geometry.box.max[0])),
+          max_y(static_cast<float>(geometry.box.max[1])),
+          top(static_cast<float>(geometry.top)),
+          bottom(static_cast<float>(geometry.bottom)),
+          overlap(static_cast<float>(kOverlap * geometry.skin)),
+          reflect_x(geometry.box.boundary[0] == Boundary::reflective),
+          reflect_y(geometry.box.boundary[1] == Boundary::reflective),
+          open_x(geometry.box.boundary[0] == Boundary::open),
+          open_y(geometry.box.boundary[1] == Boundary::open) {}
+};
+
+// Distances along eight rays.
+struct alignas(32) Reach {
+    float side_x[kLanes], side_y[kLanes], exit[kLanes];
+};
+
+// To the plane ahead; never negative. A ray along the plane never meets it.
+inline float distance_to(float low, float high, float position, float direction) {
+    const float plane = direction > 0.0f ? high : low;
+    const float distance = std::max(0.0f, (plane - position) / direction);
+    return direction == 0.0f ? kFar : distance;
+}
+
+inline void reach_of(const Bounds& b, const float* x, const float* y, const float* z, const float* dx,
+                     const float* dy, const float* dz, Reach& reach) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+        reach.side_x[i] = distance_to(b.min_x, b.max_x, x[i], dx[i]);
+        reach.side_y[i] = distance_to(b.min_y, b.max_y, y[i], dy[i]);
+        reach.exit[i] = distance_to(b.bottom, b.top, z[i], dz[i]);
+    }
+}
+
+// Particles that crossed a side of the box and fly on; `row` is theirs in the block.
+struct alignas(64) Crossing {
+    std::size_t count = 0;
+    Column<float> x, y, z, dx, dy, dz;
+    Column<float> travelled;  // before this segment; only where free paths end
+    Column<std::uint32_t> row;
+};
+
+// One by one, from the start of the flight, which the row still holds.
+void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double free_path,
+               FlightCounts& counts) {
+    const auto wide = [](float a, float b, float c) {
+        return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
+    };
+    Vec3 start = wide(rays.x[row], rays.y[row], rays.z[row]);
+    for (int axis = 0; axis < 2; ++axis)
+        start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
+    const Flight flight =
+        fly(geometry, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]},
+            free_path);
+    counts.segments += flight.segments;
+    if (flight.end != FlightEnd::hit) {
+        rays.triangle[row] = flight.end == FlightEnd::escaped    ? surface::kNoTriangle
+                             : flight.end == FlightEnd::collided ? kCollided
+                                                                 : kLeaked;
+        return;
+    }
+    counts.rescued += flight.rescued;
+    const Vec3 point = hit_point(geometry, flight);
+    set_flight(rays, row, point, flight.direction);
+    rays.triangle[row] = flight.triangle;
+    rays.u[row] = static_cast<float>(flight.u);
+    rays.v[row] = static_cast<float>(flight.v);
+    rays.distance[row] = 0.0f;
+    const Vec3 normal = outward_normal(geometry, flight.triangle);
+    rays.nx[row] = static_cast<float>(normal.x());
+    rays.ny[row] = static_cast<float>(normal.y());
+    rays.nz[row] = static_cast<float>(normal.z());
+}
+
+// Moves lane i of a packet to the side it meets and through it. \returns false if that side is open.
+inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, float& y, float& z, float& dx,
+                  float& dy, float dz) {
+    const bool first = reach.side_x[i] <= reach.side_y[i];
+    if (first ? b.open_x : b.open_y) return false;
+    const float distance = first ? reach.side_x[i] : reach.side_y[i];
+    x = std::clamp(x + distance * dx, b.min_x, b.max_x);
+    y = std::clamp(y + distance * dy, b.min_y, b.max_y);
+    z += distance * dz;
+    if (first) {
+        x = (dx > 0.0f) == b.reflect_x ? b.max_x : b.min_x;
+        if (b.reflect_x) dx = -dx;
+    } else {
+        y = (dy > 0.0f) == b.reflect_y ? b.max_y : b.min_y;
+        if (b.reflect_y) dy = -dy;
+    }
+    return true;
+}
+
+// Whether free paths end is known when this is compiled, so that it costs nothing where they do not.
+template <bool kWithin>
+class PacketFlight {
+  public:
+    PacketFlight(const Geometry& geometry, Rays& rays, const Column<float>* free_path, FlightCounts& counts)
+        : geometry_(geometry), rays_(rays), free_path_(free_path), counts_(counts), b_(geometry) {
+        rtcInitIntersectContext(&context_);
+    }
+
+    void fly() {
+        static thread_local Crossing crossing;  // too large for a stack frame
+        crossing.count = 0;
+        for (std::size_t first = 0; first < rays_.count; first += kLanes) start_packet(first, crossing);
+        // A flight that crosses more sides than this may not end because of rounding, which fly() finds out.
+        for (int round = 0; crossing.count > 0; ++round) {
+            if (round == 1000) {
+                for (std::size_t i = 0; i < crossing.count; ++i) alone(crossing.row[i]);
+                return;
+            }
+            const std::size_t count = crossing.count;
+            crossing.count = 0;
+            for (std::size_t first = 0; first < count; first += kLanes)
+                continue_packet(first, count, crossing);
+        }
+    }
+
+  private:
+    void alone(std::size_t row) {
+        double free_path = std::numeric_limits<double>::infinity();
+        if constexpr (kWithin) free_path = static_cast<double>((*free_path_)[row]);
+        fly_alone(geometry_, rays_, row, free_path, counts_);
+    }
+
+    // Whether lane i's particle ends its free path before it hits, or comes to a side or out.
+    bool collides(std::size_t i, std::size_t row, float travelled, float back_up) const {
+        const float way = packet_.hit.primID[i] == surface::kNoTriangle
+                              ? std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i])
+                              : packet_.ray.tfar[i] - back_up;
+        return travelled + way > (*free_path_)[row];
+    }
+
+    // rtcIntersect8 of the first `lanes` rays, from `back_up` before the given positions.
+    void intersect(const float* x, const float* y, const float* z, const float* dx, const float* dy,
+                   const float* dz, std::size_t lanes, float back_up) {
+        reach_of(b_, x, y, z, dx, dy, dz, reach_);
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            valid_[i] = i < lanes ? -1 : 0;
+            packet_.ray.org_x[i] = x[i] - back_up * dx[i];
+            packet_.ray.org_y[i] = y[i] - back_up * dy[i];
+            packet_.ray.org_z[i] = z[i] - back_up * dz[i];
+            packet_.ray.dir_x[i] = dx[i];
+            packet_.ray.dir_y[i] = dy[i];
+            packet_.ray.dir_z[i] = dz[i];
+            packet_.ray.tnear[i] = 0.0f;
+            packet_.ray.tfar[i] =
+                std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i]) + back_up + b_.overlap;
+            packet_.ray.time[i] = 0.0f;
+            packet_.ray.mask[i] = 0xffffffffu;
+            packet_.ray.id[i] = packet_.ray.flags[i] = 0;
+            packet_.hit.geomID[i] = packet_.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        counts_.segments += lanes;
+        rtcIntersect8(valid_, geometry_.scene.handle(), &context_, &packet_);
+        // Embree's normal has the length of twice the area.
+        constexpr auto kGrazingSquared = static_cast<float>(kGrazing * kGrazing);
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const float nx = packet_.hit.Ng_x[i], ny = packet_.hit.Ng_y[i], nz = packet_.hit.Ng_z[i];
+            const float d = nx * dx[i] + ny * dy[i] + nz * dz[i];
+            behind_[i] = (d > 0.0f) & (d * d > kGrazingSquared * (nx * nx + ny * ny + nz * nz)) ? -1 : 0;
+        }
+    }
+
+    // Whether lane i's ray has left the domain through its top, or its bottom where the sides are open.
+    enum class Way { out, side, unclear };
+    Way way_of(std::size_t i, float dz) const {
+        if (std::min(reach_.side_x[i], reach_.side_y[i]) < reach_.exit[i]) return Way::side;
+        return dz > 0.0f || b_.open_x || b_.open_y ? Way::out : Way::unclear;
+    }
+
+    void start_packet(std::size_t first, Crossing& crossing) {
+        Rays& r = rays_;
+        const std::size_t lanes = std::min(kLanes, r.count - first);
+        intersect(&r.x[first], &r.y[first], &r.z[first], &r.dx[first], &r.dy[first], &r.dz[first], lanes,
+                  0.0f);
+        // Nearly all lanes are clear: a hit on a front, or none on the way out through the top. Loops over
+        // lanes without branches, which compilers vectorise.
+        alignas(32) int unclear[kLanes];
+        int any = 0;
+        const int open = b_.open_x || b_.open_y ? -1 : 0;
+        const float* const dz = &r.dz[first];
+        const std::uint32_t* const from = &r.from[first];
+        for (std::size_t i = 0; i < kLanes; ++i) {
+            const std::uint32_t triangle = packet_.hit.primID[i];
+            const int ends = std::min(reach_.side_x[i], reach_.side_y[i]) >= reach_.exit[i] ? -1 : 0;
+            const int out = ends & ((dz[i] > 0.0f ? -1 : 0) | open);
+            const int own = triangle == from[i] ? -1 : 0, missed = triangle == surface::kNoTriangle ? -1 : 0;
+            unclear[i] = valid_[i] & ((missed & ~out) | (~missed & (behind_[i] | own)));
+        }
+        store_hits(first);
+        if constexpr (kWithin)
+            for (std::size_t i = 0; i < lanes; ++i)
+                if (collides(i, first + i, 0.0f, 0.0f)) {
+                    r.triangle[first + i] = kCollided;
+                    unclear[i] = 0;
+                }
+        for (std::size_t i = 0; i < kLanes; ++i) any |= unclear[i];
+        if (any == 0) return;
+        for (std::size_t i = 0; i < lanes; ++i) {
+            if (unclear[i] == 0) continue;
+            const std::size_t row = first + i;
+            const Way way = way_of(i, r.dz[row]);
+            if (r.triangle[row] != surface::kNoTriangle || way == Way::unclear) {
+                alone(row);
+                continue;
+            }
+            float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];
+            if (!cross(b_, reach_, i, x, y, z, dx, dy, r.dz[row])) continue;
+            push(crossing, row, x, y, z, dx, dy, r.dz[row], std::min(reach_.side_x[i], reach_.side_y[i]));
+        }
+    }
+
+    void continue_packet(std::size_t first, std::size_t count, Crossing& c) {
+        Rays& r = rays_;
+        const std::size_t lanes = std::min(kLanes, count - first);
+        intersect(&c.x[first], &c.y[first], &c.z[first], &c.dx[first], &c.dy[first], &c.dz[first], lanes,
+                  b_.overlap);
+        for (std::size_t i = 0; i < lanes; ++i) {
+            const std::size_t at = first + i;
+            const std::uint32_t row = c.row[at], triangle = packet_.hit.primID[i];
+            float x = c.x[at], y = c.y[at], z = c.z[at], dx = c.dx[at], dy = c.dy[at];
+            const float dz = c.dz[at];
+            if constexpr (kWithin)
+                if (collides(i, row, c.travelled[at], b_.overlap)) {
+                    r.triangle[row] = kCollided;
+                    continue;
+                }
+            if (triangle != surface::kNoTriangle) {
+                if (behind_[i]) {
+                    alone(row);
+                    continue;
+                }
+                r.x[row] = packet_.ray.org_x[i];
+                r.y[row] = packet_.ray.org_y[i];
+                r.z[row] = packet_.ray.org_z[i];
+                r.dx[row] = dx;
+                r.dy[row] = dy;
+                store_hit(row, i);
+                continue;
+            }
+            const Way way = way_of(i, dz);
+            const float travelled = kWithin ? c.travelled[at] : 0.0f;
+            if (way == Way::unclear)
+                alone(row);
+            else if (way == Way::out || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
+                r.triangle[row] = surface::kNoTriangle;
+            else
+                push(c, row, x, y, z, dx, dy, dz, travelled + std::min(reach_.side_x[i], reach_.side_y[i]));
+        }
+    }
+
+    // store_hit() of lane i in row first + i, column by column.
+    void store_hits(std::size_t first) {
+        const auto copy = [first](auto& column, const auto& lanes) {
+            std::memcpy(&column[first], &lanes[0], sizeof lanes);
+        };
+        copy(rays_.triangle, packet_.hit.primID);
+        copy(rays_.u, packet_.hit.u);
+        copy(rays_.v, packet_.hit.v);
+        copy(rays_.nx, packet_.hit.Ng_x);
+        copy(rays_.ny, packet_.hit.Ng_y);
+        copy(rays_.nz, packet_.hit.Ng_z);
+        copy(rays_.distance, packet_.ray.tfar);
+    }
+
+    void store_hit(std::size_t row, std::size_t lane) {
+        rays_.triangle[row] = packet_.hit.primID[lane];
+        rays_.u[row] = packet_.hit.u[lane];
+        rays_.v[row] = packet_.hit.v[lane];
+        rays_.nx[row] = packet_.hit.Ng_x[lane];
+        rays_.ny[row] = packet_.hit.Ng_y[lane];
+        rays_.nz[row] = packet_.hit.Ng_z[lane];
+        rays_.distance[row] = packet_.ray.tfar[lane];
+    }
+
+    static void push(Crossing& c, std::size_t row, float x, float y, float z, float dx, float dy, float dz,
+                     float travelled) {
+        const std::size_t at = c.count++;
+        c.x[at] = x;
+        c.y[at] = y;
+        c.z[at] = z;
+        c.dx[at] = dx;
+        c.dy[at] = dy;
+        c.dz[at] = dz;
+        if constexpr (kWithin) c.travelled[at] = travelled;
+        c.row[at] = static_cast<std::uint32_t>(row);
+    }
+
+    const Geometry& geometry_;
+    Rays& rays_;
+    const Column<float>* free_path_;
+    FlightCounts& counts_;
+    const Bounds b_;
+    RTCIntersectContext context_;
+    alignas(32) int valid_[kLanes];
+    alignas(32) int behind_[kLanes];  // lanes that hit the back of a triangle
+    RTCRayHit8 packet_;
+    Reach reach_;
+};
+
+// Directions before fly_straight turned them into the plane of x and z.
+struct Straightened {
+    Column<float> along;  // y of the direction
+    Column<float> share;  // length of the rest
+};
+
+void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
+    // Nearly along y a path in the plane is of rounding only.
+    constexpr float kLeastShare = 1e-6f;
+    const auto overlap = static_cast<float>(kOverlap * geometry.skin);
+    const float low = static_cast<float>(geometry.box.min[1]) + overlap,
+                high = static_cast<float>(geometry.box.max[1]) - overlap;
+    for (std::size_t i = 0; i < rays.count; ++i) {
+        const float share = std::sqrt(rays.dx[i] * rays.dx[i] + rays.dz[i] * rays.dz[i]);
+        kept.along[i] = rays.dy[i];
+        kept.share[i] = std::max(share, kLeastShare);
+        const bool level = share < kLeastShare;
+        rays.dx[i] = level ? 0.0f : rays.dx[i] / share;
+        rays.dz[i] = level ? 1.0f : rays.dz[i] / share;
+        rays.dy[i] = 0.0f;
+        // Off the sides, where there are edges to slip past.
+        rays.y[i] = std::min(std::max(rays.y[i], low), high);
+    }
+}
+
+void turn_back(Rays& rays, const Straightened& kept) {
+    for (std::size_t i = 0; i < rays.count; ++i) {
+        rays.dx[i] *= kept.share[i];
+        rays.dz[i] *= kept.share[i];
+        rays.dy[i] = kept.along[i];
+        rays.distance[i] /= kept.share[i];
+        // So that the end of the path, start + distance * direction, has the y that it began with.
+        rays.y[i] -= rays.distance[i] * rays.dy[i];
+    }
+}
+
+}  // namespace
+
+void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
+    if (!geometry.straight) {
+        PacketFlight<false>(geometry, rays, nullptr, counts).fly();
+        return;
+    }
+    static thread_local Straightened kept;  // too large for a stack frame
+    turn_into_plane(geometry, rays, kept);
+    PacketFlight<false>(geometry, rays, nullptr, counts).fly();
+    turn_back(rays, kept);
+}
+
+void fly_block_within(const Geometry& geometry, Rays& rays, const Column<float>& free_path,
+                      FlightCounts& counts) {
+    if (!geometry.straight) {
+        PacketFlight<true>(geometry, rays, &free_path, counts).fly();
+        return;
+    }
+    static thread_local Straightened kept;
+    static thread_local Column<float> in_plane;
+    turn_into_plane(geometry, rays, kept);
+    for (std::size_t i = 0; i < rays.count; ++i) in_plane[i] = free_path[i] * kept.share[i];
+    PacketFlight<true>(geometry, rays, &in_plane, counts).fly();
+    turn_back(rays, kept);
+}
+
+}  // namespace sidewall::flux

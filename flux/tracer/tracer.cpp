@@ -1,0 +1,400 @@
+#include "flux/tracer/tracer.hpp"
+
+#include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <tuple>
+#include <utility>
+
+#include "flux/tracer/adjoint.hpp"
+#include "flux/tracer/monitor.hpp"
+#include "flux/tracer/particle_history.hpp"
+#include "flux/tracer/trace_checks.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+std::uint32_t fixed_probability(double s) {
+    return static_cast<std::uint32_t>(s * static_cast<double>(kOne) + 0.5);
+}
+
+Sticking make_sticking(const std::vector<double>& by_material, std::span<const std::int32_t> materials,
+                       std::span<const double> by_wedge) {
+    Sticking sticking;
+    sticking.by_wedge.assign(by_wedge.begin(), by_wedge.end());
+    if (by_material.size() == 1 || materials.empty()) {
+        sticking.by_triangle = {fixed_probability(by_material[0])};
+        return sticking;
+    }
+    sticking.by_triangle.resize(materials.size());
+    for (std::size_t t = 0; t < materials.size(); ++t)
+        sticking.by_triangle[t] = fixed_probability(by_material[static_cast<std::size_t>(materials[t])]);
+    return sticking;
+}
+
+// Species traced together, and what of the options is theirs.
+struct Pass {
+    std::vector<Species> species;
+    std::vector<std::span<const double>> by_wedge;  // sticking, or empty
+    std::span<const double> emission;               // by wedge, or empty; then there is one species
+    std::uint32_t species_index;
+};
+
+// A trace under way: rounds of batches of equal size, each on all threads.
+class Tracer {
+  public:
+    Tracer(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box, const Pass& pass,
+           std::span<const std::int32_t> materials, const Wedges& wedges, const TraceOptions& options)
+        : box_(box),
+          pass_(pass),
+          options_(options),
+          monitor_(options),
+          trace_{make_geometry(mesh, scene, box),
+                 pass.species.front(),
+                 wedges,
+                 random_key(options.seed, options.time_step, pass.species_index),
+                 {},
+                 {},
+                 {},
+                 {},
+                 materials,
+                 {},
+                 fixed_probability(options.roulette),
+                 options.max_bounces,
+                 starts_bottom_up(pass.species, mesh, options),
+                 [this] { return monitor_.stop(); }},
+          counts_{std::vector<Counts>(pass.species.size()), {}} {
+        for (std::size_t k = 0; k < pass.species.size(); ++k) {
+            const Species& species = pass.species[k];
+            trace_.active.push_back(k);
+            trace_.sticking.push_back(make_sticking(species.sticking, materials, pass.by_wedge[k]));
+            for (std::size_t n = 0; n < tally_count(species); ++n) tallies_.emplace_back(mesh, wedges);
+        }
+        const bool yields = tallies_.size() > pass.species.size();
+        trace_.cut_corners = find_cut_corners(mesh, yields ? options.grid_spacing : 0.0);
+        if (const auto& redeposition = pass.species.front().redeposition)
+            trace_.redeposition = make_sticking(redeposition->sticking, materials, {});
+        trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
+    }
+
+    /// The fewest rays of a round.
+    std::uint64_t least_round() const { return trace_.bottom_up ? fewest_looks(trace_.geometry.mesh) : 1; }
+
+    /// Traces at least \p rays more, or looks near to so many, in equal batches, for the species still active.
+    /// \pre rays >= least_round()
+    void trace_round(std::uint64_t rays) {
+        std::uint64_t batches =
+            std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
+        auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
+        if (trace_.bottom_up)
+            std::tie(batches, batch_rays) = batches_of_looks(rays, batches, trace_.geometry.mesh);
+        const bool alone = options_.shares.ranks == 1;
+        for (std::uint64_t b = 0; b < batches; ++b) {
+            trace_batch(make_batch(trace_.key, batches_++, batch_rays));
+            alone ? close_batch() : hold_batch(batch_rays);
+        }
+        if (!alone) share_batches();
+        for (Tally* tally : active_tallies()) tally->close_round();
+    }
+
+    std::uint64_t emitted() const { return emitted_; }
+    void expect(std::uint64_t rays) { monitor_.expect(rays); }
+
+    /// Species whose relative_error is at most \p target are traced no further.
+    /// \returns the smallest and the largest one of the others, or zeros if there are none.
+    std::pair<double, double> retire_reached(double target) {
+        double nearest = 0.0, farthest = 0.0;
+        std::erase_if(trace_.active, [&](std::size_t k) {
+            const double error = relative_error(tallies_[k].vertex_flux(area_per_ray(k)));
+            if (error <= target) return true;
+            nearest = nearest > 0.0 ? std::min(nearest, error) : error;
+            farthest = std::max(farthest, error);
+            return false;
+        });
+        return {nearest, farthest};
+    }
+
+    std::vector<FluxResult> results() const {
+        const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start_;
+        std::vector<FluxResult> results;
+        for (std::size_t k = 0; k < counts_.species.size(); ++k)
+            results.emplace_back(result(k)).seconds = taken.count();
+        return results;
+    }
+
+  private:
+    FluxResult result(std::size_t k) const {
+        const Counts& counts = counts_.species[k];
+        const double scale = area_per_ray(k);
+        FluxResult result;
+        static_cast<TallyFlux&>(result) = flux_of(tallies_[k], scale);
+        if (counts_.species.size() == 1)
+            for (std::size_t n = 1; n < tallies_.size(); ++n)
+                result.others.push_back(flux_of(tallies_[n], scale));
+        result.emitted = counts.emitted;
+        result.absorbed = counts.absorbed;
+        result.escaped = counts.escaped;
+        result.leaked = counts.leaked;
+        result.arrivals = counts.arrivals;
+        result.segments = counts_.flights.segments;
+        result.rescued = counts_.flights.rescued;
+        result.ledger = counts.ledger;
+        result.redeposited = counts.redeposited;
+        result.relative_error = relative_error(result.vertex);
+        result.bottom_up = trace_.bottom_up;
+        result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
+        result.pass_place = static_cast<std::uint32_t>(k);
+        return result;
+    }
+
+    // sum(area * standard error) / sum(area * flux) over vertices.
+    double relative_error(const FluxField& vertex) const {
+        const Wedges& wedges = trace_.wedges;
+        double error = 0.0, flux = 0.0;
+        for (std::size_t v = 0; v < vertex.flux.size(); ++v) {
+            double area = 0.0;
+            for (std::uint32_t w = wedges.first[v]; w < wedges.first[v + 1]; ++w) area += wedges.area[w];
+            error += area * vertex.error[v];
+            flux += area * vertex.flux[v];
+        }
+        return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
+    }
+
+    // Flux 1 of the plane, and its like of the surface.
+    double area_per_ray(std::size_t k) const {
+        return box_.area() / (1.0 - trace_.desorption.share) /
+               static_cast<double>(counts_.species[k].emitted);
+    }
+    static TallyFlux flux_of(const Tally& tally, double scale) {
+        return {tally.triangle_flux(scale), tally.wedge_flux(scale), tally.vertex_flux(scale)};
+    }
+
+    // A species alone has all tallies, others one each.
+    std::vector<Tally*> active_tallies() {
+        std::vector<Tally*> active;
+        for (std::size_t n = 0; n < tallies_.size(); ++n)
+            if (counts_.species.size() == 1 || std::ranges::binary_search(trace_.active, n))
+                active.push_back(&tallies_[n]);
+        return active;
+    }
+
+    Worker& worker() {
+        std::unique_ptr<Worker>& local = workers_.local();
+        if (!local) {
+            local = std::make_unique<Worker>();
+            for (Tally& tally : tallies_) local->bins.push_back(&tally.bins());
+            local->counts.resize(counts_.species.size());
+            if (counts_.species.size() > 1) local->weights.resize(counts_.species.size());
+        }
+        return *local;
+    }
+
+    // Blocks are the same whatever the tasks: only whole ones are handed out, and over all batches the ranks
+    // take turns.
+    void trace_batch(const Batch& batch) {
+        const Shares& shares = options_.shares;
+        const auto blocks = static_cast<std::uint32_t>((batch.count + kBlock - 1) / kBlock);
+        const std::uint32_t first_own = (shares.rank + shares.ranks - blocks_ % shares.ranks) % shares.ranks;
+        const std::uint32_t own = first_own < blocks ? (blocks - first_own - 1) / shares.ranks + 1 : 0;
+        blocks_ = (blocks_ + blocks) % shares.ranks;
+        const std::size_t task_blocks = std::max<std::size_t>(1, options_.task_rays / kBlock);
+        tbb::parallel_for(
+            tbb::blocked_range<std::uint32_t>(0, own, task_blocks),
+            [&](const tbb::blocked_range<std::uint32_t>& range) {
+                Worker& mine = worker();
+                for (std::uint32_t i = range.begin(); i < range.end() && !monitor_.stop(); ++i) {
+                    const auto first = static_cast<std::uint32_t>((first_own + i * shares.ranks) * kBlock);
+                    const auto count = std::min(static_cast<std::uint32_t>(kBlock), batch.count - first);
+                    trace_block(trace_, batch, first, count, tallies_, mine);
+                    monitor_.finished(std::uint64_t{count} * shares.ranks);
+                }
+            },
+            tbb::simple_partitioner{});
+        if (monitor_.stop()) {
+            std::string names;
+            for (const std::size_t k : trace_.active)
+                names += (names.empty() ? "" : ", ") + pass_.species[k].name;
+            throw Interrupted("interrupted while tracing " + names);
+        }
+        emitted_ += batch.count;
+    }
+
+    // Of the batch just traced, by this rank.
+    PassCounts take_counts() {
+        PassCounts batch{std::vector<Counts>(counts_.species.size()), {}};
+        for (std::unique_ptr<Worker>& worker : workers_) {
+            if (!worker) continue;
+            batch.add({worker->counts, worker->flights});
+            worker->counts.assign(counts_.species.size(), {});
+            worker->flights = {};
+        }
+        return batch;
+    }
+
+    void add_counts(const PassCounts& batch) {
+        if (batch.flights.segments >= kMostHits)
+            throw NumericsError(fmt::format(
+                "{}: a batch of rays flew {} times: its sums may overflow; use more flux.batches or fewer rays",
+                pass_.species.front().name, batch.flights.segments));
+        counts_.add(batch);
+    }
+
+    void close_batch() {
+        add_counts(take_counts());
+        for (Tally* tally : active_tallies()) tally->close_batch();
+    }
+
+    // Several batches are summed over the ranks at once, so that none waits for the slowest at the end of
+    // each.
+    void hold_batch(std::uint32_t rays) {
+        constexpr std::uint64_t kMostWords = 1 << 23, kMostRays = 1 << 21;  // a rank: a second or two
+        take_counts().write(held_);
+        for (Tally* tally : active_tallies()) tally->take_batch(held_);
+        ++held_batches_;
+        if (held_.size() >= kMostWords ||
+            held_batches_ * std::uint64_t{rays} >= options_.shares.ranks * kMostRays)
+            share_batches();
+    }
+
+    void share_batches() {
+        if (held_batches_ == 0) return;
+        options_.shares.sum(held_);
+        std::span<std::uint64_t> words(held_);
+        PassCounts batch = take_counts();  // none
+        for (; held_batches_ > 0; --held_batches_) {
+            batch.read(words);
+            add_counts(batch);
+            for (Tally* tally : active_tallies()) {
+                tally->close_batch(words.first(tally->bin_count()));
+                words = words.subspan(tally->bin_count());
+            }
+        }
+        held_.clear();
+    }
+
+    const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    const LateralBox& box_;
+    const Pass& pass_;
+    const TraceOptions& options_;
+    Monitor monitor_;
+    Trace trace_;
+    std::vector<Tally> tallies_;
+    tbb::enumerable_thread_specific<std::unique_ptr<Worker>> workers_;
+    PassCounts counts_;
+    std::uint64_t emitted_ = 0;
+    std::uint32_t batches_ = 0, blocks_ = 0;  // blocks modulo the ranks
+    std::vector<std::uint64_t> held_;         // words of batches that wait to be summed over the ranks
+    std::uint32_t held_batches_ = 0;
+};
+
+// A target of 0 is none: all rays are traced.
+std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint64_t most, Tracer& tracer) {
+    tracer.expect(most);
+    if (target == 0.0) {
+        tracer.trace_round(most);
+        return tracer.results();
+    }
+    double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
+    const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
+    const std::uint64_t least = tracer.least_round();
+    std::uint64_t rays = std::max(least, std::min<std::uint64_t>(most, 2 * triangles + 16384));
+    while (true) {
+        tracer.trace_round(rays);
+        const std::uint64_t emitted = tracer.emitted();
+        const auto [nearest, farthest] = tracer.retire_reached(target);
+        if (nearest == 0.0 || emitted + least > most) return tracer.results();
+        const auto spent = static_cast<double>(emitted);
+        if (growth(farthest) * spent < static_cast<double>(most))
+            tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
+        // As far as the species that will reach it first. A sparse trace underestimates its error: no far
+        // leaps.
+        const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
+        rays = std::min(most - emitted, std::max(least, static_cast<std::uint64_t>(more * spent) + 1));
+        power = 2.0;
+    }
+}
+
+// All species in their passes.
+std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
+                                     const LateralBox& box, std::span<const Species> species,
+                                     std::span<const std::int32_t> materials, const Wedges& wedges,
+                                     const TraceOptions& options) {
+    const std::vector<std::span<const double>> by_wedge = sticking_of_each(species.size(), wedges, options);
+    const std::vector<std::span<const double>> emission = emission_of_each(species, wedges, options);
+    for (std::size_t k = 0; k < species.size(); ++k)
+        check(mesh, box, species[k], by_wedge[k], materials, wedges, options);
+    const std::vector<std::vector<std::size_t>> passes = passes_of(species);
+    std::vector<FluxResult> results(species.size());
+    for (std::size_t p = 0; p < passes.size(); ++p) {
+        Pass pass{{}, {}, {}, options.species_index + static_cast<std::uint32_t>(passes[p].front())};
+        for (const std::size_t k : passes[p]) {
+            pass.species.push_back(species[k]);
+            pass.by_wedge.push_back(by_wedge[k]);
+            if (species[k].desorbs) pass.emission = emission[k];
+        }
+        TraceOptions own = options;
+        if (options.progress)
+            own.progress = [&, p](double part) {
+                options.progress((static_cast<double>(p) + part) / static_cast<double>(passes.size()));
+            };
+        Tracer tracer(mesh, scene, box, pass, materials, wedges, own);
+        std::vector<FluxResult> traced = trace_to(target, mesh.triangles.size(), options.rays, tracer);
+        for (std::size_t i = 0; i < traced.size(); ++i) results[passes[p][i]] = std::move(traced[i]);
+    }
+    return results;
+}
+
+}  // namespace
+
+std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species) {
+    std::vector<std::vector<std::size_t>> passes;
+    for (std::size_t k = 0; k < species.size(); ++k) {
+        const auto pass = std::find_if(passes.begin(), passes.end(), [&](const auto& others) {
+            return others.size() < kMostTogether && same_paths(species[others.front()], species[k]);
+        });
+        if (pass == passes.end())
+            passes.push_back({k});
+        else
+            pass->push_back(k);
+    }
+    return passes;
+}
+
+FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
+                      const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
+                      const TraceOptions& options) {
+    return std::move(trace_fluxes(mesh, scene, box, {&species, 1}, materials, wedges, options).front());
+}
+
+FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
+                         const LateralBox& box, const Species& species,
+                         std::span<const std::int32_t> materials, const Wedges& wedges,
+                         const TraceOptions& options) {
+    return std::move(
+        trace_fluxes_to(target, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
+}
+
+std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::RayScene& scene,
+                                     const LateralBox& box, std::span<const Species> species,
+                                     std::span<const std::int32_t> materials, const Wedges& wedges,
+                                     const TraceOptions& options) {
+    return trace_passes(0.0, mesh, scene, box, species, materials, wedges, options);
+}
+
+std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
+                                        const surface::RayScene& scene, const LateralBox& box,
+                                        std::span<const Species> species,
+                                        std::span<const std::int32_t> materials, const Wedges& wedges,
+                                        const TraceOptions& options) {
+    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
+    return trace_passes(target, mesh, scene, box, species, materials, wedges, options);
+}
+
+}  // namespace sidewall::flux

@@ -1,0 +1,146 @@
+#include "levelset/layers/checkpoint.hpp"
+
+#include <fmt/format.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/tree/LeafManager.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <new>
+
+#include "levelset/layers/levels.hpp"
+#include "levelset/layers/sealed_file.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/error.hpp"
+#include "surface/files/printable.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+// Raised with every change of what a checkpoint holds, the caller's text included.
+constexpr std::uint32_t kVersion = 1;
+
+constexpr const char* kText = "sidewall";
+constexpr const char* kMaterial = "material";
+constexpr const char* kColumns = "columns";  // of a level: where it counts, a character each
+constexpr const char* kMarginEntry = "margin";
+
+std::string domain_text(const Domain& domain) {
+    return fmt::format("{} {} {} {} {} {} {} {} {}", domain.min[0], domain.min[1], domain.max[0],
+                       domain.max[1], domain.cells[0], domain.cells[1], domain.spacing,
+                       static_cast<int>(domain.side[0]), static_cast<int>(domain.side[1]));
+}
+
+// What everything that reads a level set relies on.
+void check(const Grid& grid, const Domain& domain) {
+    if (grid.background() != static_cast<float>(kHalfWidth * domain.spacing))
+        throw FileError("a layer's narrow band has another width");
+    std::atomic<bool> good = true;
+    openvdb::tree::LeafManager<const Grid::TreeType> leaves(grid.tree());
+    leaves.foreach ([&](const Leaf& leaf, std::size_t) {
+        for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
+            if (!std::isfinite(leaf.getValue(n))) good = false;
+    });
+    if (!good) throw FileError("a layer holds a distance that is not finite");
+}
+
+Layer layer_of(const openvdb::GridBase::Ptr& grid, const Domain& domain) {
+    const GridPtr phi = openvdb::gridPtrCast<Grid>(grid);
+    if (!phi) throw FileError("it holds something other than layers");
+    check(*phi, domain);
+    return {grid->metaValue<std::int32_t>(kMaterial), phi};
+}
+
+// Layer \p layer on level \p level, the finest being 0.
+std::string grid_name(std::size_t layer, int level) {
+    return level == 0 ? fmt::format("layer_{}", layer) : fmt::format("layer_{}_of_level_{}", layer, level);
+}
+
+void add_grids(const MaterialStack& stack, int level, openvdb::GridPtrVec& grids) {
+    for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+        // Shares the tree.
+        const GridPtr grid = openvdb::gridPtrCast<Grid>(stack.layers[k].phi->copyGrid());
+        grid->setName(grid_name(k, level));
+        grid->insertMeta(kMaterial, openvdb::Int32Metadata(stack.layers[k].material));
+        grid->removeMeta(kColumns);  // those of the file that the grid may come from
+        grid->removeMeta(kMarginEntry);
+        if (stack.coarser && k == 0) {
+            std::string own;
+            for (const std::uint8_t column : stack.columns.own) own += column != 0 ? '1' : '0';
+            grid->insertMeta(kColumns, openvdb::StringMetadata(own));
+            grid->insertMeta(kMarginEntry, openvdb::Int32Metadata(stack.margin));
+        }
+        grid->setSaveFloatAsHalf(false);
+        grids.push_back(grid);
+    }
+    if (stack.coarser) add_grids(*stack.coarser, level + 1, grids);
+}
+
+// Moves the level's grids out of \p grids, and those of coarser ones.
+MaterialStack take_level(const Domain& domain, int level, openvdb::GridPtrVec& grids) {
+    MaterialStack stack{domain, {}};
+    std::string own;
+    for (std::size_t k = 0;; ++k) {
+        const auto found = std::find_if(grids.begin(), grids.end(), [&](const auto& grid) {
+            return grid->getName() == grid_name(k, level);
+        });
+        if (found == grids.end()) break;
+        stack.layers.push_back(layer_of(*found, domain));
+        if (k == 0 && (*found)->template getMetadata<openvdb::StringMetadata>(kColumns)) {
+            own = (*found)->template metaValue<std::string>(kColumns);
+            stack.margin = (*found)->template metaValue<std::int32_t>(kMarginEntry);
+        }
+        grids.erase(found);
+    }
+    if (stack.layers.empty()) throw FileError("it does not hold a stack of layers");
+    if (own.empty()) return stack;
+    if (most_levels(domain) < 2 || stack.margin < 1 || stack.margin > 2)
+        throw FileError("it has levels that its domain cannot have");
+    stack.columns = all_columns(domain);
+    if (own.size() != stack.columns.own.size()) throw FileError("a level has other columns than its domain");
+    for (std::size_t n = 0; n < own.size(); ++n) stack.columns.own[n] = own[n] == '1' ? 1 : 0;
+    stack.coarser = std::make_shared<MaterialStack>(take_level(coarser_domain(domain), level + 1, grids));
+    if (stack.coarser->layers.size() != stack.layers.size())
+        throw FileError("its levels have different layers");
+    return stack;
+}
+
+}  // namespace
+
+void save_checkpoint(const std::filesystem::path& path, const MaterialStack& stack, const std::string& text) {
+    openvdb::GridPtrVec grids;
+    add_grids(stack, 0, grids);
+    openvdb::MetaMap meta;
+    meta.insertMeta(kText, openvdb::StringMetadata(text));
+    meta.insertMeta("domain", openvdb::StringMetadata(domain_text(stack.domain)));
+    // OpenVDB's own files do not notice a full disk.
+    write_sealed_file(path, kVersion,
+                      [&](std::ostream& out) { openvdb::io::Stream(out).write(grids, meta); });
+}
+
+Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& domain) {
+    initialize();
+    if (!std::filesystem::exists(path))
+        throw FileError(fmt::format("{}: there is no checkpoint", path.string()));
+    Checkpoint checkpoint{{domain, {}}, {}};
+    try {
+        std::ifstream in = open_sealed_file(path, kVersion);
+        openvdb::io::Stream file(in, false);  // no delayed loading: the file will be replaced
+        const openvdb::MetaMap::Ptr meta = file.getMetadata();
+        checkpoint.text = meta->metaValue<std::string>(kText);
+        if (meta->metaValue<std::string>("domain") != domain_text(domain))
+            throw FileError("it belongs to another domain or grid spacing");
+        openvdb::GridPtrVec grids = *file.getGrids();
+        checkpoint.stack = take_level(domain, 0, grids);
+        if (!grids.empty()) throw FileError("it does not hold a stack of layers");
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw FileError(
+            fmt::format("{}: not a usable checkpoint: {}", path.string(), surface::printable(error.what())));
+    }
+    return checkpoint;
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,249 @@
+#include "levelset/layers/geometric.hpp"
+
+#include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/voids.hpp"
+#include "levelset/motion/redistance.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "levelset/shapes/outline.hpp"
+#include "surface/error.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+using LeafManager = openvdb::tree::LeafManager<Grid::TreeType>;
+
+// The level set whose value at every node near one of the fronts is combine(values there): unions, cuts,
+// differences. Every point of its front lies on one of theirs, so their bands hold its own. A distance again
+// afterwards.
+template <std::size_t N, class Combine>
+GridPtr combined(const Domain& domain, const std::array<const Grid*, N>& grids, Combine&& combine) {
+    GridPtr result = grids[0]->deepCopy();
+    for (std::size_t i = 1; i < N; ++i) result->tree().topologyUnion(grids[i]->tree());
+    const float background = result->background();
+    LeafManager leaves(result->tree());
+    tbb::parallel_for(std::size_t{0}, leaves.leafCount(), [&](std::size_t n) {
+        Leaf& leaf = leaves.leaf(n);
+        std::array<const Leaf*, N> own;
+        for (std::size_t i = 0; i < N; ++i)
+            own[i] = grids[i]->getConstUnsafeAccessor().probeConstLeaf(leaf.origin());
+        for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) {
+            std::array<float, N> value;
+            for (std::size_t i = 0; i < N; ++i)
+                value[i] = own[i]                                           ? own[i]->getValue(k)
+                           : inside(*grids[i], leaf.offsetToGlobalCoord(k)) ? -background
+                                                                            : background;
+            const float v = combine(value);
+            const bool on = leaf.isValueOn(k) && std::abs(v) < background;
+            leaf.setValueOnly(k, on ? v : std::copysign(background, v));
+            leaf.setActiveState(k, on);
+        }
+    });
+    trim_band(*result, domain);
+    if (result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew);
+    return result;
+}
+
+GridPtr united(const Domain& domain, const Grid& a, const Grid& b) {
+    return combined(domain, std::array{&a, &b}, [](const auto& v) { return std::min(v[0], v[1]); });
+}
+
+GridPtr common(const Domain& domain, const Grid& a, const Grid& b) {
+    return combined(domain, std::array{&a, &b}, [](const auto& v) { return std::max(v[0], v[1]); });
+}
+
+// From 1 at \p from, or before, to 0 at \p to.
+float ramp(float x, float from, float to) {
+    return std::clamp((to - x) / (to - from), 0.0f, 1.0f);
+}
+
+// What is left of a layer \p own whose material stays when others below it go: the level set below it was \p
+// below and becomes \p bare, null if nothing is left there. Its film and what is bare, then; but the grid
+// holds no gap under a film that is thinner than a cell, and none at all where nothing went: there the film
+// closes it.
+GridPtr without(const Domain& domain, const Grid& own, const Grid& below, const Grid* bare) {
+    if (bare == nullptr)
+        return combined(domain, std::array{&own, &below},
+                        [](const auto& v) { return std::max(v[0], -v[1]); });
+    const auto dx = static_cast<float>(domain.spacing), none = static_cast<float>(kExposed) * dx;
+    return combined(domain, std::array{&own, &below, bare}, [dx, none](const auto& v) {
+        const float gap = v[2] - v[1], no_film = ramp(v[1] - v[0], none, 0.5f * dx);
+        const float film = std::max(v[0], -v[1]) + 2.0f * dx * no_film,
+                    closed = dx * ramp(gap, 0.5f * dx, dx) * (1.0f - no_film);
+        return std::max(v[0], std::min(film, v[2]) - closed);
+    });
+}
+
+GridPtr plane(const Domain& domain, double height) {
+    const double margin = 2.0 * kHalfWidth * domain.spacing;
+    return sample_grid(
+        domain, [height](const Vec3& p) { return p.z() - height; }, height - margin, height + margin);
+}
+
+// Moves the front outwards by \p thickness.
+void grow(Grid& surface, const Domain& domain, double thickness) {
+    const double most = 0.5 * domain.spacing;
+    const int parts = static_cast<int>(std::ceil(thickness / most));
+    const auto part = static_cast<float>(thickness / std::max(1, parts));
+    const float limit = std::nextafter(surface.background(), 0.0f);
+    for (int n = 0; n < parts; ++n) {
+        LeafManager leaves(surface.tree());
+        leaves.foreach ([&](Leaf& leaf, std::size_t) {
+            for (auto it = leaf.beginValueOn(); it; ++it) it.setValue(std::clamp(*it - part, -limit, limit));
+        });
+        redistance(surface, domain, 3);
+    }
+}
+
+double highest_front(const Grid& grid, const Domain& domain) {
+    double highest = band_z_range(grid, domain)[0];  // throws if nothing is left
+    for (const Vec3& p : extract_surface(grid, domain).vertices) highest = std::max(highest, p.z());
+    return highest;
+}
+
+// Where walls coincide with those of the wafer, no film of gas or material without thickness may be left: in
+// dx.
+constexpr double kOverlap = 1e-3;
+
+// All that lies beside the openings of \p pattern or below \p bottom, down from above \p top. The openings
+// are \p wider by so much on every side.
+GridPtr columns(const MaterialStack& stack, const Shape& pattern, double bottom, double top, double wider) {
+    const Domain& domain = stack.domain;
+    const double margin = 2.0 * kHalfWidth * domain.spacing, end = top + margin;
+    const double low =
+        std::min(band_z_range(*stack.layers.front().phi, domain)[0], std::isfinite(bottom) ? bottom : end);
+    const auto distance = [&, open = outline(pattern, domain)](const Vec3& p) {
+        return std::max(p.z() - end, wider + std::min(-open(p.x(), p.y()), p.z() - bottom));
+    };
+    return sample_grid(domain, distance, low - margin, end + margin);
+}
+
+// Takes out of \p film the gas that is shut in: nodes, on both sides of the surface, whose nearest surface
+// bounds it.
+void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
+    const Domain& domain = stack.domain;
+    const TriangleMesh surface = extract_surface(stack.top(), domain);
+    const std::vector<SurfacePiece> pieces = surface_pieces(surface, domain);
+    const std::vector<std::uint8_t> sealed = sealed_off(surface, pieces, domain);
+    if (sealed.empty()) return;
+    const surface::RayScene scene(surface);
+    const double reach = kHalfWidth * domain.spacing;
+    Box3 box;  // of all that is shut in
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        if (sealed[t] != 0)
+            for (const std::uint32_t v : surface.triangles[t]) box.extend(surface.vertices[v]);
+    box = {box.min - Vec3::Constant(reach), box.max + Vec3::Constant(reach)};
+    std::vector<std::pair<openvdb::Coord, float>>
+        missing;  // leaves of the surface, each wholly in the film or not
+    for (auto leaf = stack.top().tree().cbeginLeaf(); leaf; ++leaf)
+        if (!film.tree().probeConstLeaf(leaf->origin()))
+            missing.emplace_back(leaf->origin(),
+                                 inside(film, leaf->origin()) ? -film.background() : film.background());
+    for (const auto& [origin, side] : missing) film.tree().touchLeaf(origin)->fill(side, false);
+    LeafManager leaves(film.tree());
+    leaves.foreach ([&](Leaf& leaf, std::size_t) {
+        for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) {
+            const openvdb::Coord c = leaf.offsetToGlobalCoord(k);
+            const Vec3 p(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
+                         domain.coordinate(2, c.z()));
+            if ((p.array() < box.min.array()).any() || (p.array() > box.max.array()).any()) continue;
+            const surface::SurfaceHit hit = scene.closest_point(p, 1e30);
+            if (hit && sealed[hit.triangle] != 0) leaf.setValueOnly(k, film.background());
+        }
+    });
+}
+
+}  // namespace
+
+void planarize(MaterialStack& stack, double height) {
+    const GridPtr above = plane(stack.domain, height);
+    for (Layer& layer : stack.layers) layer.phi = common(stack.domain, *layer.phi, *above);
+    cut_layers(stack);
+}
+
+void fill(MaterialStack& stack, int material, double height) {
+    begin_film(stack, material);
+    const GridPtr below = plane(stack.domain, height);
+    Layer& film = stack.layers.back();
+    film.phi = united(stack.domain, *film.phi, *below);
+    cut_layers(stack);
+}
+
+void strip(MaterialStack& stack, int material) {
+    if (stack.layers.front().material == material)
+        throw GeometryError("strip: the substrate cannot be taken away: name another material");
+    std::vector<Layer> left;
+    GridPtr below, bare;  // as they were, and without the material
+    bool touched = false;
+    for (const Layer& layer : stack.layers) {
+        if (layer.material == material)
+            touched = true;
+        else
+            bare = touched ? without(stack.domain, *layer.phi, *below, bare.get()) : layer.phi;
+        if (layer.material != material) left.push_back({layer.material, bare});
+        below = layer.phi;
+    }
+    stack.layers = std::move(left);
+    cut_layers(stack);
+}
+
+void conformal(MaterialStack& stack, int material, double thickness) {
+    begin_film(stack, material);
+    grow(stack.top(), stack.domain, thickness);
+    cut_layers(stack);
+}
+
+void mask(MaterialStack& stack, int material, const Shape& pattern, double thickness, bool conformal) {
+    const Domain& domain = stack.domain;
+    GridPtr film = stack.top().deepCopy();
+    if (conformal) grow(*film, domain, thickness);
+    const double top = conformal ? highest_front(*film, domain) : highest_front(*film, domain) + thickness;
+    if (!conformal) film = plane(domain, top);
+    // Its walls end above the film, whose top is its own.
+    const GridPtr covered =
+        columns(stack, pattern, -std::numeric_limits<double>::infinity(), top, -kOverlap * domain.spacing);
+    film = common(domain, *film, *covered);
+    keep_out_of_voids(*film, stack);
+    begin_film(stack, material);
+    Layer& layer = stack.layers.back();
+    layer.phi = united(domain, *layer.phi, *film);
+    cut_layers(stack);
+}
+
+void cut(MaterialStack& stack, std::span<const int> materials, const Shape& pattern, double bottom) {
+    const Domain& domain = stack.domain;
+    const auto goes = [&](const Layer& layer) {
+        return std::find(materials.begin(), materials.end(), layer.material) != materials.end();
+    };
+    if (goes(stack.layers.front()) && std::isinf(bottom))
+        throw GeometryError("a cut through the substrate must end at a depth");
+    const GridPtr beside =
+        columns(stack, pattern, bottom, highest_front(stack.top(), domain), kOverlap * domain.spacing);
+    // Layer by layer from below: with all that goes, and bare of it wherever it lies. Null: nothing.
+    GridPtr below, bare;
+    bool touched = false;
+    for (Layer& layer : stack.layers) {
+        const GridPtr own = layer.phi;
+        if (goes(layer))
+            touched = true;
+        else
+            bare = touched ? without(domain, *own, *below, bare.get()) : own;
+        if (touched && bare)
+            layer.phi = combined(domain, std::array<const Grid*, 3>{own.get(), beside.get(), bare.get()},
+                                 [](const auto& v) { return std::max(v[0], std::min(v[1], v[2])); });
+        else if (touched)
+            layer.phi = common(domain, *own, *beside);
+        below = own;
+    }
+    cut_layers(stack);
+}
+
+}  // namespace sidewall::levelset

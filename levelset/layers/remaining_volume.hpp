@@ -1,0 +1,15 @@
+#pragma once
+#include <cstddef>
+
+#include "levelset/layers/stack.hpp"
+
+namespace sidewall::levelset {
+
+/// Whether about so much is left of a layer as \p enough, a volume. Counts at the nodes of its band where the layer
+/// is thicker than thinnest_film, and so can be told from none; a thick layer holds more.
+/// \param start  in: where to begin, any number; out: where it was found, the place to begin the next time.
+/// \returns what is left, or as much as was counted when it was enough.
+/// \note O(1) while there is enough where the search begins, else O(n) at most.
+double volume_left(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start);
+
+}  // namespace sidewall::levelset

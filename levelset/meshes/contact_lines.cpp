@@ -1,0 +1,365 @@
+#include "levelset/meshes/contact_lines.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+
+#include "levelset/large_vector.hpp"
+#include "levelset/meshes/divide.hpp"
+#include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/fronts.hpp"
+#include "surface/extraction/marching_cubes.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+// In cells. A lower layer that ends on the underside of another goes on below it where it is at least this
+// thick: there both fronts lie on each other, and re-distancing moves them by a few hundredths.
+constexpr double kUnderside = 0.1;
+
+// Of a cell squared: an edge of the grid along which a mesh's level set changes by less than the root of this
+// runs along the mesh.
+constexpr double kAlong = 0.05;
+
+// In cells, how far from an edge between two fronts the line is looked for where one of them ends.
+constexpr double kNear = 2.0;
+
+// Where on such an edge, from its end on the upper front: the line lies on that front.
+constexpr double kFromFoot = 0.25;
+
+// In cells, how far marching cubes must have cut off a corner for it to be put back. Fronts that make less
+// than 45 degrees have none: there a film tapers off.
+constexpr double kLeastCorner = 0.05, kAlike = 0.85;
+
+// The two sides of a corner face away from what cut it off by nearly a right angle where one of them is
+// short.
+constexpr double kFolded = -0.8;
+
+// In cells. Marching cubes makes shorter edges beside nodes; divided they would be parts of no area.
+constexpr double kShortEdge = 0.05;
+
+// The height of a mesh's vertex above a lower layer's continued front, in cells: positive where what lies
+// between the two is exposed. \p of is the mesh's layer.
+double cover(const Fronts& fronts, const GridEdge& edge, std::size_t of, std::size_t layer) {
+    const double dx = fronts.spacing(edge);
+    const double g[] = {fronts.value(of, edge, 0), fronts.value(of, edge, 1)};
+    const double f[] = {fronts.continued(layer, edge, 0), fronts.continued(layer, edge, 1)};
+    const double height = (f[0] + edge.t * (f[1] - f[0])) / dx, fall = g[0] - g[1];
+    // How fast the layer's front comes nearer on the way into the mesh's: -1 where both run alike (less than
+    // thinnest_film between them is nothing), 1 where the mesh is the underside of what lies on the layer. An
+    // edge along the mesh tells nothing of it.
+    const double slope = std::clamp((f[1] - f[0]) * fall / (fall * fall + kAlong * dx * dx), -1.0, 1.0);
+    return height + slope * (slope > 0.0 ? kUnderside : fronts.touching(edge));
+}
+
+using Segments = std::vector<std::array<Vec3, 2>>;
+
+// The points of many segments nearest to others, by cells of a given size.
+class NearestOnSegments {
+  public:
+    NearestOnSegments() = default;
+    NearestOnSegments(Segments segments, double size) : segments_(std::move(segments)), size_(size) {
+        for (std::uint32_t n = 0; n < segments_.size(); ++n) {
+            const openvdb::Coord a = cell(segments_[n][0]), b = cell(segments_[n][1]);
+            for (const openvdb::Coord& c : {a, b})
+                if (std::vector<std::uint32_t>& list = cells_[c]; list.empty() || list.back() != n)
+                    list.push_back(n);
+        }
+    }
+
+    // Nothing farther than the size of a cell is found for sure.
+    std::optional<Vec3> at(const Vec3& point) const {
+        std::optional<Vec3> nearest;
+        double least = size_ * size_;
+        const openvdb::Coord middle = cell(point);
+        for (int n = 0; n < 27; ++n) {
+            const auto found = cells_.find(middle.offsetBy(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
+            if (found == cells_.end()) continue;
+            for (const std::uint32_t s : found->second) {
+                const auto& [a, b] = segments_[s];
+                const Vec3 way = b - a;
+                const double length = way.squaredNorm();
+                const double t = length > 0.0 ? std::clamp((point - a).dot(way) / length, 0.0, 1.0) : 0.0;
+                const Vec3 foot = a + t * way;
+                if ((point - foot).squaredNorm() >= least) continue;
+                least = (point - foot).squaredNorm();
+                nearest = foot;
+            }
+        }
+        return nearest;
+    }
+
+  private:
+    struct Hash {
+        std::size_t operator()(const openvdb::Coord& c) const { return c.hash<20>(); }
+    };
+    openvdb::Coord cell(const Vec3& p) const {
+        return {static_cast<int>(std::floor(p.x() / size_)), static_cast<int>(std::floor(p.y() / size_)),
+                static_cast<int>(std::floor(p.z() / size_))};
+    }
+    Segments segments_;
+    double size_ = 1.0;
+    std::unordered_map<openvdb::Coord, std::vector<std::uint32_t>, Hash> cells_;
+};
+
+constexpr std::size_t kOpen = static_cast<std::size_t>(-1);
+
+// On a side of the domain a vertex stays there.
+bool on_side(const Domain& domain, std::size_t axis, const Vec3& a, const Vec3& b) {
+    const auto k = static_cast<Eigen::Index>(axis);
+    return a[k] == b[k] && (a[k] == domain.min[axis] || a[k] == domain.max[axis]);
+}
+
+bool is_short(const Domain& domain, const Vec3& a, const Vec3& b) {
+    return (b - a).norm() < kShortEdge * domain.spacing;
+}
+
+// Divides a mesh where the layers below it come out: one a mesh.
+class Cutter {
+  public:
+    Cutter(const MaterialStack& stack, std::size_t of, CutMesh& result,
+           std::vector<std::vector<double>> covers)
+        : domain_(stack.domain), of_(of), result_(result), covers_(std::move(covers)) {}
+
+    // \returns where the layer right below comes out.
+    Segments run() {
+        result_.layer.assign(result_.mesh.triangles.size(), of_ == 0 ? 0 : kOpen);
+        open_.assign(result_.mesh.vertices.size(), 1);
+        Segments rim;
+        for (std::size_t k = of_; k-- > 0;) {
+            Segments segments = cut_by(k);
+            if (k + 1 == of_) rim = std::move(segments);
+        }
+        return rim;
+    }
+
+  private:
+    EdgePoints divided_edges(std::size_t layer);
+    void add_segment(const std::vector<double>& cover, const Triangle& t, const EdgePoints& points,
+                     Segments& segments) const;
+    void divide(std::size_t layer, const EdgePoints& points, Segments& segments);
+    Segments cut_by(std::size_t layer) {
+        const EdgePoints points = divided_edges(layer);
+        Segments segments;
+        divide(layer, points, segments);
+        return segments;
+    }
+
+    const Domain& domain_;
+    std::size_t of_;
+    CutMesh& result_;
+    std::vector<std::vector<double>> covers_;  // by layer and vertex
+    std::vector<std::uint8_t> open_;           // by vertex: no layer above covers it
+};
+
+// Adds a vertex where the cover is 0 on every edge along which it changes sign.
+EdgePoints Cutter::divided_edges(std::size_t layer) {
+    std::vector<double>& cover = covers_[layer];
+    std::vector<Vec3>& vertices = result_.mesh.vertices;
+    EdgePoints points;
+    for (const Triangle& t : result_.mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t a = std::min(t[k], t[(k + 1) % 3]), b = std::max(t[k], t[(k + 1) % 3]);
+            if (!open_[a] || !open_[b] || (cover[a] > 0.0) == (cover[b] > 0.0)) continue;
+            if (is_short(domain_, vertices[a], vertices[b])) continue;
+            if (!points.try_emplace(divided_edge(a, b), static_cast<std::uint32_t>(vertices.size())).second)
+                continue;
+            constexpr double kClear = 0.05;  // no triangle without area
+            const double share = std::clamp(cover[a] / (cover[a] - cover[b]), kClear, 1.0 - kClear);
+            result_.added.push_back({a, b, share});
+            vertices.emplace_back(vertices[a] + share * (vertices[b] - vertices[a]));
+            open_.push_back(1);
+            for (std::vector<double>& c : covers_) c.push_back(c[a] + share * (c[b] - c[a]));
+            cover.back() = 0.0;
+        }
+    return points;
+}
+
+// The line through a triangle where the cover is 0, if it passes through it.
+void Cutter::add_segment(const std::vector<double>& cover, const Triangle& t, const EdgePoints& points,
+                         Segments& segments) const {
+    const std::vector<Vec3>& vertices = result_.mesh.vertices;
+    std::array<Vec3, 2> ends;
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+        if ((cover[a] > 0.0) == (cover[b] > 0.0)) continue;
+        const auto found = points.find(divided_edge(a, b));
+        ends[count++] =
+            found != points.end() ? vertices[found->second] : Vec3(0.5 * (vertices[a] + vertices[b]));
+    }
+    if (count == 2) segments.push_back(ends);
+}
+
+void Cutter::divide(std::size_t layer, const EdgePoints& points, Segments& segments) {
+    const TriangleMesh& mesh = result_.mesh;
+    const std::vector<double>& cover = covers_[layer];
+    std::vector<Triangle> triangles;
+    std::vector<std::size_t> layers;
+    const std::size_t most = most_parts(mesh.triangles.size(), points);
+    triangles.reserve(most);
+    layers.reserve(most);
+    const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Triangle& whole = mesh.triangles[t];
+        const auto add = [&](const Triangle& part) {
+            triangles.push_back(part);
+            const bool covered =
+                std::any_of(part.begin(), part.end(), [&](std::uint32_t v) { return cover[v] > 0.0; });
+            if (result_.layer[t] != kOpen)
+                layers.push_back(result_.layer[t]);
+            else
+                layers.push_back(covered ? layer + 1 : layer == 0 ? 0 : kOpen);
+        };
+        if (is_whole(whole, ends))
+            add(whole);
+        else
+            for (const Triangle& part : parts_of(mesh, whole, points)) add(part);
+        if (result_.layer[t] == kOpen) add_segment(cover, whole, points, segments);
+    }
+    result_.mesh.triangles = std::move(triangles);
+    result_.layer = std::move(layers);
+    for (std::size_t v = 0; v < open_.size(); ++v) open_[v] = open_[v] && cover[v] <= 0.0;
+}
+
+// Calls use(vertex, other) for every vertex that is marked and each that follows it around a triangle.
+template <class Use>
+void each_around(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Use&& use) {
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (marked[t[k]] && !marked[t[(k + 1) % 3]]) use(t[k], t[(k + 1) % 3]);
+}
+
+// By layer below \p of and vertex of its mesh.
+std::vector<std::vector<double>> covers_of(const Fronts& shared, std::size_t of, const TriangleMesh& mesh) {
+    std::vector<std::vector<double>> covers(of, std::vector<double>(mesh.vertices.size()));
+    if (of == 0) return covers;
+    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 1024), [&](const auto& range) {
+        const Fronts fronts = shared;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
+        for (std::size_t v = range.begin(); v != range.end(); ++v) {
+            const GridEdge edge = fronts.edge_of(mesh.vertices[v]);
+            within[v] = !edge.is_one;
+            for (std::size_t k = 0; k < of && edge.is_one; ++k) covers[k][v] = cover(fronts, edge, of, k);
+        }
+    });
+    // The centre of others, so their mean.
+    std::vector<double> around(mesh.vertices.size(), 0.0);
+    each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
+        ++around[centre];
+        for (std::vector<double>& c : covers) c[centre] += c[v];
+    });
+    for (std::size_t v = 0; v < around.size(); ++v)
+        for (std::vector<double>& c : covers)
+            if (around[v] > 0.0) c[v] /= around[v];
+    return covers;
+}
+
+// Puts a vertex of a lower layer's mesh where the first of the continued fronts from the layer up is met on
+// its edge of the grid.
+// \returns that front's layer.
+std::size_t place(const Fronts& fronts, const GridEdge& edge, std::size_t layer, std::size_t layers,
+                  Vec3& vertex) {
+    const std::size_t in = fronts.value(layer, edge, 0) <= 0.0 ? 0 : 1, out = 1 - in;
+    double least = 2.0;  // of the edge, from its inner end
+    std::size_t met = layer;
+    double t = edge.t;
+    for (std::size_t k = layer; k < layers; ++k) {
+        const double f[] = {fronts.continued(k, edge, 0), fronts.continued(k, edge, 1)};
+        if (f[out] <= 0.0 || f[in] > 0.0) continue;
+        const double here = f[in] / (f[in] - f[out]);
+        // Fronts that lie on each other count as the upper one.
+        if (here > least + fronts.touching(edge)) continue;
+        least = here;
+        met = k;
+        t = f[0] / (f[0] - f[1]);
+    }
+    t = std::clamp(t, surface::kNodeClearance, 1.0 - surface::kNodeClearance);
+    constexpr double kRounding = 1e-6;
+    if (std::abs(t - edge.t) > kRounding) vertex[edge.axis] += (t - edge.t) * fronts.spacing(edge);
+    return met;
+}
+
+// Unit normals at a mesh's vertices by the triangles that lie on one front alone; zero where there is none.
+std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std::size_t>& front) {
+    std::vector<Vec3> normals(mesh.vertices.size(), Vec3::Zero());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& [a, b, c] = mesh.triangles[t];
+        if (front[a] != front[b] || front[a] != front[c]) continue;
+        for (const std::uint32_t v : {a, b, c}) normals[v] += area_vector(mesh, t);
+    }
+    for (Vec3& normal : normals) normal.normalize();
+    return normals;
+}
+
+// A lower layer's boundary: its own front, and where that ends those above it.
+// \param rims  where each layer comes out from under the next, from this one up.
+TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
+                            const std::vector<NearestOnSegments>& rims) {
+    const Domain& domain = stack.domain;
+    TriangleMesh mesh = extract_surface(stack, layer);
+    std::vector<std::size_t> front(mesh.vertices.size(), layer);
+    std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, front.size(), 1024), [&](const auto& range) {
+        const Fronts mine = fronts;  // NOLINT(performance-unnecessary-copy-initialization): accessors cache
+        for (std::size_t v = range.begin(); v != range.end(); ++v) {
+            const GridEdge edge = mine.edge_of(mesh.vertices[v]);
+            within[v] = !edge.is_one;
+            if (edge.is_one) front[v] = place(mine, edge, layer, stack.layers.size(), mesh.vertices[v]);
+        }
+    });
+    each_around(mesh, within, [&](std::uint32_t centre, std::uint32_t v) {
+        front[centre] = std::max(front[centre], front[v]);
+    });
+    const std::vector<Vec3> normals = front_normals(mesh, front);
+    EdgePoints points;
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            std::uint32_t a = t[k], b = t[(k + 1) % 3];
+            if (front[a] > front[b]) std::swap(a, b);
+            if (front[a] == front[b] || points.contains(divided_edge(a, b))) continue;
+            const Vec3 &from = mesh.vertices[a], &to = mesh.vertices[b];
+            if (is_short(domain, from, to)) continue;
+            std::optional<Vec3> point =  // moved onto a side if it has to be
+                rims[front[a]].at(to + kFromFoot * (from - to));
+            if (!point) continue;
+            if (normals[a].dot(normals[b]) > kAlike) continue;
+            const Vec3 along = (to - from).normalized();
+            if ((*point - from).cross(along).norm() < kLeastCorner * domain.spacing) continue;
+            for (std::size_t axis = 0; axis < 2; ++axis)
+                if (on_side(domain, axis, from, to))
+                    (*point)[static_cast<Eigen::Index>(axis)] = from[static_cast<Eigen::Index>(axis)];
+            points.emplace(divided_edge(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
+            mesh.vertices.push_back(*point);
+        }
+    merge_near(mesh, kShortEdge * domain.spacing, points);
+    drop_folds(mesh, kFolded, points);
+    return divided(mesh, points);
+}
+
+}  // namespace
+
+StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
+    drop_kept_memory();  // of time steps
+    const std::size_t top = stack.layers.size() - 1;
+    const Fronts fronts(stack);
+    StackMeshes meshes;
+    meshes.interfaces.resize(top);
+    std::vector<NearestOnSegments> rims(top);
+    for (std::size_t layer = top + 1; layer-- > 0;) {
+        CutMesh cut;
+        cut.mesh.vertices = surface.vertices;
+        cut.mesh.triangles = surface.triangles;
+        if (layer < top) cut.mesh = meshes.interfaces[layer] = interface_mesh(fronts, stack, layer, rims);
+        Segments rim = Cutter(stack, layer, cut, covers_of(fronts, layer, cut.mesh)).run();
+        if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);
+        if (layer == top) meshes.surface = std::move(cut);
+    }
+    return meshes;
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,65 @@
+#include "levelset/meshes/fronts.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "levelset/meshes/continued.hpp"
+
+namespace sidewall::levelset {
+
+Fronts::Fronts(const MaterialStack& stack) {
+    const MaterialStack* finer = nullptr;
+    for (const MaterialStack* at = &stack; at != nullptr; finer = at, at = at->coarser.get()) {
+        Level level{at, continued_fronts(*at, finer), {}, {}};
+        for (const Layer& layer : at->layers) level.own.push_back(layer.phi->getConstUnsafeAccessor());
+        for (const GridPtr& front : level.grids) level.continued.push_back(front->getConstUnsafeAccessor());
+        level.continued.push_back(at->top().getConstUnsafeAccessor());
+        levels_.push_back(std::move(level));
+    }
+}
+
+std::size_t Fronts::level_of(const Vec3& point) const {
+    for (std::size_t n = 0; n + 1 < levels_.size(); ++n) {
+        const Domain& domain = levels_[n].stack->domain;
+        const Vec3 index = domain.to_index(point);
+        constexpr double kBeside = 0.25;  // of a cell: the columns on both sides of a node between two
+        for (const double x : {-kBeside, kBeside})
+            for (const double y : {-kBeside, kBeside}) {
+                const auto node = [&](int axis, double beside) {
+                    const double i = std::floor(index[axis] + beside);
+                    return std::clamp(static_cast<int>(i), 0, domain.last_node(axis));
+                };
+                if (levels_[n].stack->columns.of_node(node(0, x), node(1, y))) return n;
+            }
+    }
+    return levels_.size() - 1;
+}
+
+GridEdge Fronts::edge_of(const Vec3& point) const {
+    GridEdge edge;
+    edge.level = level_of(point);
+    const Domain& domain = levels_[edge.level].stack->domain;
+    const Vec3 index = domain.to_index(point);
+    std::array<int, 3> low{};
+    std::array<double, 3> off{};
+    for (int a = 0; a < 3; ++a) {
+        const auto k = static_cast<std::size_t>(a);
+        off[k] = std::abs(index[a] - std::round(index[a]));
+        if (off[k] > off[static_cast<std::size_t>(edge.axis)]) edge.axis = a;
+        low[k] = static_cast<int>(std::round(index[a]));
+    }
+    const auto a = static_cast<std::size_t>(edge.axis);
+    constexpr double kRounding = 1e-6;
+    edge.is_one = levels_.size() == 1 || (off[(a + 1) % 3] < kRounding && off[(a + 2) % 3] < kRounding);
+    low[a] = static_cast<int>(std::floor(index[edge.axis]));
+    edge.t = index[edge.axis] - low[a];
+    for (int end = 0; end < 2; ++end) {
+        std::array<int, 3> node = low;
+        node[a] += end;
+        edge.node[static_cast<std::size_t>(end)] = {domain.source_node(0, node[0]),
+                                                    domain.source_node(1, node[1]), node[2]};
+    }
+    return edge;
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,58 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "levelset/layers/stack.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::levelset {
+
+/// The edge of the grid that a vertex of an extracted mesh lies on.
+struct GridEdge {
+    std::array<openvdb::Coord, 2> node;  ///< own nodes, low end first
+    int axis = 0;
+    double t = 0.0;         ///< of the vertex, from the low end
+    std::size_t level = 0;  ///< whose edge it is, the finest being 0
+    /// False of vertices within a cell, as where levels meet. With one level these, which divide a mesh on the way, count
+    /// as on the nearest edge.
+    bool is_one = true;
+};
+
+/// Values of all layers and of their continued fronts (levelset/meshes/continued.hpp). Copies share the grids and keep look-up
+/// caches: one a thread.
+/// \pre the stack outlives it and does not change meanwhile.
+class Fronts {
+  public:
+    explicit Fronts(const MaterialStack& stack);
+
+    GridEdge edge_of(const Vec3& point) const;
+    /// Of a layer, at an end of an edge.
+    double value(std::size_t layer, const GridEdge& edge, std::size_t end) const {
+        return static_cast<double>(levels_[edge.level].own[layer].getValue(edge.node[end]));
+    }
+    /// The same continued. Outside all bands that share the surface's voxels the layer lies deeper: far below the node.
+    double continued(std::size_t layer, const GridEdge& edge, std::size_t end) const {
+        return static_cast<double>(levels_[edge.level].continued[layer].getValue(edge.node[end]));
+    }
+    double spacing(const GridEdge& edge) const { return levels_[edge.level].stack->domain.spacing; }
+    /// In cells of the edge's level, what lies so near to a front lies on it.
+    double touching(const GridEdge& edge) const {
+        return kExposed / levels_[edge.level].stack->domain.times_finest;
+    }
+
+  private:
+    struct Level {
+        const MaterialStack* stack;
+        std::vector<GridPtr> grids;  // the continued fronts
+        std::vector<Grid::ConstUnsafeAccessor> own, continued;
+    };
+    // The finest one that counts on any side of the point.
+    std::size_t level_of(const Vec3& point) const;
+
+    std::vector<Level> levels_;
+};
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,218 @@
+#include "levelset/meshes/pieces.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <unordered_map>
+
+#include "levelset/meshes/shared_sets.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
+
+// Vertices or triangles that one task looks at.
+constexpr std::size_t kGrain = 256;
+
+// A vertex on a periodic side by where it is along that side.
+struct SideVertex {
+    long long along, z;
+    std::uint32_t vertex;
+    auto place() const { return std::tie(along, z); }
+    bool operator<(const SideVertex& o) const { return place() < o.place(); }
+};
+
+template <class Use>
+void parallel(std::size_t count, Use&& use) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) use(static_cast<std::uint32_t>(n));
+    });
+}
+
+// Those on the low and on the high side of an axis, sorted.
+std::array<std::vector<SideVertex>, 2> on_sides(const TriangleMesh& surface, int axis, const Domain& domain) {
+    const double unit = 1e-5 * domain.spacing;
+    const std::array ends{domain.min[static_cast<std::size_t>(axis)],
+                          domain.max[static_cast<std::size_t>(axis)]};
+    std::array<std::vector<SideVertex>, 2> list;
+    std::vector<std::uint8_t> side(surface.vertices.size());  // 1 and 2; 0: on neither
+    parallel(side.size(), [&](std::uint32_t v) {
+        const double at = surface.vertices[v][axis];
+        side[v] = at == ends[0] ? 1 : at == ends[1] ? 2 : 0;
+    });
+    for (std::uint32_t v = 0; v < side.size(); ++v) {
+        if (side[v] == 0) continue;
+        const Vec3& p = surface.vertices[v];
+        list[side[v] - 1u].push_back({std::llround(p[1 - axis] / unit), std::llround(p.z() / unit), v});
+    }
+    for (std::vector<SideVertex>& one : list) std::sort(one.begin(), one.end());
+    return list;
+}
+
+SharedSets connected(const TriangleMesh& surface) {
+    SharedSets sets(surface.vertices.size());
+    parallel(surface.triangles.size(), [&](std::uint32_t t) {
+        const auto [a, b, c] = surface.triangles[t];
+        sets.join(a, b);
+        sets.join(b, c);
+    });
+    return sets;
+}
+
+// What lies on one periodic side repeats what lies on the other.
+void join_across_sides(const TriangleMesh& surface, const Domain& domain, SharedSets& sets) {
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        if (domain.side[a] != Side::periodic) continue;
+        const auto [low, high] = on_sides(surface, axis, domain);
+        auto from = low.begin();
+        for (const SideVertex& v : high) {
+            while (from != low.end() && *from < v) ++from;
+            if (from != low.end() && from->place() == v.place()) sets.join(from->vertex, v.vertex);
+        }
+    }
+}
+
+std::vector<std::uint32_t> roots(SharedSets& sets, std::size_t count) {
+    std::vector<std::uint32_t> root(count);
+    parallel(count, [&](std::uint32_t v) { root[v] = sets.root(v); });
+    return root;
+}
+
+bool any_periodic(const Domain& domain) {
+    return domain.side[0] == Side::periodic || domain.side[1] == Side::periodic;
+}
+
+// The roots among \p within that have triangles, in the order of their first ones, and at each root its place
+// there.
+struct Roots {
+    std::vector<std::uint32_t> list;
+    std::vector<std::atomic<std::uint32_t>> place;
+
+    Roots(const TriangleMesh& surface, const std::vector<std::uint32_t>& within) : place(within.size()) {
+        // First the lowest triangle of each.
+        for (std::uint32_t v = 0; v < within.size(); ++v)
+            if (within[v] == v) place[v].store(kNoVertex, std::memory_order_relaxed);
+        parallel(surface.triangles.size(), [&](std::uint32_t t) {
+            std::atomic<std::uint32_t>& lowest = place[within[surface.triangles[t][0]]];
+            std::uint32_t known = lowest.load(std::memory_order_relaxed);
+            while (t < known && !lowest.compare_exchange_weak(known, t, std::memory_order_relaxed)) continue;
+        });
+        for (std::uint32_t v = 0; v < within.size(); ++v)
+            if (within[v] == v && of(v) != kNoVertex) list.push_back(v);
+        std::sort(list.begin(), list.end(), [&](std::uint32_t a, std::uint32_t b) { return of(a) < of(b); });
+        for (std::uint32_t k = 0; k < list.size(); ++k) place[list[k]].store(k, std::memory_order_relaxed);
+    }
+    std::uint32_t of(std::uint32_t root) const { return place[root].load(std::memory_order_relaxed); }
+};
+
+// What neighbouring vertices or triangles of one root add to its piece.
+struct Share {
+    std::uint32_t place;
+    Box3 box;
+    std::uint32_t top = kNoVertex;
+    double covered = 0.0;
+};
+
+// Calls use(number, share) for 0 .. count - 1 by the place of each, kNoVertex to be left out.
+// \returns the shares in order.
+template <class Place, class Use>
+std::vector<Share> shares(std::size_t count, Place&& place, Use&& use) {
+    std::vector<std::vector<Share>> parts((count + kGrain - 1) / kGrain);
+    tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+        std::vector<Share>& list = parts[part];
+        const std::size_t end = std::min(count, (part + 1) * kGrain);
+        for (auto n = static_cast<std::uint32_t>(part * kGrain); n < end; ++n) {
+            const std::uint32_t at = place(n);
+            if (at == kNoVertex) continue;
+            if (list.empty() || list.back().place != at) list.push_back({at, {}});
+            use(n, list.back());
+        }
+    });
+    std::vector<Share> all;
+    for (const std::vector<Share>& list : parts) all.insert(all.end(), list.begin(), list.end());
+    return all;
+}
+
+// The area that a triangle covers seen from above, faces down counted negative, and its mean height over a
+// level. Sides are vertical: only up and down count.
+struct Seen {
+    double up, height;
+};
+
+Seen seen(const TriangleMesh& surface, const Triangle& t, double level) {
+    const auto& [a, b, c] = t;
+    const Vec3 &x = surface.vertices[a], u = surface.vertices[b] - x, v = surface.vertices[c] - x;
+    return {0.5 * (u.x() * v.y() - u.y() * v.x()), x.z() + (u.z() + v.z()) / 3.0 - level};
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> piece_of_vertices(const TriangleMesh& surface, const Domain& domain) {
+    SharedSets sets = connected(surface);
+    join_across_sides(surface, domain, sets);
+    return roots(sets, surface.vertices.size());
+}
+
+std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Domain& domain) {
+    const std::size_t count = surface.vertices.size();
+    SharedSets sets = connected(surface);
+    const std::vector<std::uint32_t> within = roots(sets, count);  // the sides
+    const Roots inner(surface, within);
+    if (any_periodic(domain) && inner.list.size() > 1) join_across_sides(surface, domain, sets);
+    std::vector<SurfacePiece> pieces;
+    std::unordered_map<std::uint32_t, std::uint32_t> number;                      // of a piece, by its part
+    std::vector<std::uint32_t> piece(inner.list.size()), box(inner.list.size());  // by place
+    for (std::size_t k = 0; k < inner.list.size(); ++k) {
+        const std::uint32_t part = sets.root(inner.list[k]);
+        piece[k] = number.try_emplace(part, static_cast<std::uint32_t>(pieces.size())).first->second;
+        if (piece[k] == pieces.size()) pieces.push_back({0, 0.0, part, part, {}});
+        std::vector<Box3>& boxes = pieces[piece[k]].boxes;
+        box[k] = static_cast<std::uint32_t>(boxes.size());
+        boxes.emplace_back();
+    }
+    const auto higher = [&](std::uint32_t v, std::uint32_t than) {
+        return surface.vertices[v].z() > surface.vertices[than].z();
+    };
+    const auto at_vertex = [&](std::uint32_t v) { return inner.of(within[v]); };
+    const auto add_vertex = [&](std::uint32_t v, Share& own) {
+        own.box.extend(surface.vertices[v]);
+        if (own.top == kNoVertex || higher(v, own.top)) own.top = v;
+    };
+    for (const Share& share : shares(count, at_vertex, add_vertex)) {
+        SurfacePiece& of = pieces[piece[share.place]];
+        Box3& whole = of.boxes[box[share.place]];
+        whole.extend(share.box.min);
+        whole.extend(share.box.max);
+        if (higher(share.top, of.top)) of.top = share.top;
+    }
+    std::vector<double> covered(pieces.size(), 0.0);
+    const auto at_triangle = [&](std::uint32_t t) { return at_vertex(surface.triangles[t][0]); };
+    const auto add_triangle = [&](std::uint32_t t, Share& own) {
+        own.covered += seen(surface, surface.triangles[t], 0.0).up;
+    };
+    for (const Share& share : shares(surface.triangles.size(), at_triangle, add_triangle))
+        covered[piece[share.place]] += share.covered;
+    const double area = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
+    bool encloses = false;
+    for (std::size_t n = 0; n < pieces.size(); ++n) {
+        pieces[n].cover = static_cast<int>(std::lround(covered[n] / area));
+        encloses = encloses || pieces[n].cover == 0;
+    }
+    for (std::uint32_t t = 0; encloses && t < surface.triangles.size(); ++t) {
+        SurfacePiece& of = pieces[piece[at_triangle(t)]];
+        if (of.cover != 0) continue;
+        // From a vertex of the piece, so that small ones keep their digits.
+        const Seen here = seen(surface, surface.triangles[t], surface.vertices[of.part].z());
+        of.volume += here.up * here.height;
+    }
+    return pieces;
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,231 @@
+#include "levelset/motion/advection.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/tick_count.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "levelset/large_vector.hpp"
+#include "levelset/layers/levels.hpp"
+#include "levelset/layers/prolongation.hpp"
+#include "levelset/motion/band.hpp"
+#include "levelset/motion/hamiltonian.hpp"
+#include "levelset/motion/limits.hpp"
+#include "levelset/motion/redistance.hpp"
+#include "levelset/motion/release.hpp"
+#include "levelset/motion/sample_index.hpp"
+#include "levelset/motion/sample_speeds.hpp"
+#include "levelset/openvdb_grid.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+// The surface's leaves in a time step.
+struct Stages {
+    std::vector<Leaf*> leaves;
+    surface::LeafTable table;   // of the leaves
+    LargeVector<float> before;  // phi at the time step's start, if anyone asks
+    LargeVector<float> next;    // of the leaves that move
+    std::vector<std::uint8_t>
+        moved;  // by leaf: in this stage or in one before, whether or not values changed
+    std::vector<std::uint8_t> changed;
+    const LevelColumns* deep = nullptr;  // of the finer level: under them none moves; null: all do
+};
+
+// Of leaves that an extension does not have.
+constexpr auto kNoSamples = [] {
+    std::array<std::int32_t, Leaf::SIZE> entries{};
+    entries.fill(SampleIndex::kNone);
+    return entries;
+}();
+
+bool any_moves(const Leaf& leaf, const std::int32_t* sample, const SampleSpeeds& speeds) {
+    for (auto it = leaf.cbeginValueOn(); it; ++it)
+        if (speeds.moves(SampleIndex::sample(sample[it.pos()]))) return true;
+    return false;
+}
+
+// out = keep * phi0 + (1 - keep) * (phi - dt H(phi)): one stage of a strong-stability-preserving Runge-Kutta
+// scheme (Shu and Osher, J. Comput. Phys. 77 (1988) 439), phi0 being that at the time step's start. Leaves in
+// which nothing has a speed are left as they are. The first stage, which keeps nothing, notes phi0.
+template <int R>
+void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, const Grid& grid,
+           const SampleSpeeds& speeds, float keep) {
+    const float background = grid.background();
+    const float limit =
+        std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
+    const auto dt = static_cast<float>(speeds.duration);
+    const LeafData data(stages.table, stages.leaves);
+    const auto each_leaf = [&](auto&& use) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, stages.leaves.size(), 4),
+                          [&](const auto& range) {
+                              for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
+                          });
+    };
+    each_leaf([&](std::size_t n) {
+        const Leaf& leaf = *stages.leaves[n];
+        const std::int32_t* sample = samples[n];
+        const float* phi = leaf.buffer().data();
+        if (keep == 0.0f && !stages.before.empty())
+            std::copy_n(phi, Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
+        if (stages.deep && stages.deep->of_coarser_node(leaf.origin().x(), leaf.origin().y())) return;
+        if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
+        if (!stages.moved[n]) return;
+        Block<R> block;
+        Row h;
+        load_axes(data, speeds.stack.domain, leaf, background, block);
+        const float* phi0 = keep > 0.0f ? &stages.before[n * Leaf::SIZE] : nullptr;
+        float* out = &stages.next[n * Leaf::SIZE];
+        std::copy_n(phi, Leaf::SIZE, out);
+        for (int row = 0; row < 64; ++row) {
+            const auto first = static_cast<std::size_t>(8 * row);
+            const auto active =
+                leaf.getValueMask().template getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+            if (active == 0) continue;
+            hamiltonian_row(block, row >> 3, row & 7, sample + first, speeds, h);
+            Row values;
+            for (std::size_t z = 0; z < kLanes; ++z) values[z] = phi[first + z] - dt * h[z];
+            if (phi0)
+                for (std::size_t z = 0; z < kLanes; ++z)
+                    values[z] = keep * phi0[first + z] + (1.0f - keep) * values[z];
+            for (float& value : values) value = std::min(std::max(value, -limit), limit);
+            blend(values, kLaneMasks[active], out + first);
+        }
+        if (!std::equal(out, out + Leaf::SIZE, phi)) stages.changed[n] = 1;
+    });
+    each_leaf([&](std::size_t n) {
+        if (stages.moved[n] && stages.changed[n])
+            std::copy_n(&stages.next[n * Leaf::SIZE], Leaf::SIZE, stages.leaves[n]->buffer().data());
+    });
+}
+
+// What each Runge-Kutta stage keeps of phi at the time step's start.
+std::span<const float> kept_shares(TimeIntegration scheme) {
+    static constexpr float kEuler[] = {0.0f}, kRk2[] = {0.0f, 0.5f}, kRk3[] = {0.0f, 0.75f, 1.0f / 3.0f};
+    switch (scheme) {
+        case TimeIntegration::rk3:
+            return kRk3;
+        case TimeIntegration::rk2:
+            return kRk2;
+        case TimeIntegration::euler:
+            break;
+    }
+    return kEuler;
+}
+
+template <int R>
+Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const Motion* const> motions,
+                 std::size_t count, double duration, const AdvectionOptions& options) {
+    Grid& grid = stack.top();
+    Stages stages;
+    stages.deep = deep;
+    grid.tree().getNodes(stages.leaves);
+    stages.table = surface::LeafTable(stages.leaves);
+    const std::size_t values = stages.leaves.size() * Leaf::SIZE;
+    stages.next.resize(values);
+    stages.moved.resize(stages.leaves.size(), 0);
+    stages.changed.resize(stages.leaves.size(), 0);
+    if (count > 1 || stack.layers.size() > 1) stages.before.resize(values);
+    std::optional<SampleSpeeds> speeds;
+    std::vector<const std::int32_t*> samples;  // by leaf
+    for (std::size_t k = 0; k < count; ++k) {
+        if (k < motions.size()) {
+            speeds.emplace(sample_speeds(stack, *motions[k], options.scheme, duration));
+            samples.clear();
+            for (const Leaf* leaf : stages.leaves) {
+                const std::int32_t* entries = motions[k]->extension.sample_of->find(leaf->origin());
+                samples.push_back(entries ? entries : kNoSamples.data());
+            }
+        }
+        stage<R>(stages, samples, grid, *speeds, kept_shares(options.time_integration)[k]);
+    }
+    stages.next = LargeVector<float>();  // whose memory re-distancing takes
+    return stages;
+}
+
+Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const Motion* const> motions,
+                 std::size_t stages, double duration, const AdvectionOptions& options) {
+    switch (options.scheme) {
+        case Scheme::weno5:
+            return integrate<3>(stack, deep, motions, stages, duration, options);
+        case Scheme::lax_friedrichs:
+            if (motions.front()->dissipation.empty()) break;
+            [[fallthrough]];
+        case Scheme::engquist_osher:
+            return integrate<1>(stack, deep, motions, stages, duration, options);
+        case Scheme::weno3:
+            break;
+    }
+    return integrate<2>(stack, deep, motions, stages, duration, options);
+}
+
+AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
+                            std::span<const Motion* const> motions, std::size_t count, double duration,
+                            const AdvectionOptions& options) {
+    const tbb::tick_count start = tbb::tick_count::now();
+    LevelColumns deep;
+    if (finer != nullptr) {
+        deep = deep_columns(*finer);
+        inject(*finer, deep);
+    }
+    const Stages stages =
+        integrate(stack, finer != nullptr ? &deep : nullptr, motions, count, duration, options);
+    Band band(stages.leaves, stages.table, stack.domain, stages.changed);
+    std::optional<Limits> limits;
+    std::optional<Grown> grown;
+    if (stack.layers.size() > 1) {
+        limits.emplace(stack, band, stages.moved, stages.before.data(), *motions.front(), duration);
+        limits->keep(stack.top());
+        grown.emplace(release_exposed(stack, stages.leaves, stages.table, stages.before.data()));
+    }
+    const tbb::tick_count moved = tbb::tick_count::now();
+    redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep);
+    // Distances to a front that turns sharply are off by a part of a cell.
+    if (limits) limits->keep(stack.top());
+    cut_layers(stack, grown ? &*grown : nullptr);
+    return {(moved - start).seconds(), (tbb::tick_count::now() - moved).seconds()};
+}
+
+AdvectionSeconds run_stages(MaterialStack& stack, std::span<const Motion> motions, std::size_t count,
+                            double duration, const AdvectionOptions& options) {
+    std::vector<const Motion*> of_level;
+    for (const Motion& motion : motions) of_level.push_back(&motion);
+    AdvectionSeconds sum;
+    MaterialStack* finer = nullptr;
+    for (MaterialStack* level = &stack; level != nullptr; finer = level, level = level->coarser.get()) {
+        const bool empty = level->coarser && level->top().tree().leafCount() == 0;  // it counts nowhere
+        const AdvectionSeconds more =
+            empty ? AdvectionSeconds{} : move_level(*level, finer, of_level, count, duration, options);
+        sum.advect += more.advect;
+        sum.redistance += more.redistance;
+        for (const Motion*& motion : of_level) motion = motion->coarser.get();
+    }
+    const tbb::tick_count moved = tbb::tick_count::now();
+    if (stack.coarser) exchange_levels(stack);
+    sum.redistance += (tbb::tick_count::now() - moved).seconds();
+    return sum;
+}
+
+}  // namespace
+
+AdvectionSeconds advect(MaterialStack& stack, std::span<const Motion> motions, double duration,
+                        const AdvectionOptions& options) {
+    return run_stages(stack, motions, stage_count(options.time_integration), duration, options);
+}
+
+AdvectionSeconds advect(MaterialStack& stack, const Motion& motion, double duration,
+                        const AdvectionOptions& options) {
+    return advect(stack, std::span(&motion, 1), duration, options);
+}
+
+void advect_to_stage(MaterialStack& stack, std::span<const Motion> motions, double duration,
+                     const AdvectionOptions& options) {
+    run_stages(stack, motions, motions.size(), duration, options);
+}
+
+}  // namespace sidewall::levelset

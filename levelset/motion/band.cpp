@@ -1,0 +1,276 @@
+#include "levelset/motion/band.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstring>
+#include <utility>
+
+namespace sidewall::levelset {
+namespace {
+
+// A word holds the 64 nodes of one x: eight rows of y, in which z runs.
+using Mask = std::array<std::uint64_t, 8>;
+constexpr std::uint64_t kLowZ = 0x0101010101010101u, kHighZ = kLowZ << 7;
+constexpr std::uint64_t kLowY = 0xff, kHighY = kLowY << 56;
+
+Mask mask_of(const Leaf& leaf) {
+    Mask mask;
+    for (openvdb::Index x = 0; x < 8; ++x) mask[x] = leaf.getValueMask().getWord<std::uint64_t>(x);
+    return mask;
+}
+
+// Leaves that one task takes at least: fewer of their masks are done sooner than another thread is told.
+constexpr std::size_t kGrain = 256;
+
+template <class Use>
+void each_of(std::size_t count, Use&& use) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
+    });
+}
+
+// How far a re-distancing reads: two sweeps, each two nodes.
+constexpr int kReadReach = 4;
+
+// Leaf coordinates along an axis of all leaves whose nodes one of the leaf at `origin` may read.
+struct LeavesAlong {
+    std::array<int, 6> place{};
+    std::size_t count = 0;
+
+    LeavesAlong(const Domain& domain, int axis, int origin) {
+        const int last = std::min(origin + 7, domain.last_node(axis));
+        for (const int node : {origin - kReadReach, origin - 1, origin, last, last + 1, last + kReadReach}) {
+            const int leaf = domain.source_node(axis, node) >> 3;
+            if (std::find(begin(), end(), leaf) == end()) place[count++] = leaf;
+        }
+    }
+    const int* begin() const { return place.data(); }
+    const int* end() const { return place.data() + count; }
+};
+
+template <class Use>
+void each_around(const surface::LeafTable& table, const Domain& domain, const openvdb::Coord& origin,
+                 Use&& use) {
+    const bool inner = origin.x() >= 8 && origin.y() >= 8 && origin.x() + 15 <= domain.last_node(0) &&
+                       origin.y() + 15 <= domain.last_node(1);
+    const auto column = [&](int x, int y) {
+        for (int z = -1; z <= 1; ++z) {
+            const std::int32_t n = table.find(x, y, (origin.z() >> 3) + z);
+            if (n >= 0) use(static_cast<std::size_t>(n));
+        }
+    };
+    if (inner) {
+        for (int x = -1; x <= 1; ++x)
+            for (int y = -1; y <= 1; ++y) column((origin.x() >> 3) + x, (origin.y() >> 3) + y);
+        return;
+    }
+    const LeavesAlong ys(domain, 1, origin.y());
+    for (const int x : LeavesAlong(domain, 0, origin.x()))
+        for (const int y : ys) column(x, y);
+}
+
+// Voxels of the domain.
+std::uint64_t own_voxels(const Domain& domain, const openvdb::Coord& origin, int x) {
+    if (origin.x() + x < 0 || origin.x() + x > domain.last_node(0) || origin.y() < 0) return 0;
+    const int rows = domain.last_node(1) - origin.y() + 1;
+    return rows >= 8 ? ~std::uint64_t{0} : rows <= 0 ? 0 : (std::uint64_t{1} << (8 * rows)) - 1;
+}
+
+// The mask with the face neighbours of its voxels, and of those of the leaves around: -x, +x, -y, +y, -z, +z.
+Mask grown(const Mask& own, const std::array<const Mask*, 6>& around) {
+    static constexpr Mask kEmpty{};
+    const auto side = [&](std::size_t n) -> const Mask& { return around[n] ? *around[n] : kEmpty; };
+    Mask result;
+    for (std::size_t x = 0; x < 8; ++x) {
+        const std::uint64_t w = own[x];
+        result[x] = w | (w & ~kHighZ) << 1 | (w & ~kLowZ) >> 1 | w << 8 | w >> 8;
+        result[x] |= x > 0 ? own[x - 1] : side(0)[7];
+        result[x] |= x < 7 ? own[x + 1] : side(1)[0];
+        result[x] |= side(2)[x] >> 56 | side(3)[x] << 56;
+        result[x] |= (side(4)[x] & kHighZ) >> 7 | (side(5)[x] & kLowZ) << 7;
+    }
+    return result;
+}
+
+constexpr std::array<std::array<int, 3>, 6> kFaces = {
+    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+
+// The faces on which the leaf has voxels, as bits in the order of kFaces.
+unsigned faces_touched(const Mask& m) {
+    std::uint64_t all = 0;
+    for (const std::uint64_t w : m) all |= w;
+    return (m[0] != 0) | (m[7] != 0) << 1 | ((all & kLowY) != 0) << 2 | ((all & kHighY) != 0) << 3 |
+           ((all & kLowZ) != 0) << 4 | ((all & kHighZ) != 0) << 5;
+}
+
+// Voxels of a leaf.
+struct LeafVoxels {
+    openvdb::Coord origin;
+    Mask mask;
+};
+
+// A plane of the mask, moved along the axis.
+Mask moved_plane(const Mask& mask, int axis, int from, int to) {
+    Mask moved{};
+    if (axis == 0) {
+        moved[static_cast<std::size_t>(to)] = mask[static_cast<std::size_t>(from)];
+    } else {
+        for (std::size_t x = 0; x < 8; ++x) moved[x] = (mask[x] >> 8 * from & kLowY) << 8 * to;
+    }
+    return moved;
+}
+
+// Voxels on a periodic side, carried across it.
+std::vector<LeafVoxels> across_sides(const Band& band, const Domain& domain) {
+    std::vector<LeafVoxels> carried;
+    for (int axis = 0; axis < 2; ++axis) {
+        if (domain.side[static_cast<std::size_t>(axis)] != Side::periodic) continue;
+        const int last = domain.last_node(axis);
+        for (const auto& [from, to] : {std::pair{0, last}, {last, 0}})
+            for (const std::uint32_t n : band.awake) {
+                const Leaf& leaf = *band.leaves[n];
+                openvdb::Coord origin = leaf.origin();
+                if (origin[axis] != (from & ~7)) continue;
+                const Mask mask = moved_plane(mask_of(leaf), axis, from & 7, to & 7);
+                if (mask == Mask{}) continue;
+                origin[axis] = to & ~7;
+                carried.push_back({origin, mask});
+            }
+    }
+    return carried;
+}
+
+// Makes the leaves that the band grows into, and lists all anew.
+void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector<LeafVoxels>& carried) {
+    const auto beside = [&](std::uint32_t leaf, std::size_t face) {
+        return band.leaves[leaf]->origin().offsetBy(8 * kFaces[face][0], 8 * kFaces[face][1],
+                                                    8 * kFaces[face][2]);
+    };
+    std::vector<std::uint8_t> grows(band.awake.size());  // over which faces, as bits, to where no leaf is
+    each_of(grows.size(), [&](std::size_t k) {
+        const unsigned faces = faces_touched(mask_of(*band.leaves[band.awake[k]]));
+        for (std::size_t f = 0; f < 6; ++f) {
+            if ((faces >> f & 1) == 0) continue;
+            const openvdb::Coord to = beside(band.awake[k], f);
+            if (domain.owns(to.x(), to.y()) && band.table.find(to.x() >> 3, to.y() >> 3, to.z() >> 3) < 0)
+                grows[k] = static_cast<std::uint8_t>(grows[k] | 1u << f);
+        }
+    });
+    std::vector<openvdb::Coord> missing;
+    for (std::size_t k = 0; k < grows.size(); ++k)
+        for (std::size_t f = 0; grows[k] != 0 && f < 6; ++f)
+            if (grows[k] >> f & 1) missing.push_back(beside(band.awake[k], f));
+    for (const LeafVoxels& on_side : carried) {
+        const openvdb::Coord& o = on_side.origin;
+        if (band.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3) < 0) missing.push_back(o);
+    }
+    if (missing.empty()) return;
+    for (const openvdb::Coord& origin : missing) grid.tree().touchLeaf(origin);
+
+    const Band before = std::exchange(band, Band());
+    std::vector<std::uint8_t> awake(before.leaves.size(), 0);
+    for (const std::uint32_t n : before.awake) awake[n] = 1;
+    grid.tree().getNodes(band.leaves);
+    band.table = surface::LeafTable(band.leaves);
+    band.print.assign(band.leaves.size(), 0);
+    band.made.assign(band.leaves.size(), 0);
+    for (std::uint32_t n = 0; n < band.leaves.size(); ++n) {
+        const openvdb::Coord o = band.leaves[n]->origin();
+        const std::int32_t old = before.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3);
+        if (old < 0 || awake[static_cast<std::size_t>(old)]) band.awake.push_back(n);
+        if (old < 0)
+            band.made[n] = 1;
+        else
+            band.print[n] = before.print[static_cast<std::size_t>(old)];
+    }
+}
+
+}  // namespace
+
+Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& domain,
+           std::span<const std::uint8_t> changed)
+    : leaves(std::move(all)), table(std::move(of_all)) {
+    print.resize(leaves.size());
+    made.resize(leaves.size(), 0);
+    std::vector<std::uint8_t> moved(leaves.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), kGrain / 2), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const bool known = !changed.empty() && changed[n] != 0;
+            print[n] = known ? 0 : fingerprint(*leaves[n]);
+            moved[n] = known || print[n] != leaves[n]->transientData();
+        }
+    });
+    const std::vector<std::uint8_t> near = with_readers(*this, domain, moved);
+    for (std::uint32_t n = 0; n < leaves.size(); ++n)
+        if (near[n]) awake.push_back(n);
+}
+
+std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
+                                       const std::vector<std::uint8_t>& marked) {
+    std::vector<std::uint8_t> result(marked.size(), 0);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), kGrain / 2), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n)
+            if (marked[n])
+                each_around(band.table, domain, band.leaves[n]->origin(), [&](std::size_t k) {
+                    std::atomic_ref(result[k]).store(1, std::memory_order_relaxed);
+                });
+    });
+    return result;
+}
+
+std::uint32_t fingerprint(const Leaf& leaf) {
+    // Sums side by side, by the odd multiplier of Knuth's multiplicative hash.
+    constexpr std::size_t kSums = 32;
+    constexpr std::uint32_t kOdd = 2654435761u;
+    std::array<std::uint32_t, kSums> sum{};
+    const float* value = leaf.buffer().data();
+    for (std::size_t n = 0; n < Leaf::SIZE; n += kSums) {
+        std::array<std::uint32_t, kSums> bits;
+        std::memcpy(bits.data(), value + n, sizeof bits);
+        for (std::size_t k = 0; k < kSums; ++k) sum[k] = (sum[k] ^ bits[k]) * kOdd + (sum[k] >> 15);
+    }
+    std::uint32_t hash = 0;
+    const auto add = [&](std::uint32_t word) { hash = (std::rotl(hash, 5) ^ word) * kOdd; };
+    for (const std::uint32_t word : sum) add(word);
+    for (const std::uint64_t word : mask_of(leaf)) {
+        add(static_cast<std::uint32_t>(word));
+        add(static_cast<std::uint32_t>(word >> 32));
+    }
+    return hash | 1;
+}
+
+void grow(Band& band, Grid& grid, const Domain& domain) {
+    const std::vector<LeafVoxels> carried = across_sides(band, domain);
+    make_leaves(band, grid, domain, carried);
+    std::vector<Mask> before(band.leaves.size());
+    each_of(before.size(), [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
+    each_of(band.awake.size(), [&](std::size_t k) {
+        const std::size_t n = band.awake[k];
+        Leaf& leaf = *band.leaves[n];
+        const openvdb::Coord o = leaf.origin();
+        std::array<const Mask*, 6> around{};
+        for (std::size_t f = 0; f < 6; ++f) {
+            const std::int32_t next = band.table.find(
+                (o.x() >> 3) + kFaces[f][0], (o.y() >> 3) + kFaces[f][1], (o.z() >> 3) + kFaces[f][2]);
+            if (next >= 0) around[f] = &before[static_cast<std::size_t>(next)];
+        }
+        const Mask mask = grown(before[n], around);
+        auto active = leaf.getValueMask();
+        for (openvdb::Index x = 0; x < 8; ++x)
+            active.getWord<std::uint64_t>(x) = mask[x] & own_voxels(domain, o, static_cast<int>(x));
+        leaf.setValueMask(active);
+    });
+    for (const auto& [o, mask] : carried) {
+        Leaf& leaf =
+            *band.leaves[static_cast<std::size_t>(band.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3))];
+        Nodes active = leaf.getValueMask();
+        for (openvdb::Index x = 0; x < 8; ++x) active.getWord<std::uint64_t>(x) |= mask[x];
+        leaf.setValueMask(active);
+    }
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,101 @@
+#pragma once
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "levelset/domain.hpp"
+#include "levelset/large_vector.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/extraction/leaf_table.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::levelset {
+
+/// A point in dx; the fourth component is 0 and fills the register.
+using IndexPoint = Eigen::Vector4f;
+
+/// A mesh's triangles by the grid cells they pass through, those of a grid's leaves: finds what a short ray from a node
+/// hits by a handful of tests, where a search through a hierarchy over the whole mesh costs ten times as much.
+class CellTriangles {
+  public:
+    /// A hit counts this near to the expected foot point, in dx.
+    static constexpr float kSlack = 0.25f;
+
+    /// What a ray met, near to its expected foot point.
+    struct Hit {
+        std::uint32_t triangle;
+        float u, v;  ///< barycentric weights of the triangle's second and third vertex
+        explicit operator bool() const { return triangle != surface::kNoTriangle; }
+    };
+
+    /// Sorts triangles into the cells whose low corner is a node of one of the \p leaves. Parallel; O(triangles + leaves).
+    CellTriangles(const std::vector<const Leaf*>& leaves, const Domain& domain,
+                  std::span<const Vec3> vertices, std::span<const Triangle> triangles);
+
+    /// The hit nearest to \p node + \p distance * \p direction (in dx) along that line, within kSlack, those in that point's
+    /// own cell first; of equals, that of the lowest triangle.
+    Hit nearest_hit(const openvdb::Coord& node, const Vec3& direction, double distance) const;
+
+    /// Calls use(triangle) for those that pass through one of the eight cells around a node; some more than once.
+    template <class Use>
+    void each_around(const openvdb::Coord& node, Use&& use) const {
+        for (int n = 0; n < 8; ++n)
+            for (const std::uint32_t t : in_cell(node.offsetBy(-(n & 1), -(n >> 1 & 1), -(n >> 2)))) use(t);
+    }
+
+    /// The same for all in the leaves whose cells come within \p reach of a node.
+    template <class Use>
+    void each_in_leaves(const openvdb::Coord& node, int reach, Use&& use) const {
+        for (int x = (node.x() - reach) >> 3; x <= (node.x() + reach) >> 3; ++x)
+            for (int y = (node.y() - reach) >> 3; y <= (node.y() + reach) >> 3; ++y)
+                for (int z = (node.z() - reach) >> 3; z <= (node.z() + reach) >> 3; ++z) {
+                    const std::int32_t leaf = table_.find(x, y, z);
+                    if (leaf < 0) continue;
+                    const auto n = static_cast<std::size_t>(leaf);
+                    for (std::uint32_t e = first_[n]; e < first_[n + 1]; ++e) use(entry_[e]);
+                }
+    }
+
+    /// Numbers of the leaves by their place.
+    const surface::LeafTable& table() const { return table_; }
+
+  private:
+    // Which cells of a leaf have entries: bit 8 y + z of word x.
+    struct Occupied {
+        std::array<std::uint64_t, 8> cell{};
+        std::array<std::uint16_t, 8> before{};  // bits in the words before
+    };
+    // A triangle in one cell of a leaf.
+    struct Place {
+        std::uint32_t cell, triangle;
+    };
+
+    void sort(std::size_t leaf, std::span<const Place> places);
+    std::span<const std::uint32_t> in_cell(const openvdb::Coord& cell) const {
+        const std::int32_t leaf = table_.find(cell.x() >> 3, cell.y() >> 3, cell.z() >> 3);
+        if (leaf < 0) return {};
+        const auto n = static_cast<std::size_t>(leaf), x = static_cast<std::size_t>(cell.x() & 7);
+        const Occupied& in = occupied_[n];
+        const std::uint64_t bit = std::uint64_t{1} << ((cell.y() & 7) << 3 | (cell.z() & 7));
+        if ((in.cell[x] & bit) == 0) return {};
+        const auto rank = in.before[x] + static_cast<std::size_t>(std::popcount(in.cell[x] & (bit - 1)));
+        const std::uint32_t* start = &start_[first_[n] + n + rank];
+        return std::span(entry_).subspan(start[0], start[1] - start[0]);
+    }
+    void search(const openvdb::Coord& cell, const IndexPoint& shift, const IndexPoint& foot,
+                const IndexPoint& direction, float& nearest, Hit& best) const;
+
+    LargeVector<IndexPoint> vertices_;
+    std::span<const Triangle> triangles_;
+    surface::LeafTable table_;
+    std::vector<std::uint32_t> first_;  // leaf n's entries stand at first_[n] .. first_[n + 1]
+    std::vector<Occupied> occupied_;
+    // Where each occupied cell's entries begin, and after a leaf's last one where they end: leaf n's at
+    // first_[n] + n.
+    LargeVector<std::uint32_t> start_;
+    LargeVector<std::uint32_t> entry_;  // triangles, in no particular order within a cell
+};
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,186 @@
+#pragma once
+#include <array>
+#include <cmath>
+
+#include "levelset/block.hpp"
+#include "levelset/motion/sample_index.hpp"
+#include "levelset/motion/sample_speeds.hpp"
+#include "levelset/motion/upwind.hpp"
+
+// Hamiltonians H = V |grad phi| of eight neighbouring nodes at once.
+namespace sidewall::levelset {
+
+template <class SpeedOf>
+double hamiltonian(const Vec3& p, SpeedOf&& speed) {
+    const double length = p.norm();
+    return length > 0.0 ? length * speed(Vec3(p / length)) : 0.0;
+}
+
+// |dH/dp| is a central difference over this part of |p|: H has kinks, and is homogeneous in p.
+inline constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
+
+// The largest |dH/dp| by axis at the one-sided gradients and between them.
+template <class SpeedOf>
+Vec3 local_dissipation(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
+    Vec3 dissipation = Vec3::Zero();
+    for (const Vec3& p : {minus, Vec3(0.5 * (minus + plus)), plus}) {
+        const double shift = kShift * std::max(p.norm(), kLeastGradient);
+        for (int axis = 0; axis < 3; ++axis) {
+            Vec3 low = p, high = p;
+            low[axis] -= shift;
+            high[axis] += shift;
+            dissipation[axis] =
+                std::max(dissipation[axis],
+                         std::abs(hamiltonian(high, speed) - hamiltonian(low, speed)) / (2.0 * shift));
+        }
+    }
+    return dissipation;
+}
+
+/// H by Lax-Friedrichs of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients.
+/// \param bounds  of |dH/dp| by axis; nullptr: local ones.
+template <class SpeedOf>
+float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3* bounds, SpeedOf&& speed_of) {
+    const Vec3 dissipation = bounds ? *bounds : local_dissipation(minus, plus, speed_of);
+    const double mean = hamiltonian(Vec3(0.5 * (minus + plus)), speed_of);
+    double flux = mean - 0.5 * dissipation.dot(plus - minus);
+    if (bounds) {
+        // Where V has one sign, so has H: what dissipation alone does to a corner is to fill one that an etch
+        // leaves, or to take from one that grows. Midway between two fronts the mean is 0.
+        const double sign = mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
+        flux = sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0);
+    }
+    return static_cast<float>(flux);
+}
+
+/// The same of BeamSpeed, whose H(p) = facing max(0, p . d) + always |p|, with the slopes of local_dissipation in closed
+/// form.
+inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
+                    const Row& always) {
+    std::array<float, 3> towards, steep;
+    for (std::size_t a = 0; a < 3; ++a) {
+        towards[a] = static_cast<float>(beam[static_cast<int>(a)]);
+        // The kink at p . d = 0 as the central difference sees it.
+        steep[a] = towards[a] != 0.0f ? 0.5f / (static_cast<float>(kShift) * std::abs(towards[a])) : 0.0f;
+    }
+    Row h;
+    std::array<Row, 3> dissipation{};
+    const auto point = [&](float of_minus, float of_plus) __attribute__((always_inline)) {
+        for (std::size_t n = 0; n < kLanes; ++n) {
+            float p[3], squares = 0.0f, facing_part = 0.0f;
+            for (std::size_t a = 0; a < 3; ++a) {
+                p[a] = (of_minus * d[a].minus[n] + of_plus * d[a].plus[n]) * inv_dx;
+                squares += p[a] * p[a];
+                facing_part += p[a] * towards[a];
+            }
+            const float inverse = 1.0f / std::max(std::sqrt(squares), static_cast<float>(kLeastGradient));
+            for (std::size_t a = 0; a < 3; ++a) {
+                const float share = 0.5f + facing_part * inverse * steep[a];
+                const float slope = facing[n] * towards[a] * std::min(std::max(share, 0.0f), 1.0f) +
+                                    always[n] * p[a] * inverse;
+                dissipation[a][n] = std::max(dissipation[a][n], std::abs(slope));
+            }
+            h[n] = facing[n] * std::max(facing_part, 0.0f) + always[n] * std::sqrt(squares);
+        }
+    };
+    point(1.0f, 0.0f);
+    point(0.0f, 1.0f);
+    point(0.5f, 0.5f);  // the last, whose H counts
+    for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t n = 0; n < kLanes; ++n)
+            h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;
+    // As in lax_friedrichs: what dissipation alone makes grow where all etches would count as the uppermost
+    // layer's.
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const float low = std::min(facing[n], always[n]), high = std::max(facing[n], always[n]);
+        h[n] = high <= 0.0f ? std::min(h[n], 0.0f) : h[n];
+        h[n] = low >= 0.0f ? std::max(h[n], 0.0f) : h[n];
+    }
+    return h;
+}
+
+/// H of a row's nodes where no V depends on the normal.
+template <int R>
+void constant_row(const float* v, const std::int32_t* entry, const SampleSpeeds& in, Row& h) {
+    Row speed;
+    bool any = false;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const std::int32_t sample = SampleIndex::sample(entry[n]);
+        const float of_sample = in.first[static_cast<std::size_t>(std::max(sample, 0))];
+        speed[n] = sample < 0 ? 0.0f : of_sample;
+        any |= speed[n] != 0.0f;
+    }
+    h.fill(0.0f);
+    if (!any) return;
+    const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
+    Row growing, etching;
+    std::array<OneSided, 3> d;
+    differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
+    for (std::size_t n = 0; n < kLanes; ++n)
+        h[n] = speed[n] * inv_dx * std::sqrt(speed[n] > 0.0f ? growing[n] : etching[n]);
+}
+
+/// H of the nodes of a leaf's row (x, y) that have a sample, by their entries of a SampleIndex; 0 of the others.
+template <int R>
+void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* entry, const SampleSpeeds& in,
+                     Row& h) {
+    const float* v = &block.value[static_cast<std::size_t>(Block<R>::at(x, y, 0))];
+    if (in.all_constant) {
+        constant_row<R>(v, entry, in, h);
+        return;
+    }
+    using Way = SampleSpeeds::Way;
+    Row first{}, second{};
+    bool constant = false, beam = false, general = false;
+    std::array<Way, kLanes> ways;
+    std::array<std::int32_t, kLanes> sample;
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        sample[n] = SampleIndex::sample(entry[n]);
+        ways[n] = sample[n] < 0 ? Way::still : in.way[static_cast<std::size_t>(sample[n])];
+        if (ways[n] == Way::still) continue;
+        constant |= ways[n] == Way::constant, beam |= ways[n] == Way::beam,
+            general |= ways[n] == Way::general;
+        if (ways[n] != Way::general) first[n] = in.first[static_cast<std::size_t>(sample[n])];
+        if (ways[n] == Way::beam) second[n] = in.second[static_cast<std::size_t>(sample[n])];
+    }
+    h.fill(0.0f);
+    if (!constant && !beam && !general) return;
+    const auto dx = static_cast<float>(in.stack.domain.spacing), inv_dx = 1.0f / dx;
+    Row growing, etching;
+    std::array<OneSided, 3> d;
+    differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
+    if (beam) h = beam_row(d, inv_dx, in.motion.beam, first, second);
+    if (constant) {
+        Row upwind;
+        for (std::size_t n = 0; n < kLanes; ++n)
+            upwind[n] = first[n] * inv_dx * std::sqrt(first[n] > 0.0f ? growing[n] : etching[n]);
+        for (std::size_t n = 0; n < kLanes; ++n) h[n] = ways[n] == Way::constant ? upwind[n] : h[n];
+    }
+    for (std::size_t n = 0; general && n < kLanes; ++n) {
+        if (ways[n] != Way::general) continue;
+        const auto index = static_cast<std::size_t>(sample[n]);
+        const Vec3 minus(d[0].minus[n] * inv_dx, d[1].minus[n] * inv_dx, d[2].minus[n] * inv_dx);
+        const Vec3 plus(d[0].plus[n] * inv_dx, d[1].plus[n] * inv_dx, d[2].plus[n] * inv_dx);
+        const auto speed_of = [&](const Vec3& normal) {
+            return speed_over(in.stack, in.motion, index, normal, in.duration);
+        };
+        if (in.scheme == Scheme::lax_friedrichs) {
+            const auto& bounds = in.motion.dissipation;
+            h[n] = lax_friedrichs(minus, plus,
+                                  bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
+                                  speed_of);
+            // As in beam_row; layers below do not grow either, see speed_over.
+            if (in.motion.beam_speed) {
+                const BeamSpeed of = in.motion.beam_speed(index, exposed(in.stack, in.motion, index));
+                if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);
+            }
+            continue;
+        }
+        const Vec3 gradient = minus + plus;
+        const double length = gradient.norm();
+        const float speed = length > 0.0 ? static_cast<float>(speed_of(Vec3(gradient / length))) : 0.0f;
+        h[n] = speed * inv_dx * std::sqrt(speed > 0.0f ? growing[n] : etching[n]);
+    }
+}
+
+}  // namespace sidewall::levelset

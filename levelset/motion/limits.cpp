@@ -1,0 +1,225 @@
+#include "levelset/motion/limits.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "levelset/block.hpp"
+#include "levelset/motion/sample_index.hpp"
+#include "levelset/motion/upwind.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+constexpr float kUnlimited = std::numeric_limits<float>::infinity();
+using Values = std::array<float, Leaf::SIZE>;
+
+// How far the bodies below the surface let it recede.
+class BodyLimits {
+  public:
+    BodyLimits(const MaterialStack& stack, const Motion& motion, double duration)
+        : stack_(stack), motion_(motion), duration_(duration) {}
+
+    // What phi may be after the time step at the nodes of a leaf, by the bodies that they lie in; nothing if
+    // it may be anything.
+    std::unique_ptr<Values> limits(const Leaf& leaf, const float* was) const {
+        const std::int32_t* samples = motion_.extension.sample_of->find(leaf.origin());
+        if (samples == nullptr) return nullptr;
+        std::vector<const Leaf*> layers;
+        bool any = false;
+        for (std::size_t k = 0; k + 1 < stack_.layers.size(); ++k) {
+            layers.push_back(stack_.layers[k].phi->tree().probeConstLeaf(leaf.origin()));
+            any = any || layers.back() != nullptr;
+        }
+        if (!any) return nullptr;
+        std::unique_ptr<Values> result;
+        for (auto it = leaf.cbeginValueOn(); it; ++it) {
+            const std::int32_t sample = SampleIndex::sample(samples[it.pos()]);
+            if (sample < 0 || !(was[it.pos()] < 0.0f)) continue;
+            const float most = limit(layers, static_cast<std::size_t>(sample), it.pos(), was[it.pos()]);
+            if (most == kUnlimited) continue;
+            if (!result) {
+                result = std::make_unique<Values>();
+                result->fill(kUnlimited);
+            }
+            (*result)[it.pos()] = most;
+        }
+        return result;
+    }
+
+  private:
+    float limit(const std::vector<const Leaf*>& layers, std::size_t sample, openvdb::Index node,
+                float was) const {
+        float least = kUnlimited;
+        const auto touching = static_cast<float>(thinnest_film(stack_.domain));
+        for (std::size_t k = 1; k <= layers.size(); ++k) {
+            if (!layers[k - 1] || !layers[k - 1]->isValueOn(node)) continue;
+            if (k < layers.size() && (!layers[k] || !layers[k]->isValueOn(node))) continue;
+            const float below = layers[k - 1]->getValue(node);
+            const float upper = k < layers.size() ? layers[k]->getValue(node) : was;
+            // In the body, or on its underside; where layers coincide it is not there.
+            if (!(upper < 0.0f) || -below > touching || below - upper <= touching) continue;
+            const std::size_t own = exposed(stack_, motion_, sample);
+            if (k < own) continue;
+            const double lost = most_lost(sample, k);
+            if (k > own || lost == 0.0)
+                least = std::min(least, std::max(upper, -below) + static_cast<float>(lost));
+        }
+        return least;
+    }
+
+    double most_lost(std::size_t sample, std::size_t layer) const {
+        if (!motion_.inert.empty() && motion_.inert[layer]) return 0.0;
+        if (!motion_.depends_on_normal)
+            return std::max(0.0, -motion_.speed(sample, layer, Vec3::UnitZ()) * duration_);
+        // Without the normal all that is known of a body that etches is the rate of its fastest face: no
+        // limit.
+        const bool inert = motion_.max_etch_rate && motion_.max_etch_rate(sample, layer) == 0.0;
+        return inert ? 0.0 : std::numeric_limits<double>::infinity();
+    }
+
+    const MaterialStack& stack_;
+    const Motion& motion_;
+    double duration_;
+};
+
+// The limits of a leaf and of those around it.
+class Around {
+  public:
+    Around(const Band& band, const std::vector<std::unique_ptr<Values>>& own, std::size_t leaf) {
+        const openvdb::Coord o = band.leaves[leaf]->origin();
+        for (int n = 0; n < 27; ++n) {
+            const std::int32_t next = band.table.find((o.x() >> 3) + n / 9 - 1, (o.y() >> 3) + n / 3 % 3 - 1,
+                                                      (o.z() >> 3) + n % 3 - 1);
+            values_[static_cast<std::size_t>(n)] =
+                next < 0 ? nullptr : own[static_cast<std::size_t>(next)].get();
+            any_ = any_ || values_[static_cast<std::size_t>(n)] != nullptr;
+        }
+    }
+    bool any() const { return any_; }
+    // Of the leaf's rows of nodes and one more node on each side.
+    void load(Block<1>& block) const {
+        for (int x = -1; x <= 8; ++x)
+            for (int y = -1; y <= 8; ++y) {
+                const auto column = static_cast<std::size_t>(((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3);
+                const auto row = static_cast<std::size_t>((x & 7) << 6 | (y & 7) << 3);
+                float* to = &block.value[static_cast<std::size_t>(Block<1>::at(x, y, 0))];
+                const auto *below = values_[column], *level = values_[column + 1],
+                           *above = values_[column + 2];
+                to[-1] = below ? (*below)[row + 7] : kUnlimited;
+                if (level)
+                    std::copy_n(&(*level)[row], 8, to);
+                else
+                    std::fill_n(to, 8, kUnlimited);
+                to[8] = above ? (*above)[row] : kUnlimited;
+            }
+    }
+
+  private:
+    std::array<const Values*, 27> values_{};
+    bool any_ = false;
+};
+
+// In cells, what re-distancing and an etch of the body may add to a depth of a whole cell or none. With 0.005
+// an undercut mask loses its corners on nodes, with 0.3 slanted faces are held (stack_test.cpp: "a mask
+// undercut by four times its thickness", "a mask that does not etch").
+constexpr float kDepthTolerance = 0.05f;
+
+// A body's corner on a node lies on its faces, not in it, and has no limit of its own: there the body's depth
+// is a whole cell at a diagonal neighbour and none at the others. Slanted faces have depths between.
+float corner_limit(const float* own, float was, float dx) {
+    if (std::abs(was) > static_cast<float>(kExposed) * dx) return kUnlimited;
+    bool corner = false;
+    for (int n = 0; n < 27; ++n) {
+        const int i = n % 3 - 1, j = n / 3 % 3 - 1, k = n / 9 - 1;
+        const float depth = -own[Block<1>::at(i, j, k) - Block<1>::at(0, 0, 0)] / dx;
+        if (depth <= kDepthTolerance) continue;
+        const bool diagonal = std::abs(i) + std::abs(j) + std::abs(k) > 1;
+        if (!diagonal || depth < 1.0f - kDepthTolerance) return kUnlimited;
+        corner = true;
+    }
+    return corner ? std::max(was, 0.0f) : kUnlimited;
+}
+
+// The limits of a leaf's nodes, by their own bodies and by those of their neighbours; nothing if there are
+// none.
+std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& around, const float* was,
+                                              float dx) {
+    Block<1> own;
+    around.load(own);
+    auto result = std::make_unique<Values>();
+    result->fill(kUnlimited);
+    float least = kUnlimited;
+    for (int row = 0; row < 64; ++row) {
+        const auto active = leaf.getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+        if (active == 0) continue;
+        const float* v = &own.value[static_cast<std::size_t>(Block<1>::at(row >> 3, row & 7, 0))];
+        Row limit;
+        for (std::size_t z = 0; z < kLanes; ++z) {
+            const auto n = static_cast<std::ptrdiff_t>(z);
+            float beside = kUnlimited;
+            for (const int stride : Block<1>::kStride)
+                beside = std::min({beside, v[n - stride], v[n + stride]});
+            limit[z] = std::min(v[n], beside + dx);
+        }
+        for (std::size_t z = 0; z < kLanes; ++z)
+            limit[z] = std::min(limit[z], corner_limit(v + z, was[8 * row + static_cast<int>(z)], dx));
+        blend(limit, kLaneMasks[active], result->data() + 8 * row);
+    }
+    for (const float most : *result) least = std::min(least, most);
+    if (least == kUnlimited) return nullptr;
+    return result;
+}
+
+}  // namespace
+
+Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<std::uint8_t>& moved,
+               const float* before, const Motion& motion, double duration) {
+    const auto each = [](std::size_t count, auto&& use) {
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
+            for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
+        });
+    };
+    std::vector<std::unique_ptr<Values>> own(band.leaves.size());
+    const BodyLimits bodies(stack, motion, duration);
+    const std::vector<std::uint8_t> limiting = with_readers(band, stack.domain, moved);
+    const std::vector<std::uint8_t> asked = with_readers(band, stack.domain, limiting);
+    each(own.size(), [&](std::size_t n) {
+        if (asked[n]) own[n] = bodies.limits(*band.leaves[n], before + n * Leaf::SIZE);
+    });
+    std::vector<Limited> limited(own.size());
+    each(own.size(), [&](std::size_t n) {
+        if (!limiting[n]) return;
+        const Around around(band, own, n);
+        if (!around.any()) return;
+        const Leaf& leaf = *band.leaves[n];
+        limited[n] = {leaf.origin(), with_neighbours(leaf, around, before + n * Leaf::SIZE,
+                                                     static_cast<float>(stack.domain.spacing))};
+    });
+    for (Limited& leaf : limited)
+        if (leaf.most) leaves_.push_back(std::move(leaf));
+}
+
+void Limits::keep(Grid& phi) const {
+    const float least = std::nextafter(-phi.background(), 0.0f);
+    tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t n) {
+        Leaf* leaf = phi.tree().probeLeaf(leaves_[n].origin);
+        if (leaf == nullptr) return;
+        float* value = leaf->buffer().data();
+        for (std::size_t row = 0; row < 64; ++row) {
+            const auto active = leaf->getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+            const float *most = leaves_[n].most->data() + 8 * row, *v = value + 8 * row;
+            int beyond = 0;
+            for (std::size_t z = 0; z < kLanes; ++z) beyond |= v[z] > most[z];
+            if (beyond == 0) continue;  // most rows, which other threads go on reading from where they are
+            Row kept;
+            for (std::size_t z = 0; z < kLanes; ++z)
+                kept[z] = v[z] > most[z] ? std::max(most[z], least) : v[z];
+            blend(kept, kLaneMasks[active], value + 8 * row);
+        }
+    });
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,164 @@
+#include "levelset/motion/advection.hpp"
+
+#include <fmt/format.h>
+#include <openvdb/tree/LeafManager.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/motion/sample_kinds.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/error.hpp"
+
+namespace sidewall::levelset {
+
+std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
+    const std::size_t below = stack.layers.size() - 1;
+    const auto touching = static_cast<float>(thinnest_film(stack.domain));
+    for (std::size_t k = 0; k < below; ++k)
+        if (motion.thickness[sample * below + k] <= touching) return k;
+    return below;
+}
+
+namespace {
+
+// Whether the surface grows everywhere, and alike on all layers: then it does not matter which of them is
+// bare.
+bool grows_alike(const MaterialStack& stack, const Motion& motion) {
+    if (motion.kind.empty() || motion.depends_on_normal) return false;
+    return std::ranges::all_of(first_of_kinds(motion.kind), [&](std::size_t n) {
+        if (n == motion.kind.size()) return true;
+        const double v = motion.speed(n, 0, Vec3::UnitZ());
+        if (!(v >= 0.0)) return false;
+        for (std::size_t k = 1; k < stack.layers.size(); ++k)
+            if (motion.speed(n, k, Vec3::UnitZ()) != v) return false;
+        return true;
+    });
+}
+
+}  // namespace
+
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
+                   bool depends_on_normal, std::vector<std::uint8_t> kind) {
+    Motion motion;
+    motion.extension = std::move(extension);
+    motion.speed = std::move(speed);
+    motion.depends_on_normal = depends_on_normal;
+    motion.kind = std::move(kind);
+    const std::size_t below = stack.layers.size() - 1;
+    if (below == 0) return motion;
+    const auto& samples = motion.extension.samples;
+    motion.thickness.resize(samples.size() * below, stack.top().background());
+    if (grows_alike(stack, motion)) return motion;
+    // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
+    // one is in.
+    const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
+        return samples[n].node.unaryExpr([](int i) { return i >> 3; });
+    };
+    const auto next_leaf = [&](std::size_t n) {
+        while (n > 0 && n < samples.size() && leaf(n) == leaf(n - 1)) ++n;
+        return n;
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 128), [&](const auto& range) {
+        LayerDepths depths(stack);
+        const std::size_t end = next_leaf(range.end());
+        for (std::size_t n = next_leaf(range.begin()); n < end; ++n) {
+            const std::span<float> depth = std::span(motion.thickness).subspan(n * below, below);
+            const Eigen::Vector3i& node = samples[n].node;
+            if (!motion.extension.top_alone(n))
+                depths.at(node.cast<double>() + samples[n].foot.cast<double>(), node, depth);
+        }
+    });
+    return motion;
+}
+
+namespace {
+
+// Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
+std::vector<Vec3> bounding_normals(const Motion& motion) {
+    std::vector<Vec3> normals{Vec3::UnitZ()};
+    if (!motion.depends_on_normal) return normals;
+    normals.clear();
+    for (int n = 0; n < 27; ++n)
+        if (n != 13)
+            normals.push_back(
+                Eigen::Vector3i(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1).cast<double>().normalized());
+    return normals;
+}
+
+// The largest |V| of a layer at a sample.
+double fastest(const MaterialStack& stack, const Motion& motion, const std::vector<Vec3>& normals,
+               std::size_t sample, std::size_t layer) {
+    double most = 0.0;
+    for (const Vec3& normal : normals) {
+        const double v = motion.speed(sample, layer, normal);
+        if (!std::isfinite(v)) {
+            const auto& c = motion.extension.samples[sample].node;
+            throw NumericsError(
+                fmt::format("the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates "
+                            "and fluxes",
+                            stack.domain.coordinate(0, c.x()), stack.domain.coordinate(1, c.y()),
+                            stack.domain.coordinate(2, c.z()), v));
+        }
+        most = std::max(most, std::abs(v));
+    }
+    return most;
+}
+
+// Calls use(layer) for the layer that is bare at a sample and for those less than a cell below.
+template <class Use>
+void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_t sample, Use&& use) {
+    const std::size_t surface = exposed(stack, motion, sample), below = stack.layers.size() - 1;
+    for (std::size_t k = 0; k <= surface; ++k) {
+        const bool reachable =
+            k == surface || static_cast<double>(motion.thickness[sample * below + k]) < stack.domain.spacing;
+        if (reachable && (motion.inert.empty() || !motion.inert[k])) use(k);
+    }
+}
+
+}  // namespace
+
+namespace {
+
+// \p finer  the columns where a finer level counts; null: nowhere.
+double max_speed_of_level(const MaterialStack& stack, const Motion& motion, const LevelColumns* finer) {
+    const auto counts = [&](std::size_t sample) {
+        const auto& c = motion.extension.samples[sample].node;
+        return finer == nullptr || !finer->of_coarser_node(c.x(), c.y());
+    };
+    const std::vector<Vec3> normals = bounding_normals(motion);
+    const std::size_t layers = stack.layers.size();
+    const bool by_kind = !motion.kind.empty();
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 512), 0.0,
+        [&](const auto& range, double most) {
+            std::vector<std::uint8_t> asked(by_kind ? kKinds * layers : 0, 0);
+            for (std::size_t n = range.begin(); n != range.end(); ++n)
+                if (counts(n))
+                    each_reachable(stack, motion, n, [&](std::size_t k) {
+                        if (by_kind && std::exchange(asked[motion.kind[n] * layers + k], 1) != 0) return;
+                        most = std::max(most, fastest(stack, motion, normals, n, k));
+                    });
+            return most;
+        },
+        [](double a, double b) { return std::max(a, b); });
+}
+
+}  // namespace
+
+double max_speed(const MaterialStack& stack, const Motion& motion) {
+    double most = max_speed_of_level(stack, motion, nullptr);
+    const MaterialStack* level = &stack;
+    for (const Motion* of = &motion; level->coarser; level = level->coarser.get(), of = of->coarser.get())
+        most = std::max(most, max_speed_of_level(*level->coarser, *of->coarser, &level->columns));
+    return most;
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,390 @@
+#include "levelset/motion/speed_extension.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "levelset/block.hpp"
+#include "levelset/layers/layers_below.hpp"
+#include "levelset/layers/stack.hpp"
+#include "levelset/motion/cell_triangles.hpp"
+#include "levelset/motion/sample_index.hpp"
+#include "levelset/motion/upwind.hpp"
+#include "levelset/openvdb_grid.hpp"
+#include "surface/extraction/leaf_table.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+using Patch = Block<1>;
+
+// Nodes this near to the front (in dx) have a sample of their own: every foot point, rounded to a node, is
+// within sqrt(3)/2 of the front.
+constexpr double kNearCells = 0.9;
+
+// A node's offset from another one, coded in a number from kFirstCode down to kLastCode.
+constexpr int kBits = 5, kMiddle = 1 << (kBits - 1), kFirstCode = -2,
+              kLastCode = kFirstCode - (1 << 3 * kBits);
+
+std::int32_t encode(std::int32_t x, std::int32_t y, std::int32_t z) {
+    return kFirstCode - ((x + kMiddle) << 2 * kBits | (y + kMiddle) << kBits | (z + kMiddle));
+}
+
+openvdb::Coord decode(std::int32_t code) {
+    const int number = kFirstCode - code, mask = (1 << kBits) - 1;
+    return openvdb::Coord(number >> 2 * kBits, number >> kBits & mask, number & mask).offsetBy(-kMiddle);
+}
+
+// Of a row's eight nodes: the unit gradient by central differences, zero where phi is flat, the foot point
+// along it less the node, in dx, and the code of that rounded.
+struct Feet {
+    std::array<std::array<double, kLanes>, 3> normal, foot;
+    std::array<std::int32_t, kLanes> code;
+
+    Vec3 normal_of(std::size_t z) const { return {normal[0][z], normal[1][z], normal[2][z]}; }
+    Vec3 foot_of(std::size_t z) const { return {foot[0][z], foot[1][z], foot[2][z]}; }
+};
+
+// One loop for all, which compilers vectorise; of smaller ones they make single nodes.
+void find_feet(const float* v, double dx, Feet& feet) {
+    for (std::size_t n = 0; n < kLanes; ++n) {
+        const auto at = static_cast<std::ptrdiff_t>(n);
+        const auto rise = [&](std::ptrdiff_t stride) {
+            return static_cast<double>(v[at + stride] - v[at - stride]);
+        };
+        const double x = rise(Patch::kStride[0]), y = rise(Patch::kStride[1]), z = rise(Patch::kStride[2]);
+        const double steepness = std::sqrt(x * x + (y * y + z * z)),
+                     length = steepness > 0.0 ? steepness : 1.0;
+        const double back = -static_cast<double>(v[at]) / dx;
+        const double nx = x / length, ny = y / length, nz = z / length;
+        const double fx = back * nx, fy = back * ny, fz = back * nz;
+        feet.normal[0][n] = nx, feet.normal[1][n] = ny, feet.normal[2][n] = nz;
+        feet.foot[0][n] = fx, feet.foot[1][n] = fy, feet.foot[2][n] = fz;
+        feet.code[n] = encode(static_cast<std::int32_t>(std::floor(fx + 0.5)),
+                              static_cast<std::int32_t>(std::floor(fy + 0.5)),
+                              static_cast<std::int32_t>(std::floor(fz + 0.5)));
+    }
+}
+
+// The mesh that samples lie on.
+class Surface {
+  public:
+    explicit Surface(const surface::RayScene& scene)
+        : vertices(scene.vertices()), triangles(scene.triangles()), scene_(&scene) {}
+    // Without a hierarchy, unless a node asks that has no triangle near.
+    explicit Surface(const TriangleMesh& mesh)
+        : vertices(mesh.vertices), triangles(mesh.triangles), mesh_(&mesh) {}
+
+    surface::SurfaceHit closest(const CellTriangles& cells, const openvdb::Coord& node, const Vec3& world,
+                                double dx) const {
+        constexpr double kSure = 0.99, kFar = 1.99;  // dx; the margins are for rounding
+        surface::SurfaceHit best;
+        // All points less than a cell away lie in the cells around the node.
+        best.distance = kSure * dx;
+        cells.each_around(node, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+        if (best) return best;
+        best.distance = kFar * dx;
+        cells.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
+        if (best) return best;
+        // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with another
+        // node.
+        if (scene_ == nullptr)
+            std::call_once(once_,
+                           [&] { tbb::this_task_arena::isolate([&] { own_scene_.emplace(*mesh_); }); });
+        return (scene_ != nullptr ? *scene_ : *own_scene_).closest_point(world, 1e30);
+    }
+
+    const std::span<const Vec3> vertices;
+    const std::span<const Triangle> triangles;
+
+  private:
+    // Of equals, the lowest triangle is the nearest.
+    void keep_nearer(std::uint32_t t, const Vec3& world, surface::SurfaceHit& best) const {
+        const auto [a, b, c] = triangles[t];
+        surface::SurfaceHit hit =
+            surface::closest_point_on_triangle(world, vertices[a], vertices[b], vertices[c]);
+        hit.triangle = t;
+        if (hit.distance < best.distance || (hit.distance == best.distance && t < best.triangle)) best = hit;
+    }
+
+    const surface::RayScene* scene_ = nullptr;
+    const TriangleMesh* mesh_ = nullptr;
+    mutable std::once_flag once_;
+    mutable std::optional<surface::RayScene> own_scene_;
+};
+
+// In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
+// the level set says, the nearest point is searched.
+SurfaceSample find_sample(const CellTriangles& cells, const Surface& surface, const openvdb::Coord& node,
+                          const Vec3& world, double phi, const Vec3& normal, double dx) {
+    SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
+    CellTriangles::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
+    if (normal != Vec3::Zero()) near = cells.nearest_hit(node, normal, -phi / dx);
+    if (near) {
+        sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
+    } else {
+        const surface::SurfaceHit hit = surface.closest(cells, node, world, dx);
+        sample.triangle = hit.triangle;
+        sample.u = static_cast<float>(hit.u), sample.v = static_cast<float>(hit.v);
+    }
+    const auto [a, b, c] = surface.triangles[sample.triangle];
+    const double u = static_cast<double>(sample.u), v = static_cast<double>(sample.v);
+    const Vec3 foot =
+        ((1.0 - u - v) * surface.vertices[a] + u * surface.vertices[b] + v * surface.vertices[c] - world) /
+        dx;
+    sample.foot = foot.cast<float>();
+    return sample;
+}
+
+openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
+    if (domain.owns(c.x(), c.y())) return c;
+    return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
+}
+
+// Of a node next to the front, its sample; of others nothing yet. Other threads may be finding it.
+std::int32_t own_sample(const std::int32_t* entries, openvdb::Index node) {
+    if (entries == nullptr) return -1;
+    return std::atomic_ref(const_cast<std::int32_t&>(entries[node])).load(std::memory_order_relaxed);
+}
+
+std::int32_t own_sample(const SampleIndex& index, const openvdb::Coord& node) {
+    return own_sample(index.find(node), Leaf::coordToOffset(node));
+}
+
+// Offsets to the neighbours of a node, face neighbours before edge and corner ones.
+const auto kNeighbours = [] {
+    std::array<openvdb::Coord, 26> offsets;
+    std::size_t count = 0;
+    for (int axes = 1; axes <= 3; ++axes)
+        for (int n = 0; n < 27; ++n) {
+            const openvdb::Coord offset(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+            if (std::abs(offset.x()) + std::abs(offset.y()) + std::abs(offset.z()) == axes)
+                offsets[count++] = offset;
+        }
+    return offsets;
+}();
+
+// At a kink the gradient does not point at the foot: go from neighbour to neighbour, always to the one
+// nearest to the front, of equals to the one straight ahead, until one has a sample.
+std::int32_t descend(const LeafData& phi, float background, const SampleIndex& index, const Domain& domain,
+                     openvdb::Coord c) {
+    const auto distance_of = [&](const openvdb::Coord& node) {
+        const float* leaf = phi.find(node.x() >> 3, node.y() >> 3, node.z() >> 3);
+        return leaf ? std::abs(leaf[Leaf::coordToOffset(node)]) : background;
+    };
+    float distance = distance_of(c);
+    for (;;) {
+        openvdb::Coord best = c;
+        for (const openvdb::Coord& offset : kNeighbours) {
+            const openvdb::Coord q = own_node(domain, c + offset);
+            const float d = distance_of(q);
+            if (d < distance) {
+                distance = d;
+                best = q;
+            }
+        }
+        const std::int32_t found = own_sample(index, best);
+        if (found >= 0 || best == c) return std::max(found, -1);
+        c = best;
+    }
+}
+
+// In leaves where nothing can move all nodes share the first sample.
+void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
+    for (auto it = leaf.cbeginValueOn(); it; ++it)
+        entry[it.pos()] = std::abs(*it) <= near ? 0 : SampleIndex::kShared;
+}
+
+// Marks the nodes of a row as off the band, or by the code of their foot point until that is looked up.
+void set_codes(const Feet& feet, const LaneMask& active, std::int32_t* entry) {
+    for (std::size_t z = 0; z < kLanes; ++z)
+        entry[z] = (feet.code[z] & active[z]) | (SampleIndex::kNone & ~active[z]);
+}
+
+// The entries of a leaf and of those around it. Feet lie no farther than a leaf away.
+class EntriesAround {
+  public:
+    EntriesAround(const SampleIndex& index, const openvdb::Coord& origin) {
+        const openvdb::Coord at(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
+        for (int n = 0; n < 27; ++n)
+            leaf_[static_cast<std::size_t>(n)] =
+                index.find(at.x() + n / 9 - 1, at.y() + n / 3 % 3 - 1, at.z() + n % 3 - 1);
+    }
+    // Of a node less the leaf's origin.
+    std::int32_t own_sample_at(const openvdb::Coord& c) const {
+        const auto leaf =
+            static_cast<std::size_t>(((c.x() >> 3) + 1) * 9 + ((c.y() >> 3) + 1) * 3 + (c.z() >> 3) + 1);
+        return own_sample(leaf_[leaf], Leaf::coordToOffset(c));
+    }
+
+  private:
+    std::array<const std::int32_t*, 27> leaf_;
+};
+
+// Far nodes take the sample of the node beside their foot point.
+void share_samples(const LeafData& phi, float background, const Domain& domain,
+                   const std::vector<const Leaf*>& leaves, SampleIndex& index) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const Leaf& leaf = *leaves[n];
+            std::int32_t* entry = index.of(n);
+            const openvdb::Coord o = leaf.origin();
+            const bool inner = domain.owns(o.x() - 8, o.y() - 8) && domain.owns(o.x() + 15, o.y() + 15);
+            const EntriesAround around(index, o);
+            for (auto it = leaf.cbeginValueOn(); it; ++it) {
+                const std::int32_t own = entry[it.pos()];
+                if (own > kFirstCode || own <= kLastCode) continue;
+                const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos()) + decode(own);
+                const openvdb::Coord foot = o + local;
+                std::int32_t found = inner || domain.owns(foot.x(), foot.y())
+                                         ? around.own_sample_at(local)
+                                         : own_sample(index, own_node(domain, foot));
+                if (found < 0) found = descend(phi, background, index, domain, it.getCoord());
+                std::atomic_ref(entry[it.pos()])
+                    .store(found >= 0 ? found | SampleIndex::kShared : SampleIndex::kNone,
+                           std::memory_order_relaxed);
+            }
+        }
+    });
+}
+
+// Off the band nodes are far from the front.
+std::uint32_t count_near(const Leaf& leaf, float near) {
+    const float* v = leaf.buffer().data();
+    std::int32_t count = 0;
+    for (openvdb::Index k = 0; k < Leaf::SIZE; ++k) count += std::abs(v[k]) <= near;
+    return static_cast<std::uint32_t>(count);
+}
+
+// The first sample stands for all nodes of leaves that stay still.
+void set_still_sample(const openvdb::Coord& origin, Extension& extension) {
+    extension.samples.front() = {0, 0.0f, 0.0f, {origin.x(), origin.y(), origin.z()}};
+    extension.alone.front() = 1;
+}
+
+// \param surface  nullptr: samples carry their node and the foot along the gradient alone.
+// \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
+// \param left_out  as of extend.
+// \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
+//                    top layer stays where it is.
+Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
+                const LevelColumns* left_out, bool everywhere = true) {
+    Extension extension;
+    const double dx = domain.spacing;
+    const auto near = static_cast<float>(kNearCells * dx);
+    std::vector<const Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    std::vector<std::uint32_t> first(leaves.size() + 1, 0);
+    std::vector<std::uint8_t> still(leaves.size(), 0);
+    const auto is_left_out = [&](const Leaf& leaf) {
+        return left_out && left_out->of_coarser_node(leaf.origin().x(), leaf.origin().y());
+    };
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            if (is_left_out(*leaves[n])) continue;
+            still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
+            if (still[n]) continue;
+            first[n + 1] = count_near(*leaves[n], near);
+        }
+    });
+    const auto any_still = std::find(still.begin(), still.end(), 1);
+    first[0] = any_still != still.end() ? 1 : 0;
+    for (std::size_t n = 0; n < leaves.size(); ++n) first[n + 1] += first[n];
+    extension.samples.resize(first.back());
+    extension.alone.resize(under ? first.back() : 0);
+    if (first[0] == 1)
+        set_still_sample(leaves[static_cast<std::size_t>(any_still - still.begin())]->origin(), extension);
+    std::optional<CellTriangles> cells;
+    if (surface) cells.emplace(leaves, domain, surface->vertices, surface->triangles);
+    const auto index = std::make_shared<SampleIndex>(leaves);
+    const LeafData data(index->table(), leaves);
+
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
+        Patch block;
+        Feet feet;
+        for (std::size_t n = range.begin(); n != range.end(); ++n) {
+            const Leaf& leaf = *leaves[n];
+            std::int32_t* entry = index->of(n);
+            std::fill_n(entry, Leaf::SIZE, SampleIndex::kNone);
+            if (is_left_out(leaf)) continue;
+            if (still[n]) {
+                share_first(leaf, near, entry);
+                continue;
+            }
+            load_axes(data, domain, leaf, grid.background(), block);
+            std::optional<LayersBelow> below;
+            if (under && first[n] != first[n + 1]) below.emplace(*under, leaf.origin());
+            std::uint32_t k = first[n];
+            const auto add_sample = [&](openvdb::Index node, std::size_t z) {
+                entry[node] = static_cast<std::int32_t>(k);
+                const openvdb::Coord c = leaf.offsetToGlobalCoord(node);
+                const Vec3 foot = feet.foot_of(z);
+                SurfaceSample& sample = extension.samples[k];
+                sample = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot.cast<float>()};
+                const bool alone = below && below->none_near(c, foot);
+                if (alone) extension.alone[k] = 1;
+                if (surface && (everywhere || !alone)) {
+                    const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
+                                     domain.coordinate(2, c.z()));
+                    const auto phi = static_cast<double>(leaf.getValue(node));
+                    sample = find_sample(*cells, *surface, c, world, phi, feet.normal_of(z), dx);
+                }
+                ++k;
+            };
+            for (openvdb::Index row = 0; row < 64; ++row) {
+                const auto active = leaf.getValueMask().getWord<openvdb::Byte>(row);
+                if (active == 0) continue;
+                const float* v = &block.value[static_cast<std::size_t>(
+                    Patch::at(static_cast<int>(row >> 3), static_cast<int>(row & 7), 0))];
+                find_feet(v, dx, feet);
+                set_codes(feet, kLaneMasks[active], entry + 8 * row);
+                for (std::size_t z = 0; z < kLanes; ++z)
+                    if (std::abs(v[z]) <= near) add_sample(8 * row + static_cast<openvdb::Index>(z), z);
+            }
+        }
+    });
+
+    share_samples(data, grid.background(), domain, leaves, *index);
+    extension.sample_of = index;
+    return extension;
+}
+
+}  // namespace
+
+Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
+                 const LevelColumns* left_out) {
+    const Surface surface(scene);
+    return build(grid, domain, &surface, nullptr, left_out);
+}
+
+Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert,
+                          const LevelColumns* left_out) {
+    const MaterialStack* under = stack.layers.size() > 1 ? &stack : nullptr;
+    if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under, left_out, !top_is_inert);
+    const Surface surface(*mesh);
+    return build(stack.top(), stack.domain, &surface, under, left_out, !top_is_inert);
+}
+
+Extension extend_alike(const Grid& grid) {
+    std::vector<const Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    Extension extension{{}, std::make_shared<SampleIndex>(leaves, SampleIndex::Alike{}), {}};
+    if (const auto first = grid.cbeginValueOn()) {
+        const openvdb::Coord c = first.getCoord();
+        extension.samples.push_back({0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}});
+    }
+    return extension;
+}
+
+Extension extend_without_mesh(const Grid& grid, const Domain& domain) {
+    return build(grid, domain, nullptr, nullptr, nullptr);
+}
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,60 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "levelset/grid.hpp"
+#include "levelset/large_vector.hpp"
+#include "surface/extraction/float_grid.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::levelset {
+
+struct LevelColumns;
+struct MaterialStack;
+
+/// The surface point that a node next to the front belongs to.
+struct SurfaceSample {
+    std::uint32_t triangle = 0;  ///< of the mesh that carries fluxes
+    float u = 0.0f, v = 0.0f;    ///< barycentric weights of the triangle's second and third vertex
+    Eigen::Vector3i node = Eigen::Vector3i::Zero();  ///< the grid node it was found for
+    Eigen::Vector3f foot = Eigen::Vector3f::Zero();  ///< the surface point less the node; index space
+};
+
+class SampleIndex;  // levelset/motion/sample_index.hpp
+
+/// Which surface sample every band node takes its speed from: the normal extension of the surface's values
+/// (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
+struct Extension {
+    LargeVector<SurfaceSample> samples;            ///< one a node within a cell of the front, in grid order
+    std::shared_ptr<const SampleIndex> sample_of;  ///< of the grid's nodes: index into samples
+    /// By sample: no lower layer is near, so that the top one is bare. Empty: not asked.
+    std::vector<std::uint8_t> alone;
+
+    bool top_alone(std::size_t sample) const { return !alone.empty() && alone[sample] != 0; }
+};
+
+/// Finds the closest surface point of every node within a cell of the front: along the gradient, or, where
+/// that misses (edges and corners), by a closest-point search. Nodes farther out share the sample of the node
+/// next to their own foot point.
+///
+/// \param scene  the mesh that carries the fluxes, within half a cell of the front.
+/// \param left_out  the next finer level's columns without samples, of whole leaves; null: none.
+/// \note Parallel, deterministic.
+Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
+                 const LevelColumns* left_out = nullptr);
+
+/// The same of a stack's surface for speeds that depend on no flux.
+///
+/// \param mesh          the surface as extracted, if samples need their triangles; else nullptr.
+/// \param top_is_inert  the top layer stays where it is: samples on it that have no other near are given no triangle.
+Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, bool top_is_inert,
+                          const LevelColumns* left_out = nullptr);
+
+/// One sample for all of the band: for a speed that is the same all over the surface.
+Extension extend_alike(const Grid& grid);
+
+/// The topology of extend without a mesh: samples carry their node only. For speeds that depend on no flux.
+Extension extend_without_mesh(const Grid& grid, const Domain& domain);
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,60 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/extraction/float_grid.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::surface {
+
+/// The leaves of a FloatGrid's tree.
+using FloatLeaf = openvdb::tree::LeafNode<float, 3>;
+
+enum class CellColumn : std::uint8_t {
+    left_out,
+    bare,      ///< left out, and on its cells' edges there are no vertices, whatever the next column is
+    vertices,  ///< on the cells' edges alone
+    meshed
+};
+
+/// The lateral box of a level set: nodes 0..cells per axis are meshed, so that the surface ends exactly on
+/// the sides.
+struct LateralGrid {
+    std::array<double, 2> min{};  ///< world x, y of node 0
+    std::array<double, 2> max{};  ///< world x, y of node cells: boundary vertices get these very numbers
+    std::array<int, 2> cells{};
+    double spacing = 0.0;  ///< dx; node k along z lies at k dx
+    /// By column of cells, y fastest: what is made of them. Empty: all are meshed.
+    std::span<const CellColumn> columns = {};
+};
+
+/// Edge intersections keep this fraction of a cell away from nodes, so that no triangle has zero area.
+inline constexpr double kNodeClearance = 1e-3;
+
+/// Extracts the zero level of \p phi (negative inside; active voxels are the narrow band) by marching cubes
+/// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes, whichever cell looks at them, and
+/// no polygon is cut along a face: the mesh is watertight and manifold but for its boundary on the sides.
+///
+/// \returns vertices in world units, triangles counter-clockwise seen from the positive side; the order
+/// depends on the
+///          grid alone.
+/// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
+/// \note Parallel over leaves, linear in active voxels.
+TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box);
+/// The same of leaves, in a grid's order, that need not be all of one grid, added to \p mesh.
+void marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box, TriangleMesh& mesh);
+
+/// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c
+/// has x = c & 1, y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.
+const std::array<std::vector<std::uint8_t>, 256>& marching_cubes_table();
+
+/// First corner of a cell edge; the second is the first + (1 << edge / 4).
+constexpr int edge_corner(int edge) {
+    const int axis = edge / 4, rest = edge % 4;
+    const int low = rest & ((1 << axis) - 1);
+    return (rest - low) * 2 + low;
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,173 @@
+#include <cctype>
+#include <charconv>
+#include <map>
+
+#include "surface/files/mesh_bytes.hpp"
+#include "surface/files/mesh_io.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+const std::string kMaterialPrefix = "material_";
+
+/// One line after another, continued ones joined, comments cut off.
+class Lines {
+  public:
+    explicit Lines(std::string_view bytes) : bytes_(bytes) {}
+    bool next(std::string& line) {
+        if (at_ >= bytes_.size()) return false;
+        line.clear();
+        for (bool more = true; more && at_ < bytes_.size();) {
+            const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
+            line.append(bytes_.substr(at_, end - at_));
+            at_ = end + 1;
+            ++number_;
+            while (!line.empty() && line.back() == '\r') line.pop_back();
+            more = !line.empty() && line.back() == '\\';
+            if (more) line.back() = ' ';
+        }
+        line.resize(std::min(line.find('#'), line.size()));
+        return true;
+    }
+    std::size_t number() const { return number_; }
+
+  private:
+    std::string_view bytes_;
+    std::size_t at_ = 0, number_ = 0;
+};
+
+std::string_view next_word(std::string_view& line) {
+    const auto space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+    while (!line.empty() && space(line.front())) line.remove_prefix(1);
+    std::size_t length = 0;
+    while (length < line.size() && !space(line[length])) ++length;
+    const std::string_view word = line.substr(0, length);
+    line.remove_prefix(length);
+    return word;
+}
+
+template <class Number>
+bool parse(std::string_view word, Number& value) {
+    if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
+    return failure == std::errc{} && end == word.data() + word.size() && !word.empty();
+}
+
+struct Reader {
+    std::string name;
+    TriangleMesh mesh;
+    CellTriangles cells;
+    std::vector<double> materials;               ///< per face
+    std::map<std::string, int> material_ids;     ///< by name, numbered as they come unless they say so
+    std::map<std::string, std::size_t> dropped;  ///< statements by kind
+    double material = 0.0;
+    Lines lines;
+
+    Reader(std::string_view bytes, const std::string& n) : name(n), lines(bytes) {}
+
+    [[noreturn]] void refuse(const std::string& what) const {
+        throw FileError(fmt::format("{}:{}: {}: export the surface again", name, lines.number(), what));
+    }
+
+    void vertex(std::string_view rest) {
+        Vec3 p;
+        for (int k = 0; k < 3; ++k)
+            if (const auto word = next_word(rest); !parse(word, p[k]))
+                refuse(fmt::format("'{}' instead of a coordinate", word.substr(0, 12)));
+        if (!next_word(rest).empty() && !next_word(rest).empty()) ++dropped["vertex colours"];
+        mesh.vertices.push_back(p);
+    }
+
+    void face(std::string_view rest) {
+        std::vector<std::uint32_t> polygon;
+        for (auto word = next_word(rest); !word.empty(); word = next_word(rest)) {
+            std::int64_t index = 0;
+            if (!parse(word.substr(0, word.find('/')), index))
+                refuse(fmt::format("'{}' instead of a vertex number", word.substr(0, 12)));
+            // Negative numbers count back from the last vertex so far.
+            const auto count = static_cast<std::int64_t>(mesh.vertices.size());
+            const std::int64_t vertex = index < 0 ? count + index : index - 1;
+            if (index == 0 || vertex < 0 || vertex > 0xfffffffe)
+                refuse(fmt::format("face names vertex {}", index));
+            polygon.push_back(static_cast<std::uint32_t>(vertex));
+        }
+        if (polygon.size() < 3) refuse(fmt::format("face of {} vertices", polygon.size()));
+        cells.add_polygon(polygon, static_cast<std::uint32_t>(materials.size()));
+        materials.push_back(material);
+    }
+
+    void use_material(std::string_view rest) {
+        const std::string word(next_word(rest));
+        if (int id = 0; word.rfind(kMaterialPrefix, 0) == 0 &&
+                        parse(std::string_view(word).substr(kMaterialPrefix.size()), id)) {
+            material_ids.emplace(word, id);
+            material = id;
+            return;
+        }
+        material = material_ids.emplace(word, static_cast<int>(material_ids.size())).first->second;
+    }
+
+    void read() {
+        for (std::string line; lines.next(line);) {
+            std::string_view rest = line;
+            const std::string_view key = next_word(rest);
+            if (key == "v")
+                vertex(rest);
+            else if (key == "f")
+                face(rest);
+            else if (key == "usemtl")
+                use_material(rest);
+            else if (key == "vn")
+                ++dropped["normals"];
+            else if (key == "vt")
+                ++dropped["texture coordinates"];
+            else if (key == "l" || key == "p" || key == "curv" || key == "surf")
+                ++dropped["points, lines and free-form surfaces"];
+            else if (!key.empty() && !std::isalpha(static_cast<unsigned char>(key.front())))
+                refuse(fmt::format("'{}' is no OBJ statement", key.substr(0, 12)));
+        }
+    }
+};
+
+}  // namespace
+
+TriangleMesh decode_obj(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
+    Reader reader(bytes, name);
+    reader.read();
+    TriangleMesh& mesh = reader.mesh;
+    mesh.triangles = std::move(reader.cells.triangles);
+    if (!reader.material_ids.empty()) {
+        Attribute material{"material", 1, Scalar::int32, {}};
+        for (const std::uint32_t face : reader.cells.cell) material.values.push_back(reader.materials[face]);
+        mesh.triangle_attributes.push_back(std::move(material));
+    }
+    if (metadata) {
+        for (const auto& [kind, count] : reader.dropped)
+            metadata->dropped.push_back(fmt::format("{} {}", count, kind));
+        for (const auto& [material, id] : reader.material_ids)
+            if (material != fmt::format("{}{}", kMaterialPrefix, id))
+                metadata->dropped.push_back(fmt::format("name of material {}: {}", id, material));
+    }
+    check_read_mesh(mesh, name);
+    return std::move(mesh);
+}
+
+std::string encode_obj(const TriangleMesh& mesh) {
+    check_written_mesh(mesh);
+    std::string bytes = "# Sidewall\n";
+    for (const Vec3& p : mesh.vertices) bytes += fmt::format("v {} {} {}\n", p.x(), p.y(), p.z());
+    const Attribute* material = mesh.triangle_attribute("material");
+    if (material && material->components != 1) material = nullptr;
+    std::int32_t last = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (material && (t == 0 || to_int32(material->values[t]) != last)) {
+            last = to_int32(material->values[t]);
+            bytes += fmt::format("usemtl {}{}\n", kMaterialPrefix, last);
+        }
+        const auto [a, b, c] = mesh.triangles[t];
+        bytes += fmt::format("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    return bytes;
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,265 @@
+#include "surface/files/output_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <streambuf>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "surface/error.hpp"
+
+namespace sidewall::surface {
+
+FileOperationHook file_operation_hook = nullptr;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kBlock = std::size_t{1} << 18;
+
+// The signal that came while a file was written, if it would have ended the program at once.
+volatile std::sig_atomic_t ended_by = 0;
+
+extern "C" void on_end(int signal) {
+    ended_by = signal;
+}
+
+// While it lives, signals that would end the program at once end the writing first, so that nothing half
+// written is left; those that the program handles itself, or ignores, are not touched.
+class EndsWriting {
+  public:
+    EndsWriting() {
+        for (std::size_t k = 0; k < kSignals.size(); ++k) {
+            struct sigaction noting = {};
+            noting.sa_handler = on_end;
+            noting.sa_flags = SA_RESTART;
+            ours_[k] = ::sigaction(kSignals[k], nullptr, &before_[k]) == 0 &&
+                       before_[k].sa_handler == SIG_DFL && ::sigaction(kSignals[k], &noting, nullptr) == 0;
+        }
+    }
+    ~EndsWriting() {
+        for (std::size_t k = 0; k < kSignals.size(); ++k)
+            if (ours_[k]) ::sigaction(kSignals[k], &before_[k], nullptr);
+        if (ended_by != 0) ::raise(ended_by);
+    }
+    EndsWriting(const EndsWriting&) = delete;
+    EndsWriting& operator=(const EndsWriting&) = delete;
+
+  private:
+    static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+    std::array<struct sigaction, 3> before_{};
+    std::array<bool, 3> ours_{};
+};
+
+// The error that a test asks for before an operation, in errno; true if there is none.
+bool allowed(const char* operation, const fs::path& path) {
+    errno = file_operation_hook == nullptr ? 0 : file_operation_hook(operation, path);
+    return errno == 0;
+}
+
+IoError refused(const fs::path& path, int error) {
+    return IoError(fmt::format("{}: cannot write: {}; check space and permissions", path.string(),
+                               std::generic_category().message(error)));
+}
+
+// An open file. Whatever fails is reported under the name that the user knows.
+class Descriptor {
+  public:
+    Descriptor(const fs::path& name, int file) : name_(name), file_(file) {
+        if (file < 0) throw refused(name, errno);
+    }
+    ~Descriptor() {
+        if (file_ >= 0) ::close(file_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+
+    void write(std::string_view bytes) const {
+        while (!bytes.empty()) {
+            if (ended_by != 0) throw Interrupted("");
+            const auto count = allowed("write", name_) ? ::write(file_, bytes.data(), bytes.size()) : -1;
+            if (count < 0 && errno == EINTR) continue;
+            if (count < 0) throw refused(name_, errno);
+            bytes.remove_prefix(static_cast<std::size_t>(count));
+        }
+    }
+    // Some file systems know no syncing.
+    void sync(const char* operation) const {
+        if ((!allowed(operation, name_) || ::fsync(file_) != 0) && errno != EINVAL && errno != ENOTSUP)
+            throw refused(name_, errno);
+    }
+    void close() {
+        const bool closed = ::close(std::exchange(file_, -1)) == 0 || errno == EINTR;
+        if (!closed || !allowed("close", name_)) throw refused(name_, errno);
+    }
+    int file() const { return file_; }
+
+  private:
+    const fs::path& name_;
+    int file_;
+};
+
+// A stream's way into a file: counts and sums what passes.
+class Buffer : public std::streambuf {
+  public:
+    explicit Buffer(const Descriptor& file) : file_(file), block_(kBlock) {
+        setp(block_.data(), block_.data() + block_.size());
+    }
+    int sync() override {
+        const std::string_view bytes(pbase(), static_cast<std::size_t>(pptr() - pbase()));
+        file_.write(bytes);
+        checksum_ = crc32_z(checksum_, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+        size_ += bytes.size();
+        setp(block_.data(), block_.data() + block_.size());
+        return 0;
+    }
+    std::uint64_t size() const { return size_; }
+    std::uint32_t checksum() const { return static_cast<std::uint32_t>(checksum_); }
+
+  protected:
+    int_type overflow(int_type character) override {
+        sync();
+        if (!traits_type::eq_int_type(character, traits_type::eof()))
+            sputc(traits_type::to_char_type(character));
+        return traits_type::not_eof(character);
+    }
+
+  private:
+    const Descriptor& file_;
+    std::vector<char> block_;
+    uLong checksum_ = 0;
+    std::uint64_t size_ = 0;
+};
+
+// All of a file, to its last byte in the system's hands.
+void fill(Buffer& buffer, const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
+    std::ostream out(&buffer);
+    out.exceptions(std::ios::badbit | std::ios::failbit);
+    write(out);
+    out.flush();
+    if (!trailer) return;
+    out << trailer(buffer.size(), buffer.checksum());
+    out.flush();
+}
+
+// What was written reads back as it was.
+void verify(const fs::path& name, const Descriptor& file, const Buffer& written) {
+    std::vector<Bytef> block(kBlock);
+    uLong checksum = 0;
+    std::uint64_t size = 0;
+    for (;;) {
+        const auto count = allowed("verify", name)
+                               ? ::pread(file.file(), block.data(), block.size(), static_cast<off_t>(size))
+                               : -1;
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) throw refused(name, errno);
+        if (count == 0) break;
+        checksum = crc32_z(checksum, block.data(), static_cast<std::size_t>(count));
+        size += static_cast<std::uint64_t>(count);
+    }
+    if (size != written.size() || checksum != written.checksum())
+        throw IoError(fmt::format(
+            "{}: cannot write: the disk holds other bytes than it was given; check the disk", name.string()));
+}
+
+void sync_folder(const fs::path& path) {
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (file < 0) return;  // one that may be written to but not read
+    Descriptor(path, file).sync("sync folder");
+}
+
+// A new file beside \p target, of a name that no other process or thread uses.
+int open_partial(const fs::path& target, fs::path& partial) {
+    for (int attempt = 0;; ++attempt) {
+        partial = target;
+        partial += attempt == 0 ? fmt::format(".{}.partial", getpid())
+                                : fmt::format(".{}-{}.partial", getpid(), attempt);
+        const int file = allowed("open", target)
+                             ? ::open(partial.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666)
+                             : -1;
+        if (file >= 0 || errno != EEXIST) return file;
+    }
+}
+
+void write_beside(const fs::path& path, const fs::path& target,
+                  const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
+    const EndsWriting ends;
+    fs::path partial;
+    Descriptor file(path, open_partial(target, partial));
+    try {
+        Buffer buffer(file);
+        fill(buffer, write, trailer);
+        file.sync("sync");
+        verify(path, file, buffer);
+        file.close();
+        if (!allowed("rename", path) || ::rename(partial.c_str(), target.c_str()) != 0)
+            throw refused(path, errno);
+    } catch (...) {
+        if (allowed("remove", path)) ::unlink(partial.c_str());
+        throw;
+    }
+    sync_folder(target);
+}
+
+}  // namespace
+
+void write_file(const fs::path& path, const std::function<void(std::ostream& out)>& write,
+                const Trailer& trailer) {
+    std::error_code failure;
+    if (path.has_parent_path() && !fs::is_directory(path.parent_path(), failure)) {
+        if (!allowed("folder", path)) throw refused(path, errno);
+        fs::create_directories(path.parent_path(), failure);
+        if (failure) throw refused(path, failure.value());
+    }
+    fs::path target = path;
+    if (fs::is_symlink(path, failure)) target = fs::weakly_canonical(path, failure);
+    if (failure) target = path;
+    const fs::file_status status = fs::status(target, failure);
+    if (!fs::exists(status) || fs::is_regular_file(status) || fs::is_directory(status))
+        return write_beside(path, target, write, trailer);
+    Descriptor device(path, allowed("open", path) ? ::open(target.c_str(), O_WRONLY | O_CLOEXEC) : -1);
+    Buffer buffer(device);
+    fill(buffer, write, trailer);
+    device.close();
+}
+
+void write_whole_file(const fs::path& path, std::string_view bytes) {
+    write_file(path, [&](std::ostream& out) {
+        out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    });
+}
+
+void append_to_file(const fs::path& path, std::string_view bytes) {
+    Descriptor file(path, allowed("open", path)
+                              ? ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666)
+                              : -1);
+    const off_t before = ::lseek(file.file(), 0, SEEK_END);
+    try {
+        file.write(bytes);
+        file.close();
+    } catch (...) {
+        // Should this fail, too, a reader meets half a line at the end; the error is told all the same.
+        [[maybe_unused]] const int ignored = ::truncate(path.c_str(), before);
+        throw;
+    }
+}
+
+void sync_file(const fs::path& path) {
+    Descriptor file(path, allowed("open", path) ? ::open(path.c_str(), O_WRONLY | O_CLOEXEC) : -1);
+    file.sync("sync");
+    file.close();
+    sync_folder(path);
+}
+
+}  // namespace sidewall::surface

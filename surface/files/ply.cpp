@@ -1,0 +1,309 @@
+#include <cctype>
+#include <charconv>
+#include <optional>
+#include <sstream>
+
+#include "surface/files/mesh_bytes.hpp"
+#include "surface/files/mesh_io.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+struct Property {
+    std::string name;
+    FileScalar type = FileScalar::float32;
+    std::optional<FileScalar> list_count;  ///< type of the count, if the property is a list
+};
+
+struct Element {
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<Property> properties;
+};
+
+struct Header {
+    bool ascii = false, big_endian = false;
+    std::vector<Element> elements;
+    std::size_t size = 0;  ///< bytes up to the data
+};
+
+FileScalar parse_type(const std::string& word, const std::string& where) {
+    constexpr std::pair<std::string_view, FileScalar> kTypes[] = {
+        {"char", FileScalar::int8},      {"uchar", FileScalar::uint8},    {"short", FileScalar::int16},
+        {"ushort", FileScalar::uint16},  {"int", FileScalar::int32},      {"uint", FileScalar::uint32},
+        {"float", FileScalar::float32},  {"double", FileScalar::float64}, {"int8", FileScalar::int8},
+        {"uint8", FileScalar::uint8},    {"int16", FileScalar::int16},    {"uint16", FileScalar::uint16},
+        {"int32", FileScalar::int32},    {"uint32", FileScalar::uint32},  {"float32", FileScalar::float32},
+        {"float64", FileScalar::float64}};
+    for (const auto& [name, type] : kTypes)
+        if (name == word) return type;
+    throw FileError(fmt::format("{}: type '{}' is unknown: export the surface again", where, word));
+}
+
+Header parse_header(std::string_view bytes, const std::string& name) {
+    Header header;
+    int line_number = 0;
+    const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
+    const auto next_line = [&] {
+        const std::size_t end = bytes.find('\n', header.size);
+        if (end == std::string_view::npos)
+            throw FileError(fmt::format("{}: ends within its header: export the surface again", where()));
+        std::string line(bytes.substr(header.size, end - header.size));
+        if (!line.empty() && line.back() == '\r') line.pop_back();
+        header.size = end + 1;
+        ++line_number;
+        return line;
+    };
+    if (bytes.substr(0, 3) != "ply" || next_line() != "ply")
+        throw FileError(fmt::format("{}: does not begin with 'ply': it is no PLY file", name));
+    bool format_seen = false;
+    for (;;) {
+        std::istringstream line(next_line());
+        std::string key, word, version;
+        if (!(line >> key) || key == "comment" || key == "obj_info") continue;
+        if (key == "end_header") break;
+        if (key == "format") {
+            line >> word >> version;
+            header.ascii = word == "ascii";
+            header.big_endian = word == "binary_big_endian";
+            format_seen = header.ascii || header.big_endian || word == "binary_little_endian";
+            if (!format_seen || version != "1.0")
+                throw FileError(
+                    fmt::format("{}: format '{} {}' is unknown: save as binary 1.0", where(), word, version));
+        } else if (key == "element") {
+            Element element;
+            line >> element.name >> word;
+            const auto [end, failure] =
+                std::from_chars(word.data(), word.data() + word.size(), element.count);
+            if (failure != std::errc{} || end != word.data() + word.size())
+                throw FileError(fmt::format("{}: element count '{}': must be a whole number", where(), word));
+            header.elements.push_back(std::move(element));
+        } else if (key == "property" && !header.elements.empty()) {
+            Property property;
+            line >> word;
+            if (word == "list") {
+                line >> word;
+                property.list_count = parse_type(word, where());
+                line >> word;
+            }
+            property.type = parse_type(word, where());
+            if (!(line >> property.name))
+                throw FileError(
+                    fmt::format("{}: property without a name: export the surface again", where()));
+            header.elements.back().properties.push_back(std::move(property));
+        } else {
+            throw FileError(
+                fmt::format("{}: '{}' is no PLY header line: export the surface again", where(), key));
+        }
+    }
+    if (!format_seen)
+        throw FileError(fmt::format("{}: header has no format line: export the surface again", name));
+    return header;
+}
+
+/// Reads one value after another, from text or bytes.
+class Values {
+  public:
+    Values(const Header& header, std::string_view bytes, const std::string& name)
+        : ascii_(header.ascii),
+          big_endian_(header.big_endian),
+          at_(bytes.data() + header.size),
+          end_(bytes.data() + bytes.size()),
+          name_(name) {}
+
+    double next(FileScalar type, const Element& element, std::uint64_t row) {
+        if (ascii_) return next_word(element, row);
+        const std::size_t size = byte_size(type);
+        if (left() < size) cut_off(element, row);
+        const double value = load_scalar(at_, type, big_endian_);
+        at_ += size;
+        return value;
+    }
+
+    std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
+    bool ascii() const { return ascii_; }
+
+    [[noreturn]] void cut_off(const Element& element, std::uint64_t row) const {
+        throw FileError(fmt::format("{}: ends at {} {} of {}: the file is cut off; export the surface again",
+                                    name_, element.name, row, element.count));
+    }
+
+  private:
+    double next_word(const Element& element, std::uint64_t row) {
+        while (at_ != end_ && std::isspace(static_cast<unsigned char>(*at_))) ++at_;
+        if (at_ == end_) cut_off(element, row);
+        if (*at_ == '+') ++at_;
+        double value = 0.0;
+        const auto [next, failure] = std::from_chars(at_, end_, value);
+        if (failure != std::errc{} || (next != end_ && !std::isspace(static_cast<unsigned char>(*next))))
+            throw FileError(fmt::format("{}: {} {} has '{}' instead of a number: export the surface again",
+                                        name_, element.name, row,
+                                        std::string(at_, std::min(end_, at_ + 12))));
+        at_ = next;
+        return value;
+    }
+
+    bool ascii_, big_endian_;
+    const char* at_;
+    const char* end_;
+    std::string name_;
+};
+
+/// Rows of an element in columns; of the lists only the wanted one is kept, appended to the cells.
+struct Columns {
+    std::vector<std::vector<double>> values;  ///< per property; empty for lists
+    CellTriangles cells;
+};
+
+bool is_face_list(const Property& p) {
+    return p.list_count && (p.name == "vertex_indices" || p.name == "vertex_index");
+}
+
+Columns read_element(Values& source, const Element& element, bool keep, const std::string& name) {
+    // A declared count is believed only as far as the file could hold it: a byte a value, two in text.
+    const std::uint64_t row_bytes = std::max<std::size_t>(1, element.properties.size());
+    if (element.count > (source.left() + 1) / row_bytes && !element.properties.empty())
+        throw FileError(
+            fmt::format("{}: declares {} of '{}', more than the file holds: it is cut off or damaged", name,
+                        element.count, element.name));
+    Columns columns;
+    columns.values.resize(element.properties.size());
+    if (element.properties.empty()) return columns;
+    std::vector<std::uint32_t> polygon;
+    for (std::uint64_t row = 0; row < element.count; ++row)
+        for (std::size_t p = 0; p < element.properties.size(); ++p) {
+            const Property& property = element.properties[p];
+            if (!property.list_count) {
+                const double value = source.next(property.type, element, row);
+                if (keep) columns.values[p].push_back(value);
+                continue;
+            }
+            const double count = source.next(*property.list_count, element, row);
+            if (!(count >= 0.0) || count > static_cast<double>(source.left())) source.cut_off(element, row);
+            const bool face = keep && is_face_list(property);
+            polygon.clear();
+            for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+                const double index = source.next(property.type, element, row);
+                if (!face) continue;
+                if (!(index >= 0.0) || index > 4294967294.0)
+                    throw FileError(
+                        fmt::format("{}: face {} names vertex {}: the file is damaged", name, row, index));
+                polygon.push_back(static_cast<std::uint32_t>(index));
+            }
+            if (face && polygon.size() < 3)
+                throw FileError(fmt::format("{}: face {} has {} vertices: must have at least 3", name, row,
+                                            polygon.size()));
+            if (face) columns.cells.add_polygon(polygon, static_cast<std::uint32_t>(row));
+        }
+    return columns;
+}
+
+/// Attribute names go into XML later on: printable ASCII only.
+std::string clean_name(std::string name, char space) {
+    for (char& c : name)
+        if (c <= ' ' || c > '~') c = c == ' ' ? space : '_';
+    return name;
+}
+
+void take_attributes(const Element& element, Columns& columns, std::vector<Attribute>& attributes,
+                     const std::vector<std::uint32_t>* cell, MemoryBudget& budget) {
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+        const Property& property = element.properties[p];
+        if (property.list_count ||
+            (!cell && (property.name == "x" || property.name == "y" || property.name == "z")))
+            continue;
+        Attribute attribute{
+            clean_name(property.name, '_'), 1, attribute_scalar(property.type, columns.values[p]), {}};
+        if (cell) {
+            budget.take_doubles(static_cast<double>(cell->size()));
+            for (const std::uint32_t row : *cell) attribute.values.push_back(columns.values[p][row]);
+        } else {
+            attribute.values = std::move(columns.values[p]);
+        }
+        attributes.push_back(std::move(attribute));
+    }
+}
+
+void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh, const std::string& name,
+                   MemoryBudget& budget) {
+    for (int k = 0; k < 3; ++k) {
+        const std::string axis(1, static_cast<char>('x' + k));
+        const auto at = std::find_if(element.properties.begin(), element.properties.end(),
+                                     [&](const Property& p) { return p.name == axis && !p.list_count; });
+        if (at == element.properties.end())
+            throw FileError(fmt::format("{}: its vertices have no {}: export the surface again", name, axis));
+        const auto& column = columns.values[static_cast<std::size_t>(at - element.properties.begin())];
+        mesh.vertices.resize(column.size());
+        for (std::size_t i = 0; i < column.size(); ++i) mesh.vertices[i][k] = column[i];
+    }
+    take_attributes(element, columns, mesh.vertex_attributes, nullptr, budget);
+}
+
+}  // namespace
+
+TriangleMesh decode_ply(std::string_view bytes, const std::string& name) {
+    const Header header = parse_header(bytes, name);
+    Values source(header, bytes, name);
+    MemoryBudget budget(name, bytes.size());
+    TriangleMesh mesh;
+    bool vertices_seen = false, faces_seen = false;
+    for (const Element& element : header.elements) {
+        const bool vertex = element.name == "vertex" && !vertices_seen,
+                   face = element.name == "face" && !faces_seen;
+        if (element.count > 0xfffffffeu && !element.properties.empty())
+            throw FileError(
+                fmt::format("{}: declares {} of '{}': too many", name, element.count, element.name));
+        Columns columns = read_element(source, element, vertex || face, name);
+        if (vertex) take_vertices(element, columns, mesh, name, budget);
+        if (face) {
+            mesh.triangles = std::move(columns.cells.triangles);
+            take_attributes(element, columns, mesh.triangle_attributes, &columns.cells.cell, budget);
+        }
+        vertices_seen |= vertex;
+        faces_seen |= face;
+    }
+    check_read_mesh(mesh, name);
+    return mesh;
+}
+
+std::string encode_ply(const TriangleMesh& mesh, const MeshMetadata& metadata) {
+    check_written_mesh(mesh);
+    std::string bytes = "ply\nformat binary_little_endian 1.0\n";
+    for (const auto& [name, text] : metadata.texts)
+        bytes += fmt::format("comment {}: {}\n", clean_name(name, '_'), clean_name(text, ' '));
+    for (const auto& [name, number] : metadata.numbers)
+        bytes += fmt::format("comment {}: {}\n", clean_name(name, '_'), number);
+    const auto declare = [&](const std::vector<Attribute>& attributes) {
+        for (const Attribute& a : attributes)
+            for (int k = 0; k < a.components; ++k)
+                bytes += fmt::format("property {} {}{}\n",
+                                     a.type == Scalar::float32   ? "float"
+                                     : a.type == Scalar::float64 ? "double"
+                                                                 : "int",
+                                     clean_name(a.name, '_'), a.components > 1 ? fmt::format("_{}", k) : "");
+    };
+    const auto append_row = [&](const std::vector<Attribute>& attributes, std::size_t row) {
+        for (const Attribute& a : attributes) {
+            const auto n = static_cast<std::size_t>(a.components);
+            for (std::size_t k = 0; k < n; ++k) append_scalar(bytes, a.type, a.values[row * n + k]);
+        }
+    };
+    bytes += fmt::format("element vertex {}\nproperty double x\nproperty double y\nproperty double z\n",
+                         mesh.vertices.size());
+    declare(mesh.vertex_attributes);
+    bytes += fmt::format("element face {}\nproperty list uchar uint vertex_indices\n", mesh.triangles.size());
+    declare(mesh.triangle_attributes);
+    bytes += "end_header\n";
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        for (int k = 0; k < 3; ++k) append_value(bytes, mesh.vertices[i][k]);
+        append_row(mesh.vertex_attributes, i);
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        append_value<std::uint8_t>(bytes, 3);
+        for (const std::uint32_t v : mesh.triangles[t]) append_value(bytes, v);
+        append_row(mesh.triangle_attributes, t);
+    }
+    return bytes;
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,172 @@
+#include <cctype>
+#include <charconv>
+#include <unordered_map>
+
+#include "surface/files/mesh_bytes.hpp"
+#include "surface/files/mesh_io.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+constexpr std::size_t kHeader = 80, kFacet = 50;
+
+/// Corners of facets, each a vertex of its own until those in the same place are made one.
+class Soup {
+  public:
+    std::uint32_t add(const Vec3& p) {
+        // Adding zero makes -0 and 0 the same place.
+        const Key key{{p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}};
+        const auto [at, fresh] = index_.try_emplace(key, static_cast<std::uint32_t>(mesh.vertices.size()));
+        if (fresh) mesh.vertices.push_back(p);
+        return at->second;
+    }
+    void add_facet(const std::array<Vec3, 3>& corners, double attribute) {
+        const Triangle t{add(corners[0]), add(corners[1]), add(corners[2])};
+        if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+            ++collapsed;
+            return;
+        }
+        mesh.triangles.push_back(t);
+        attributes.push_back(attribute);
+    }
+
+    TriangleMesh mesh;
+    std::vector<double> attributes;
+    std::size_t collapsed = 0;
+
+  private:
+    struct Key {
+        std::array<double, 3> p;
+        std::array<std::uint64_t, 3> bits() const { return std::bit_cast<std::array<std::uint64_t, 3>>(p); }
+        bool operator==(const Key& other) const { return bits() == other.bits(); }
+    };
+    struct Hash {
+        std::size_t operator()(const Key& key) const {
+            std::uint64_t h = 0x9e3779b97f4a7c15u;
+            for (const std::uint64_t c : key.bits()) {
+                h ^= c;
+                h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
+            }
+            return static_cast<std::size_t>(h ^ (h >> 27));
+        }
+    };
+    std::unordered_map<Key, std::uint32_t, Hash> index_;
+};
+
+/// The numbers of a line after its keyword.
+/// \throws FileError unless there are three.
+Vec3 parse_point(std::string_view line, const std::string& where) {
+    Vec3 p;
+    const char *at = line.data(), *end = at + line.size();
+    for (int k = 0; k < 3; ++k) {
+        while (at != end && std::isspace(static_cast<unsigned char>(*at))) ++at;
+        if (at != end && *at == '+') ++at;
+        const auto [next, failure] = std::from_chars(at, end, p[k]);
+        if (failure != std::errc{})
+            throw FileError(fmt::format("{}: '{}' instead of a number: export the surface again", where,
+                                        std::string(at, std::min(end, at + 12))));
+        at = next;
+    }
+    return p;
+}
+
+void read_ascii(std::string_view bytes, const std::string& name, Soup& soup) {
+    std::array<Vec3, 3> corners;
+    std::size_t corner = 0, line_number = 0;
+    for (std::size_t begin = 0; begin < bytes.size();) {
+        const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
+        std::string_view line = bytes.substr(begin, end - begin);
+        begin = end + 1;
+        ++line_number;
+        while (!line.empty() && std::isspace(static_cast<unsigned char>(line.front()))) line.remove_prefix(1);
+        std::size_t length = 0;
+        std::string word;
+        while (length < line.size() && std::isalpha(static_cast<unsigned char>(line[length])))
+            word += static_cast<char>(std::tolower(static_cast<unsigned char>(line[length++])));
+        const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
+        if (word == "vertex") {
+            if (corner == 3)
+                throw FileError(where() + ": a fourth corner of a facet: split it into triangles");
+            corners[corner++] = parse_point(line.substr(length), where());
+        } else if (word == "facet") {
+            corner = 0;
+        } else if (word == "endfacet") {
+            if (corner != 3)
+                throw FileError(
+                    fmt::format("{}: facet of {} corners: export the surface again", where(), corner));
+            soup.add_facet(corners, 0.0);
+            corner = 0;
+        } else if (!word.empty() && word != "solid" && word != "endsolid" && word != "outer" &&
+                   word != "endloop") {
+            throw FileError(fmt::format("{}: '{}' is no STL keyword: export the surface again", where(),
+                                        word.substr(0, 20)));
+        } else if (word.empty() && !line.empty()) {
+            throw FileError(where() + ": no STL text: export the surface again");
+        }
+    }
+    if (corner != 0) throw FileError(fmt::format("{}: ends within a facet: the file is cut off", name));
+}
+
+void read_binary(std::string_view bytes, std::uint64_t facets, Soup& soup) {
+    for (std::uint64_t f = 0; f < facets; ++f) {
+        const char* at = bytes.data() + kHeader + 4 + f * kFacet + 12;  // past the normal
+        std::array<Vec3, 3> corners;
+        for (auto& corner : corners)
+            for (int k = 0; k < 3; ++k, at += 4) corner[k] = static_cast<double>(load<float>(at, false));
+        soup.add_facet(corners, static_cast<double>(load<std::uint16_t>(at, false)));
+    }
+}
+
+}  // namespace
+
+TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
+    Soup soup;
+    // Binary files may begin with `solid`, too: their size tells.
+    std::uint64_t facets = 0;
+    if (bytes.size() >= kHeader + 4) facets = load<std::uint32_t>(bytes.data() + kHeader, false);
+    const std::uint64_t whole = kHeader + 4 + facets * kFacet;
+    const bool solid = bytes.substr(0, 5) == "solid";
+    const bool trailed = bytes.size() > whole && facets > 0;  // some programs append a trailer
+    if (bytes.size() == whole || (!solid && trailed)) {
+        read_binary(bytes, facets, soup);
+    } else if (solid) {
+        read_ascii(bytes, name, soup);
+    } else {
+        throw FileError(
+            fmt::format("{}: {} bytes for {} facets of binary STL, and no ascii STL either: it is cut "
+                        "off or of another kind",
+                        name, bytes.size(), facets));
+    }
+    const bool tagged =
+        std::any_of(soup.attributes.begin(), soup.attributes.end(), [](double a) { return a != 0.0; });
+    if (tagged)
+        soup.mesh.triangle_attributes.push_back({"attribute", 1, Scalar::int32, std::move(soup.attributes)});
+    if (metadata && soup.collapsed > 0)
+        metadata->dropped.push_back(fmt::format("{} facets with coinciding corners", soup.collapsed));
+    check_read_mesh(soup.mesh, name);
+    return std::move(soup.mesh);
+}
+
+std::string encode_stl(const TriangleMesh& mesh) {
+    check_written_mesh(mesh);
+    if (mesh.triangles.size() > 0xffffffffu)
+        throw GeometryError(
+            fmt::format("{} triangles are more than an STL file counts: write VTP", mesh.triangles.size()));
+    std::string bytes(kHeader, '\0');
+    constexpr std::string_view kTitle = "Sidewall";
+    bytes.replace(0, kTitle.size(), kTitle);
+    bytes.reserve(kHeader + 4 + kFacet * mesh.triangles.size());
+    append_value(bytes, static_cast<std::uint32_t>(mesh.triangles.size()));
+    const Attribute* attribute = mesh.triangle_attribute("attribute");
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3 area = area_vector(mesh, t), normal = area.isZero(0.0) ? area : Vec3(area.normalized());
+        for (int k = 0; k < 3; ++k) append_value(bytes, static_cast<float>(normal[k]));
+        for (const std::uint32_t v : mesh.triangles[t])
+            for (int k = 0; k < 3; ++k) append_value(bytes, static_cast<float>(mesh.vertices[v][k]));
+        const double value = attribute && attribute->components == 1 ? attribute->values[t] : 0.0;
+        append_value(bytes, static_cast<std::uint16_t>(value >= 0.0 && value <= 65535.0 ? value : 0.0));
+    }
+    return bytes;
+}
+
+}  // namespace sidewall::surface

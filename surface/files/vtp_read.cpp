@@ -1,0 +1,177 @@
+#include <span>
+#include <sstream>
+
+#include "surface/files/mesh_io.hpp"
+#include "surface/files/vtp_xml.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+using vtp::DataArray;
+using vtp::Document;
+using vtp::Piece;
+
+const DataArray& find_array(const Document& document, const std::vector<DataArray>& arrays,
+                            std::string_view name, std::string_view section) {
+    for (const DataArray& array : arrays)
+        if (array.name == name) return array;
+    throw FileError(fmt::format("{}: {} has no array '{}': the file is damaged; export the surface again",
+                                document.name, section, name));
+}
+
+/// The cells of Polys or Strips, each a list of vertices of the piece.
+struct Cells {
+    std::vector<std::uint32_t> vertices;
+    std::vector<std::size_t> offsets{0};
+    std::size_t size() const { return offsets.size() - 1; }
+    std::span<const std::uint32_t> operator[](std::size_t i) const {
+        return std::span(vertices).subspan(offsets[i], offsets[i + 1] - offsets[i]);
+    }
+};
+
+Cells read_cells(const Document& document, const Piece& piece, vtp::Section section, std::uint64_t count,
+                 std::string_view name) {
+    Cells cells;
+    if (count == 0) return cells;
+    const auto fail = [&](const std::string& what) {
+        throw FileError(fmt::format("{}: {}: {}; export the surface again", document.name, name, what));
+    };
+    const auto& arrays = piece.arrays[section];
+    for (const double end :
+         vtp::read_values(document, find_array(document, arrays, "offsets", name), count)) {
+        if (!(end >= static_cast<double>(cells.offsets.back()) + 3.0) || end > 1e12)
+            fail(fmt::format("cell {} has fewer than 3 vertices", cells.size()));
+        cells.offsets.push_back(static_cast<std::size_t>(end));
+    }
+    for (const double v : vtp::read_values(document, find_array(document, arrays, "connectivity", name),
+                                           cells.offsets.back())) {
+        if (!(v >= 0.0) || v >= static_cast<double>(piece.points))
+            fail(fmt::format("a cell names vertex {} of {}", v, piece.points));
+        cells.vertices.push_back(static_cast<std::uint32_t>(v));
+    }
+    return cells;
+}
+
+/// Attributes of a section; \p element lists which stored element each new one takes its values from.
+std::vector<Attribute> read_attributes(const Document& document, const std::vector<DataArray>& arrays,
+                                       std::uint64_t stored, const std::vector<std::uint32_t>* element) {
+    std::vector<Attribute> attributes;
+    for (const DataArray& array : arrays) {
+        const auto type = vtp::scalar_type(array.type);
+        if (!type || array.name.empty()) continue;
+        Attribute attribute{array.name, static_cast<int>(array.components), Scalar::float64, {}};
+        attribute.values = vtp::read_values(document, array, stored * array.components);
+        attribute.type = attribute_scalar(*type, attribute.values);
+        if (element) {
+            document.budget.take_doubles(static_cast<double>(element->size()) *
+                                         static_cast<double>(array.components));
+            std::vector<double> spread;
+            spread.reserve(element->size() * array.components);
+            for (const std::size_t e : *element)
+                for (std::size_t k = 0; k < array.components; ++k)
+                    spread.push_back(attribute.values[e * array.components + k]);
+            attribute.values = std::move(spread);
+        }
+        attributes.push_back(std::move(attribute));
+    }
+    return attributes;
+}
+
+TriangleMesh read_piece(const Document& document, const Piece& piece) {
+    if (piece.verts > 0 || piece.lines > 0)
+        throw FileError(fmt::format("{}: holds {} vertex and {} line cells: keep only its polygons",
+                                    document.name, piece.verts, piece.lines));
+    constexpr std::uint64_t kMost = 0xfffffffeu;
+    if (piece.points > kMost || piece.strips > kMost || piece.polys > kMost)
+        throw FileError(
+            fmt::format("{}: declares more than {} points or cells: the file is damaged or too large",
+                        document.name, kMost));
+    TriangleMesh mesh;
+    const auto& point_arrays = piece.arrays[vtp::kPoints];
+    if (piece.points > 0) {
+        if (point_arrays.empty() || point_arrays[0].components != 3)
+            throw FileError(fmt::format("{}: Points is no array of 3 components: export the surface again",
+                                        document.name));
+        const auto xyz = vtp::read_values(document, point_arrays[0], 3 * piece.points);
+        mesh.vertices.resize(piece.points);
+        for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+            mesh.vertices[i] = Vec3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+    }
+    // Cell data lists strips before polygons.
+    CellTriangles cells;
+    const Cells strips = read_cells(document, piece, vtp::kStrips, piece.strips, "Strips");
+    const Cells polys = read_cells(document, piece, vtp::kPolys, piece.polys, "Polys");
+    for (std::size_t i = 0; i < strips.size(); ++i) cells.add_strip(strips[i], static_cast<std::uint32_t>(i));
+    for (std::size_t i = 0; i < polys.size(); ++i)
+        cells.add_polygon(polys[i], static_cast<std::uint32_t>(strips.size() + i));
+    mesh.triangles = std::move(cells.triangles);
+    mesh.vertex_attributes = read_attributes(document, piece.arrays[vtp::kPointData], piece.points, nullptr);
+    mesh.triangle_attributes =
+        read_attributes(document, piece.arrays[vtp::kCellData], piece.strips + piece.polys, &cells.cell);
+    return mesh;
+}
+
+/// Keeps the attributes that both have in the same shape.
+void append_attributes(std::vector<Attribute>& all, const std::vector<Attribute>& more) {
+    std::erase_if(all, [&](Attribute& a) {
+        for (const Attribute& b : more)
+            if (a.name == b.name && a.components == b.components) {
+                a.values.insert(a.values.end(), b.values.begin(), b.values.end());
+                if (a.type != b.type) a.type = Scalar::float64;
+                return false;
+            }
+        return true;
+    });
+}
+
+void append(TriangleMesh& all, const TriangleMesh& piece, const std::string& name) {
+    const std::size_t base = all.vertices.size();
+    if (base + piece.vertices.size() > 0xfffffffeu)
+        throw FileError(fmt::format("{}: has more than {} points: it is too large", name, 0xfffffffeu));
+    all.vertices.insert(all.vertices.end(), piece.vertices.begin(), piece.vertices.end());
+    for (Triangle t : piece.triangles) {
+        for (std::uint32_t& v : t) v += static_cast<std::uint32_t>(base);
+        all.triangles.push_back(t);
+    }
+    append_attributes(all.vertex_attributes, piece.vertex_attributes);
+    append_attributes(all.triangle_attributes, piece.triangle_attributes);
+}
+
+MeshMetadata read_metadata(const Document& document) {
+    MeshMetadata metadata;
+    for (const DataArray& array : document.field_data) {
+        if (array.components != 1 || array.tuples != 1) continue;
+        if (array.type == "String" && array.format == "ascii") {
+            std::istringstream codes(array.text);
+            std::string text;
+            for (int code = 0; codes >> code && code > 0 && code < 256;)
+                text += static_cast<char>(static_cast<unsigned char>(code));
+            metadata.texts.emplace_back(array.name, text);
+        } else if (vtp::scalar_type(array.type)) {
+            metadata.numbers.emplace_back(array.name, vtp::read_values(document, array, 1).front());
+        }
+    }
+    return metadata;
+}
+
+}  // namespace
+
+TriangleMesh decode_vtp(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
+    const Document document = vtp::read_document(bytes, name);
+    TriangleMesh mesh;
+    bool first = true;
+    for (const Piece& piece : document.pieces) {
+        if (piece.points == 0 && piece.polys == 0 && piece.strips == 0) continue;
+        TriangleMesh part = read_piece(document, piece);
+        if (first)
+            mesh = std::move(part);
+        else
+            append(mesh, part, name);
+        first = false;
+    }
+    check_read_mesh(mesh, name);
+    if (metadata) *metadata = read_metadata(document);
+    return mesh;
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,178 @@
+#include "surface/tetrahedra/tet_complex.hpp"
+
+#include <algorithm>
+#include <bit>
+
+namespace sidewall::surface {
+namespace {
+
+void insert_region(std::vector<int>& regions, int region) {
+    const auto at = std::lower_bound(regions.begin(), regions.end(), region);
+    if (at == regions.end() || *at != region) regions.insert(at, region);
+}
+
+}  // namespace
+
+int Place::freedom() const {
+    return std::max(0, 4 - std::popcount(sides) - static_cast<int>(regions.size()));
+}
+
+std::uint32_t TetComplex::add_vertex(const Vec3& p, std::uint8_t sides) {
+    point.push_back(p);
+    side.push_back(sides);
+    around.emplace_back();
+    return static_cast<std::uint32_t>(point.size() - 1);
+}
+
+std::uint32_t TetComplex::add_tet(const Tetrahedron& t, int of) {
+    const auto index = static_cast<std::uint32_t>(tet.size());
+    tet.push_back(t);
+    region.push_back(of);
+    for (const std::uint32_t v : t) around[v].push_back(index);
+    ++living_;
+    return index;
+}
+
+void TetComplex::remove_tet(std::uint32_t t) {
+    for (const std::uint32_t v : tet[t]) {
+        auto& list = around[v];
+        list.erase(std::find(list.begin(), list.end(), t));
+    }
+    tet[t][0] = kNone;
+    --living_;
+}
+
+std::vector<std::uint32_t> TetComplex::at_edge(std::uint32_t a, std::uint32_t b) const {
+    const bool fewer = around[a].size() <= around[b].size();
+    std::vector<std::uint32_t> found;
+    for (const std::uint32_t t : around[fewer ? a : b])
+        if (has(t, fewer ? b : a)) found.push_back(t);
+    return found;
+}
+
+double TetComplex::cosine(std::uint32_t t) const {
+    const auto& [a, b, c, d] = tet[t];
+    return widest_cosine(point[a], point[b], point[c], point[d]);
+}
+
+double TetComplex::cosine_around(std::uint32_t v) const {
+    double widest = -1.0;
+    for (const std::uint32_t t : around[v]) widest = std::max(widest, cosine(t));
+    return widest;
+}
+
+// A face of one tetrahedron alone lies on a side, or on the boundary to what is not meshed.
+void TetComplex::add_outside(Place& place, std::vector<std::array<std::uint32_t, 3>>& faces) const {
+    std::sort(faces.begin(), faces.end());
+    for (std::size_t i = 0, j = 0; i < faces.size(); i = j) {
+        for (j = i; j < faces.size() && faces[j] == faces[i]; ++j) {
+        }
+        if (j - i == 1 && (side[faces[i][0]] & side[faces[i][1]] & side[faces[i][2]]) == 0)
+            insert_region(place.regions, outside);
+    }
+}
+
+Place TetComplex::place(std::uint32_t v) const {
+    Place place{side[v], {}};
+    std::vector<std::array<std::uint32_t, 3>> faces;
+    faces.reserve(3 * around[v].size());
+    for (const std::uint32_t t : around[v]) {
+        insert_region(place.regions, region[t]);
+        Tetrahedron sorted = tet[t];
+        std::sort(sorted.begin(), sorted.end());
+        for (std::size_t k = 0; k < 4; ++k) {
+            if (sorted[k] == v) continue;
+            std::array<std::uint32_t, 3> face{};
+            std::size_t n = 0;
+            for (std::size_t i = 0; i < 4; ++i)
+                if (i != k) face[n++] = sorted[i];
+            faces.push_back(face);
+        }
+    }
+    add_outside(place, faces);
+    return place;
+}
+
+Place TetComplex::place(std::uint32_t a, std::uint32_t b) const {
+    Place place{static_cast<std::uint8_t>(side[a] & side[b]), {}};
+    std::vector<std::array<std::uint32_t, 3>> faces;
+    for (const std::uint32_t t : at_edge(a, b)) {
+        insert_region(place.regions, region[t]);
+        for (const std::uint32_t c : tet[t])
+            if (c != a && c != b) faces.push_back({a, b, c});
+    }
+    add_outside(place, faces);
+    return place;
+}
+
+std::uint32_t TetComplex::split(std::uint32_t a, std::uint32_t b, const Vec3& p) {
+    const std::vector<std::uint32_t> old = at_edge(a, b);
+    const std::uint32_t m = add_vertex(p, side[a] & side[b]);
+    for (const std::uint32_t t : old) {
+        Tetrahedron low = tet[t], high = tet[t];
+        std::replace(low.begin(), low.end(), b, m);
+        std::replace(high.begin(), high.end(), a, m);
+        const int of = region[t];
+        remove_tet(t);
+        add_tet(low, of);
+        add_tet(high, of);
+    }
+    return m;
+}
+
+bool TetComplex::may_collapse(std::uint32_t from, std::uint32_t to) const {
+    const Place of_edge = place(from, to);
+    if (of_edge != place(from)) return false;
+    // Vertices next to both ends must be those at the edge: else something would be pinched.
+    std::vector<std::uint32_t> near_from, near_to, at, both;
+    const auto collect = [&](std::uint32_t v, std::vector<std::uint32_t>& list) {
+        for (const std::uint32_t t : around[v])
+            for (const std::uint32_t c : tet[t])
+                if (c != from && c != to) list.push_back(c);
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
+    };
+    collect(from, near_from);
+    collect(to, near_to);
+    for (const std::uint32_t t : around[from])
+        if (has(t, to))
+            for (const std::uint32_t c : tet[t])
+                if (c != from && c != to) at.push_back(c);
+    std::sort(at.begin(), at.end());
+    at.erase(std::unique(at.begin(), at.end()), at.end());
+    std::set_intersection(near_from.begin(), near_from.end(), near_to.begin(), near_to.end(),
+                          std::back_inserter(both));
+    return both == at;
+}
+
+double TetComplex::cosine_if_collapsed(std::uint32_t from, std::uint32_t to) const {
+    double widest = -1.0;
+    for (const std::uint32_t t : around[from]) {
+        if (has(t, to)) continue;
+        std::array<Vec3, 4> p;
+        for (std::size_t k = 0; k < 4; ++k) p[k] = point[tet[t][k] == from ? to : tet[t][k]];
+        widest = std::max(widest, widest_cosine(p[0], p[1], p[2], p[3]));
+        if (widest > 1.0) break;
+    }
+    return widest;
+}
+
+void TetComplex::collapse(std::uint32_t from, std::uint32_t to) {
+    const std::vector<std::uint32_t> old = around[from];
+    for (const std::uint32_t t : old) {
+        Tetrahedron changed = tet[t];
+        const int of = region[t];
+        const bool gone = has(t, to);
+        remove_tet(t);
+        if (gone) continue;
+        std::replace(changed.begin(), changed.end(), from, to);
+        add_tet(changed, of);
+    }
+}
+
+void TetComplex::replace(std::span<const std::uint32_t> old, std::span<const Tetrahedron> by, int of) {
+    for (const std::uint32_t t : old) remove_tet(t);
+    for (const Tetrahedron& t : by) add_tet(t, of);
+}
+
+}  // namespace sidewall::surface

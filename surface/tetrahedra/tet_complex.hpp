@@ -1,0 +1,73 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "surface/tetrahedra/tet_mesh.hpp"
+
+// Tetrahedra that change: the mesher's own, not for others.
+namespace sidewall::surface {
+
+/// Where a vertex or an edge lies: on sides of the box, and between which regions. It may move or be merged only
+/// within that.
+struct Place {
+    std::uint8_t sides = 0;  ///< bits of TetComplex::side
+    std::vector<int>
+        regions;  ///< that meet there, ascending; the outside that is no side counts as the last one
+
+    /// 3 inside a region or 2 on a side or an interface, 1 on a line where such meet, 0 in a corner; at least.
+    int freedom() const;
+    bool operator==(const Place&) const = default;
+};
+
+/// Tetrahedra by their vertices and the other way round. All operations keep the mesh conforming and its bytes
+/// independent of anything but their order.
+class TetComplex {
+  public:
+    std::vector<Vec3> point;         ///< by vertex
+    std::vector<std::uint8_t> side;  ///< by vertex: bit 2 a + h: on the low or high side of axis a
+    std::vector<Tetrahedron> tet;    ///< a dead one has kNone first
+    std::vector<int> region;         ///< by tetrahedron
+    std::vector<std::vector<std::uint32_t>> around;  ///< by vertex: its tetrahedra
+    int outside = 0;                                 ///< the region that is not meshed, if any
+
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+
+    std::uint32_t add_vertex(const Vec3& p, std::uint8_t sides);
+    std::uint32_t add_tet(const Tetrahedron& t, int of);
+    void remove_tet(std::uint32_t t);
+    bool alive(std::uint32_t t) const { return tet[t][0] != kNone; }
+    bool has(std::uint32_t t, std::uint32_t v) const {
+        const Tetrahedron& c = tet[t];
+        return c[0] == v || c[1] == v || c[2] == v || c[3] == v;
+    }
+    /// Tetrahedra at an edge.
+    std::vector<std::uint32_t> at_edge(std::uint32_t a, std::uint32_t b) const;
+    double cosine(std::uint32_t t) const;
+    /// The largest of the tetrahedra at a vertex.
+    double cosine_around(std::uint32_t v) const;
+
+    Place place(std::uint32_t v) const;
+    Place place(std::uint32_t a, std::uint32_t b) const;
+
+    /// Divides an edge and all tetrahedra at it. \returns the new vertex.
+    std::uint32_t split(std::uint32_t a, std::uint32_t b, const Vec3& p);
+
+    /// Whether \p from may be merged into \p to: it keeps its place, and the mesh its topology.
+    bool may_collapse(std::uint32_t from, std::uint32_t to) const;
+    /// Widest cosine of the tetrahedra that a merge would leave of those at \p from.
+    double cosine_if_collapsed(std::uint32_t from, std::uint32_t to) const;
+    void collapse(std::uint32_t from, std::uint32_t to);
+
+    /// Replaces tetrahedra by others that fill the same space.
+    void replace(std::span<const std::uint32_t> old, std::span<const Tetrahedron> by, int of);
+
+    std::size_t count() const { return living_; }
+
+  private:
+    void add_outside(Place& place, std::vector<std::array<std::uint32_t, 3>>& faces) const;
+    std::size_t living_ = 0;
+};
+
+}  // namespace sidewall::surface

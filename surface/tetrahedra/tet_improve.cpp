@@ -1,0 +1,274 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "surface/tetrahedra/tet_flips.hpp"
+#include "surface/tetrahedra/tet_stages.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+constexpr double kLeastGain = 1e-6;  // of a cosine: less is no improvement
+constexpr double kRequired = 0.6;    // of the angle aimed at: less is mended by all means
+
+double cosine_of_deg(double degrees) {
+    return std::cos(degrees * std::numbers::pi / 180.0);
+}
+
+Vec3 nearest_in_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    // Ericson, Real-Time Collision Detection, section 5.1.5.
+    const Vec3 ab = b - a, ac = c - a, ap = p - a;
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+    if (d1 <= 0.0 && d2 <= 0.0) return a;
+    const Vec3 bp = p - b;
+    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+    if (d3 >= 0.0 && d4 <= d3) return b;
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+    const Vec3 cp = p - c;
+    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+    if (d6 >= 0.0 && d5 <= d6) return c;
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) return b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b);
+    const double sum = va + vb + vc;
+    return a + vb / sum * ab + vc / sum * ac;
+}
+
+class Improver {
+  public:
+    Improver(TetComplex& mesh, std::span<const Front> fronts, const TetOptions& options)
+        : mesh_(mesh), fronts_(fronts), options_(options) {}
+
+    void run();
+
+  private:
+    std::size_t pass(double target, double slack);
+    bool insert(std::uint32_t t);
+    bool mend(std::uint32_t t, double slack);
+    bool merge(std::uint32_t t, double slack);
+    bool move(std::uint32_t v);
+    bool flip(std::uint32_t t);
+    bool hand_over(std::uint32_t t, double slack);
+    bool keeps_fronts(std::uint32_t from, std::uint32_t to, double slack) const;
+    std::optional<Vec3> on_place(const Place& place, const Vec3& p) const;
+
+    TetComplex& mesh_;
+    std::span<const Front> fronts_;
+    const TetOptions& options_;
+    bool forced_ = false;  // what is within the slack may also change the fronts' connections
+};
+
+// Whether the faces between regions around a vertex still pass it within the slack once it is merged.
+bool Improver::keeps_fronts(std::uint32_t from, std::uint32_t to, double slack) const {
+    struct Face {
+        std::array<std::uint32_t, 2> rest;
+        int region;
+    };
+    std::vector<Face> faces;
+    for (const std::uint32_t t : mesh_.around[from]) {
+        std::array<std::uint32_t, 3> rest{};
+        std::size_t n = 0;
+        for (const std::uint32_t v : mesh_.tet[t])
+            if (v != from) rest[n++] = v;
+        std::sort(rest.begin(), rest.end());
+        for (std::size_t k = 0; k < 3; ++k)
+            faces.push_back({{rest[k == 0 ? 1 : 0], rest[k == 2 ? 1 : 2]}, mesh_.region[t]});
+    }
+    std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.rest < b.rest; });
+    const Vec3& p = mesh_.point[from];
+    double least = 1e300;
+    bool any = false;
+    for (std::size_t i = 0, j = 0; i < faces.size(); i = j) {
+        for (j = i; j < faces.size() && faces[j].rest == faces[i].rest; ++j) {
+        }
+        if (j - i == 2 && faces[i].region == faces[i + 1].region) continue;
+        const auto [b, c] = faces[i].rest;
+        if (j - i == 1 && (mesh_.side[from] & mesh_.side[b] & mesh_.side[c]) != 0) continue;
+        any = true;
+        if (b == to || c == to) continue;
+        least = std::min(
+            least, (p - nearest_in_triangle(p, mesh_.point[to], mesh_.point[b], mesh_.point[c])).norm());
+    }
+    return !any || least <= slack;
+}
+
+bool Improver::merge(std::uint32_t t, double slack) {
+    const Tetrahedron c = mesh_.tet[t];
+    struct Way {
+        double cosine;
+        std::uint32_t from, to;
+    };
+    std::vector<Way> ways;
+    for (const std::uint32_t from : c) {
+        const double before = mesh_.cosine_around(from);
+        for (const std::uint32_t to : c) {
+            if (from == to || (mesh_.side[from] & ~mesh_.side[to]) != 0) continue;
+            const double after = mesh_.cosine_if_collapsed(from, to);
+            if (after < before - kLeastGain) ways.push_back({after, from, to});
+        }
+    }
+    std::sort(ways.begin(), ways.end(), [](const Way& a, const Way& b) { return a.cosine < b.cosine; });
+    for (const Way& way : ways)
+        if ((forced_ && (mesh_.point[way.from] - mesh_.point[way.to]).norm() <= slack) ||
+            (mesh_.may_collapse(way.from, way.to) && keeps_fronts(way.from, way.to, slack))) {
+            mesh_.collapse(way.from, way.to);
+            return true;
+        }
+    return false;
+}
+
+// The nearest point of a vertex's side and front; nothing where it had better stay.
+std::optional<Vec3> Improver::on_place(const Place& place, const Vec3& p) const {
+    if (place.regions.size() == 1) return p;
+    const int high = place.regions[1];
+    const auto k = static_cast<std::size_t>(high == mesh_.outside ? high - 1 : place.regions[0]);
+    Vec3 q = p;
+    for (int i = 0; i < 2; ++i) {
+        const DistanceSample sample = fronts_[k](q);
+        Vec3 rise = sample.rise;
+        for (int a = 0; a < 3; ++a)
+            if ((place.sides >> (2 * a) & 3) != 0) rise[a] = 0.0;
+        const double squared = rise.squaredNorm();
+        if (squared < 0.1) return std::nullopt;
+        q -= sample.distance / squared * rise;
+    }
+    return q;
+}
+
+bool Improver::move(std::uint32_t v) {
+    const Place place = mesh_.place(v);
+    if (place.regions.size() > 2 || place.freedom() == 0) return false;
+    const Vec3 start = mesh_.point[v];
+    double shortest = 1e300;
+    for (const std::uint32_t t : mesh_.around[v])
+        for (const std::uint32_t w : mesh_.tet[t])
+            if (w != v) shortest = std::min(shortest, (mesh_.point[w] - start).norm());
+    double best = mesh_.cosine_around(v);
+    const double before = best;
+    Vec3 here = start;
+    double step = 0.3 * shortest;
+    for (int round = 0; round < 8 && step > 0.01 * shortest; ++round) {
+        bool better = false;
+        for (int d = 0; d < 6; ++d) {
+            const int axis = d / 2;
+            if ((place.sides >> (2 * axis) & 3) != 0) continue;
+            Vec3 p = here;
+            p[axis] += d % 2 == 0 ? step : -step;
+            const std::optional<Vec3> q = on_place(place, p);
+            if (!q || !options_.box.min.cwiseMax(*q).isApprox(*q, 0.0) ||
+                !options_.box.max.cwiseMin(*q).isApprox(*q, 0.0))
+                continue;
+            mesh_.point[v] = *q;
+            const double cosine = mesh_.cosine_around(v);
+            if (cosine >= best - kLeastGain) continue;
+            best = cosine;
+            here = *q;
+            better = true;
+        }
+        if (!better) step *= 0.5;
+    }
+    mesh_.point[v] = here;
+    return best < before - kLeastGain;
+}
+
+bool Improver::flip(std::uint32_t t) {
+    const Tetrahedron c = mesh_.tet[t];
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j)
+            if (remove_edge(mesh_, c[i], c[j])) return true;
+    for (std::size_t i = 0; i < 4; ++i)
+        if (remove_face(mesh_, t, c[i])) return true;
+    return false;
+}
+
+// A flat tetrahedron between two regions goes over to the other one, where flips remove it.
+bool Improver::hand_over(std::uint32_t t, double slack) {
+    const Tetrahedron c = mesh_.tet[t];
+    double largest = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const Vec3 &a = mesh_.point[c[(k + 1) % 4]], &b = mesh_.point[c[(k + 2) % 4]],
+                   &d = mesh_.point[c[(k + 3) % 4]];
+        largest = std::max(largest, 0.5 * (b - a).cross(d - a).norm());
+    }
+    const double volume =
+        std::abs(tet_volume(mesh_.point[c[0]], mesh_.point[c[1]], mesh_.point[c[2]], mesh_.point[c[3]]));
+    if (!(3.0 * volume <= 2.0 * slack * largest)) return false;
+    // By face, opposite to corner k: the region beyond; -1 on a side.
+    std::array<int, 4> beyond{};
+    for (std::size_t k = 0; k < 4; ++k) {
+        const std::uint32_t a = c[(k + 1) % 4], b = c[(k + 2) % 4], d = c[(k + 3) % 4];
+        beyond[k] = (mesh_.side[a] & mesh_.side[b] & mesh_.side[d]) != 0 ? -1 : mesh_.outside;
+        for (const std::uint32_t other : mesh_.at_edge(a, b))
+            if (other != t && mesh_.has(other, d)) beyond[k] = mesh_.region[other];
+    }
+    const int own = mesh_.region[t];
+    for (const int to : beyond) {
+        if (to < 0 || to == own || std::count(beyond.begin(), beyond.end(), to) < (forced_ ? 1 : 2)) continue;
+        if (to == mesh_.outside && !options_.outside) {
+            mesh_.remove_tet(t);
+            return true;
+        }
+        mesh_.region[t] = to;
+        if (flip(t)) return true;
+        mesh_.region[t] = own;
+    }
+    return false;
+}
+
+// A new vertex on an edge, moved to where it helps.
+bool Improver::insert(std::uint32_t t) {
+    const Tetrahedron c = mesh_.tet[t];
+    const double before = mesh_.cosine(t);
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j) {
+            const std::uint32_t m = mesh_.split(c[i], c[j], 0.5 * (mesh_.point[c[i]] + mesh_.point[c[j]]));
+            move(m);
+            if (mesh_.cosine_around(m) < before - kLeastGain) return true;
+            mesh_.collapse(m, c[i]);
+        }
+    return false;
+}
+
+bool Improver::mend(std::uint32_t t, double slack) {
+    if (merge(t, slack)) return true;
+    bool moved = false;
+    const double before = mesh_.cosine(t);
+    for (const std::uint32_t v : mesh_.tet[t]) moved = move(v) || moved;
+    if (moved && mesh_.cosine(t) < before - 0.01) return true;
+    return flip(t) || hand_over(t, slack) || moved || (forced_ && insert(t));
+}
+
+std::size_t Improver::pass(double target, double slack) {
+    std::vector<std::pair<double, std::uint32_t>> bad;
+    for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t)
+        if (mesh_.alive(t))
+            if (const double cosine = mesh_.cosine(t); cosine > target) bad.emplace_back(-cosine, t);
+    std::sort(bad.begin(), bad.end());
+    std::size_t mended = 0;
+    for (const auto& [cosine, t] : bad)
+        if (mesh_.alive(t) && mesh_.cosine(t) > target) mended += mend(t, slack);
+    return mended;
+}
+
+void Improver::run() {
+    const double target = cosine_of_deg(options_.target_deg);
+    for (int i = 0; i < 8; ++i) {
+        if (pass(target, options_.tolerance) == 0) break;
+    }
+    // What is left is at places where fronts meet at small angles or nearly touch.
+    const double required = cosine_of_deg(kRequired * options_.target_deg);
+    forced_ = true;
+    for (const double slack : {1.0, 1.0, 2.0, 2.0, 4.0, 4.0}) pass(required, slack * options_.tolerance);
+}
+
+}  // namespace
+
+void improve(TetComplex& mesh, std::span<const Front> fronts, const TetOptions& options) {
+    Improver(mesh, fronts, options).run();
+}
+
+}  // namespace sidewall::surface

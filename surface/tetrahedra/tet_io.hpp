@@ -1,0 +1,27 @@
+#pragma once
+#include <filesystem>
+
+#include "surface/files/mesh_io.hpp"
+#include "surface/tetrahedra/tet_mesh.hpp"
+
+namespace sidewall::surface {
+
+/// The file's bytes: VTK XML UnstructuredGrid, as encode_vtp writes: the tetrahedra, then the triangles. Cells have
+/// `region` and `boundary`, numbers from 0 and -1 for what is none; field data `regions` and `boundaries` have the names
+/// between commas.
+std::string encode_vtu(const TetMesh& mesh, const MeshMetadata& metadata = {});
+
+/// The file's bytes: Gmsh's format 2.2 in ASCII, numbers to the last bit. Boundaries and regions are physical groups.
+std::string encode_msh(const TetMesh& mesh);
+
+/// Writes tetrahedra; the extension picks the format: .vtu or .msh. The bytes depend on the arguments alone.
+/// \throws FileError for another extension, IoError if the disk refuses.
+void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata = {});
+
+/// A multi-block file, and its blocks as VTP in a folder of its name beside it.
+/// \throws IoError if the disk refuses.
+void write_vtm(const std::filesystem::path& path,
+               const std::vector<std::pair<std::string, const TriangleMesh*>>& blocks,
+               const MeshMetadata& metadata = {});
+
+}  // namespace sidewall::surface

@@ -1,0 +1,88 @@
+#include <catch2/catch.hpp>
+
+#include "app/models/model.hpp"
+#include "app/process/arriving/rates.hpp"
+#include "app/process/arriving/traced_surface.hpp"
+#include "levelset/layers/stack.hpp"
+
+// The worked example of app/models/README.md: a model as one would write it in a file of its own.
+namespace sidewall::app {
+namespace {
+
+enum Tally : std::size_t { kChlorine };  // in the order of flux_names
+
+// Chlorine covers free sites, spontaneous desorption empties them: theta = k_a phi / (k_a phi + k_d), V =
+// -rate theta.
+Model make_chlorine(const Values& values, const Materials& materials) {
+    const double adsorption = values.get<double>("adsorption"), desorption = values.get<double>("desorption");
+    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
+
+    Model model;
+    model.species = {{"chlorine", 1.0, by_material_id(values.get<ByMaterial>("sticking"), materials)}};
+    model.coverages.names = {"chlorine"};
+    model.coverages.react = [=](const SurfacePoint& point, double, std::span<double> theta) {
+        const double arriving = adsorption * point.flux[kChlorine];
+        theta[0] = arriving / (arriving + desorption);
+    };
+    model.sticking = [own = model.species](std::size_t k, const SurfacePoint& point) {
+        return own[k].sticking[static_cast<std::size_t>(point.material)] * (1.0 - point.coverage[0]);
+    };
+    model.speed = [=](const SurfacePoint& point) {
+        return -rate[static_cast<std::size_t>(point.material)] * point.coverage[0];
+    };
+    return model;
+}
+
+ModelEntry chlorine() {
+    return {"chlorine",
+            "adsorption and desorption of chlorine: V = -rate * theta",
+            {{"rate", ByMaterial{}, "length/time", "etch rate of a full surface", required(kNotNegative)},
+             {"sticking", ByMaterial{0.5}, "", "on free sites", kProbability},
+             {"adsorption", 1.0, "1/time", "sites taken at flux 1", kPositive},
+             {"desorption", 0.25, "1/time", "of a site", kPositive}},
+            make_chlorine};
+}
+
+}  // namespace
+}  // namespace sidewall::app
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+TEST_CASE("a model in one file: keys, species, coverages and speed are all there is to it") {
+    Recipe recipe;
+    recipe.domain.extent = {2.0, 2.0};
+    recipe.domain.grid_spacing = 0.25;
+    recipe.flux.rays = 200'000;
+    recipe.simplify.method = "none";
+    Values values;
+    app::bind(chlorine().keys, values);  // the defaults
+    values.entries["rate"] = ByMaterial{0.0, {{"Si", 2.0}}};
+    const Model model = chlorine().make(values, recipe.materials);
+
+    // An open wafer: flux 1, so theta = 1 / (1 + 0.25), whatever it sticks with.
+    const levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), {{0, levelset::Shape{}}});
+    Timing timing;
+    const TracedSurface surface = trace_surface(recipe, model, stack, {}, {.settle = true}, timing);
+    REQUIRE(surface.arriving);
+    const SurfaceFlux& arriving = *surface.arriving;
+    REQUIRE(arriving.coverage.size() == 1);
+    REQUIRE(arriving.trace);
+    CHECK(arriving.trace->traces >= 2);
+    CHECK(arriving.trace->coverage_change <= model.coverages.tolerance);
+    double sum = 0.0, area = 0.0;
+    for (std::size_t w = 0; w < arriving.wedges.count(); ++w) {
+        sum += arriving.wedges.area[w] * arriving.coverage[0][w];
+        area += arriving.wedges.area[w];
+    }
+    CHECK(sum / area == Approx(0.8).epsilon(0.01));
+    const levelset::Motion motion = surface_motion(model, stack, surface, timing);
+    CHECK(levelset::max_speed(stack, motion) == Approx(1.6).epsilon(0.05));
+
+    // Coverages carried from an equal surface have settled at once.
+    const SurfaceField field =
+        surface_field(surface.traced(), arriving.wedges, model.coverages.names, arriving.coverage);
+    const TracedSurface again = trace_surface(recipe, model, stack, field, {.settle = true}, timing);
+    REQUIRE(again.arriving);
+    CHECK(again.arriving->trace->traces == 1);
+}

@@ -1,0 +1,103 @@
+#include "app/recipe/gds.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "surface/error.hpp"
+#include "tests/app/recipe/gds_bytes.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+double area(const levelset::Polygon& polygon) {
+    double sum = 0.0;
+    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
+        sum += 0.5 * (polygon[j][0] * polygon[k][1] - polygon[k][0] * polygon[j][1]);
+    return std::abs(sum);
+}
+
+// A square of 100 database units on layer 1/0 and a path on 2/5, in a cell that TOP places as a 3 x 2 array,
+// and once more turned, mirrored and doubled.
+std::string library() {
+    return test::gds_library(
+        test::gds_cell("UNIT", test::gds_boundary(1, 0, {0, 0, 100, 0, 100, 100, 0, 100, 0, 0}) +
+                                   test::gds_path(2, 5, 20, {0, 0, 200, 0, 200, 50})) +
+        test::gds_cell("TOP", test::gds_array("UNIT", 3, 2, {0, 0, 900, 0, 0, 800}) +
+                                  test::gds_reference("UNIT", {5000, 0}, true, 2.0, 90.0)));
+}
+
+}  // namespace
+
+TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and scaled", "[foreign]") {
+    const GdsLibrary gds = parse_gds(library(), "memory");
+    CHECK(gds.metres == Approx(1e-9).epsilon(1e-12));
+    CHECK(top_cells(gds) == std::vector<std::string>{"TOP"});
+    const auto squares = flatten(gds, "TOP", 1, 0);
+    REQUIRE(squares.size() == 7);
+    for (std::size_t k = 0; k < 6; ++k) CHECK(area(squares[k]) == Approx(1e-14));
+    CHECK(squares[5][0][0] == Approx(600e-9));
+    CHECK(squares[5][0][1] == Approx(400e-9));
+    CHECK(area(squares[6]) == Approx(4e-14));
+    // (100, 0) mirrored about x stays, turned by 90 degrees points to y, doubled, moved.
+    CHECK(squares[6][1][0] == Approx(5000e-9));
+    CHECK(squares[6][1][1] == Approx(200e-9));
+    CHECK(squares[6][3][0] == Approx(5200e-9));
+    CHECK(flatten(gds, "UNIT", 2, 5).size() == 2);
+    CHECK(area(flatten(gds, "UNIT", 2, 5)[0]) == Approx(210 * 20 * 1e-18));
+    CHECK(flatten(gds, "TOP", 7, 0).empty());
+    CHECK_THROWS_AS(flatten(gds, "ELSE", 1, 0), FileError);
+    const GdsLibrary loop =
+        parse_gds(test::gds_library(test::gds_cell("A", test::gds_reference("B", {0, 0})) +
+                                    test::gds_cell("B", test::gds_reference("A", {0, 0}))),
+                  "memory");
+    CHECK_THROWS_AS(flatten(loop, "A", 1, 0), FileError);
+}
+
+TEST_CASE("a damaged GDSII file is refused, wherever the damage is", "[foreign]") {
+    const std::string good = library();
+    for (std::size_t size = 0; size < good.size(); ++size)
+        CHECK_THROWS_AS(parse_gds(std::string_view(good).substr(0, size), "cut"), FileError);
+    // Any single byte changed: refused, or read as something else, but never worse.
+    int refused = 0;
+    for (std::size_t k = 0; k < good.size(); ++k)
+        for (const int flip : {0x01, 0x80, 0xff}) {
+            std::string bad = good;
+            bad[k] = static_cast<char>(bad[k] ^ flip);
+            try {
+                const GdsLibrary gds = parse_gds(bad, "damaged");
+                for (const auto& [name, cell] : gds.cells) flatten(gds, name, 1, 0);
+            } catch (const FileError&) {
+                ++refused;
+            }
+        }
+    CHECK(refused > 100);
+    CHECK_THROWS_AS(parse_gds("not a layout at all", "text"), FileError);
+}
+
+TEST_CASE("a layout of any depth is flattened, and one that expands too far is refused before it does",
+          "[foreign]") {
+    const std::string square = test::gds_boundary(1, 0, {0, 0, 100, 0, 100, 100, 0, 100, 0, 0});
+    std::string chain = test::gds_cell("C0", square);
+    for (int k = 1; k < 100'000; ++k)
+        chain +=
+            test::gds_cell("C" + std::to_string(k), test::gds_reference("C" + std::to_string(k - 1), {1, 0}));
+    const GdsLibrary deep = parse_gds(test::gds_library(chain), "deep.gds");
+    const auto polygons = flatten(deep, "C99999", 1, 0);
+    REQUIRE(polygons.size() == 1);
+    CHECK(polygons[0][0][0] == Approx(99999e-9));
+
+    // A kilobyte of 9 nested arrays: 1e18 polygons on one layer, none on another.
+    std::string nested = test::gds_cell("N0", square);
+    for (int k = 1; k < 10; ++k)
+        nested += test::gds_cell("N" + std::to_string(k),
+                                 test::gds_array("N" + std::to_string(k - 1), 10, 10, {0, 0, 9, 0, 0, 9}));
+    const GdsLibrary wide = parse_gds(test::gds_library(nested), "wide.gds");
+    CHECK_THROWS_WITH(flatten(wide, "N9", 1, 0),
+                      Catch::Matchers::StartsWith("wide.gds: cell N9 becomes 4e+18 corners") &&
+                          Catch::Matchers::Contains("2e+07 is the most"));
+    CHECK(flatten(wide, "N9", 2, 0).empty());
+    CHECK(flatten(wide, "N2", 1, 0).size() == 10'000);
+    CHECK_THROWS_WITH(flatten(wide, "ELSE", 1, 0), Catch::Matchers::StartsWith("wide.gds: "));
+}
