@@ -11,14 +11,15 @@
 #include <unordered_map>
 
 #include "levelset/meshes/shared_sets.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
-// Vertices or triangles that one task looks at.
-constexpr std::size_t kGrain = 256;
+// Vertices or triangles of one task.
+constexpr std::size_t kPart = 256;
 
 // A vertex on a periodic side by where it is along that side.
 struct SideVertex {
@@ -30,12 +31,10 @@ struct SideVertex {
 
 template <class Use>
 void parallel(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) use(static_cast<std::uint32_t>(n));
-    });
+    surface::parallel_each(count, kPart, [&](std::size_t n) { use(static_cast<std::uint32_t>(n)); });
 }
 
-// Those on the low and on the high side of an axis, sorted.
+// The vertices on the low and on the high side of an axis, sorted.
 std::array<std::vector<SideVertex>, 2> on_sides(const TriangleMesh& surface, int axis, const Domain& domain) {
     const double unit = 1e-5 * domain.spacing;
     const std::array ends{domain.min[static_cast<std::size_t>(axis)],
@@ -124,11 +123,11 @@ struct Share {
 // \returns the shares in order.
 template <class Place, class Use>
 std::vector<Share> shares(std::size_t count, Place&& place, Use&& use) {
-    std::vector<std::vector<Share>> parts((count + kGrain - 1) / kGrain);
+    std::vector<std::vector<Share>> parts((count + kPart - 1) / kPart);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
         std::vector<Share>& list = parts[part];
-        const std::size_t end = std::min(count, (part + 1) * kGrain);
-        for (auto n = static_cast<std::uint32_t>(part * kGrain); n < end; ++n) {
+        const std::size_t end = std::min(count, (part + 1) * kPart);
+        for (auto n = static_cast<std::uint32_t>(part * kPart); n < end; ++n) {
             const std::uint32_t at = place(n);
             if (at == kNoVertex) continue;
             if (list.empty() || list.back().place != at) list.push_back({at, {}});
