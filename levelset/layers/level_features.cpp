@@ -8,7 +8,6 @@
 #include <cstddef>
 
 #include "levelset/block.hpp"
-#include "levelset/layers/columns_between.hpp"
 #include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {

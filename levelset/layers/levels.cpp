@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "levelset/grid.hpp"
-#include "levelset/layers/columns_between.hpp"
 #include "levelset/layers/level_features.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/layers/prolongation.hpp"

@@ -1,8 +1,10 @@
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "levelset/layers/stack.hpp"
@@ -52,6 +54,13 @@ struct Motion {
 
 /// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
+
+/// The most speed classes.
+inline constexpr std::size_t kSpeedClasses = 256;
+
+/// The first sample of each speed class, by class; the number of samples for a class that has none.
+/// \param speed_class  Motion::speed_class.
+std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uint8_t> speed_class);
 
 /// Prepares a time step. \p extension as of the stack's surface, \p speed_class as in Motion.
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "levelset/motion/speed_classes.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
