@@ -121,9 +121,11 @@ struct Reader {
             if (is_numbered(m)) taken.insert(ids[m]);
         }
         const bool any_without = std::find(materials.begin(), materials.end(), 0u) != materials.end();
+        int lowest = 0;
         for (std::size_t m = any_without ? 0 : 1; m < ids.size(); ++m) {
             if (is_numbered(m)) continue;
-            for (ids[m] = 0; !taken.insert(ids[m]).second;) ++ids[m];
+            while (!taken.insert(lowest).second) ++lowest;
+            ids[m] = lowest;
         }
         return ids;
     }
