@@ -24,7 +24,7 @@ struct Block {
     static constexpr int at(int x, int y, int z) { return ((x + R) * kSide + y + R) * kSide + z + R; }
 };
 
-/// Where a grid's leaves keep their values.
+/// Pointers to the values of a grid's leaves, found by place.
 struct LeafData {
     const surface::LeafTable& table;  ///< of the leaves
     std::vector<const float*> values;
@@ -34,7 +34,7 @@ struct LeafData {
         values.reserve(leaves.size());
         for (const Leaf* leaf : leaves) values.push_back(leaf->buffer().data());
     }
-    /// Of the leaf at leaf coordinates (nodes / 8); nullptr if there is none.
+    /// Values of the leaf at leaf coordinates (nodes / 8); nullptr if there is none.
     const float* find(int x, int y, int z) const {
         const std::int32_t n = table.find(x, y, z);
         return n < 0 ? nullptr : values[static_cast<std::size_t>(n)];
@@ -49,7 +49,7 @@ void load_block(const LeafData& leaves, const Domain& domain, const Leaf& leaf, 
     static_assert(R <= 4);
     const openvdb::Coord origin = leaf.origin();
     const int x0 = origin.x() >> 3, y0 = origin.y() >> 3, z0 = origin.z() >> 3;
-    // The 27 leaves around, looked up once; a ghost's source may lie farther and is looked up on its own.
+    // The 27 leaves around, found once; a ghost's source may lie farther and is found on its own.
     std::array<const float*, 27> around;
     for (int x = -1, n = 0; x <= 1; ++x)
         for (int y = -1; y <= 1; ++y)
@@ -96,8 +96,8 @@ void load_block(const LeafData& leaves, const Domain& domain, const Leaf& leaf, 
     }
 }
 
-/// The same for stencils that reach along the axes from the leaf's own nodes of the domain: what lies off these lines is
-/// left unset, which takes half the time.
+/// load_block for stencils along the axes from the leaf's own nodes: all that lies off these lines is left unset, which
+/// takes half the time.
 template <int R>
 void load_axes(const LeafData& leaves, const Domain& domain, const Leaf& leaf, float background,
                Block<R>& block) {

@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <vector>
 
-#include "levelset/layers/sample.hpp"
+#include "levelset/grid_leaves.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 
 // All that <openvdb/openvdb.h> is needed for; the header itself reads every grid type there is, which costs
 // half as much again as <openvdb/Grid.h>.
@@ -103,20 +103,6 @@ GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&
     return grid;
 }
 
-bool inside(const Grid& grid, const openvdb::Coord& ijk) {
-    const auto accessor = grid.getConstUnsafeAccessor();
-    openvdb::CoordBBox range;  // of the root's children: cheap, and no leaf lies beyond
-    grid.tree().getIndexRange(range);
-    for (openvdb::Coord c = ijk; c.z() <= range.max().z();) {
-        if (const Leaf* leaf = accessor.probeConstLeaf(c)) return leaf->getValue(c) < 0.0f;
-        // Up to the next leaf that can exist, past the whole node that is missing here.
-        constexpr int kSize[] = {4096, 128, 8};
-        const int size = kSize[std::clamp(accessor.getValueDepth(c), 0, 2)];
-        c.setZ((c.z() & ~(size - 1)) + size);
-    }
-    return false;
-}
-
 double distance_at(const Grid& grid, const Domain& domain, const Vec3& point) {
     const Vec3 index = domain.to_index(point);
     const auto accessor = grid.getConstUnsafeAccessor();
@@ -151,21 +137,6 @@ std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain) {
     return {box.min().z() * domain.spacing, box.max().z() * domain.spacing};
 }
 
-bool trim_leaf(Leaf& leaf, const Domain& domain, float background) {
-    float* value = leaf.buffer().data();
-    const openvdb::Coord origin = leaf.origin();
-    const bool all_own = domain.owns(origin.x(), origin.y()) && domain.owns(origin.x() + 7, origin.y() + 7);
-    for (auto it = leaf.beginValueOn(); it; ++it) {
-        const openvdb::Index n = it.pos();
-        const bool own = all_own || domain.owns(origin.x() + static_cast<int>(n >> 6),
-                                                origin.y() + static_cast<int>(n >> 3 & 7));
-        if (own && std::abs(value[n]) < background) continue;
-        value[n] = std::copysign(background, value[n]);
-        leaf.setValueOff(n);
-    }
-    return !leaf.isEmpty();
-}
-
 void trim_band(Grid& grid, const Domain& domain) {
     const float background = grid.background();
     openvdb::tree::LeafManager<Grid::TreeType> leaves(grid.tree());
@@ -174,6 +145,13 @@ void trim_band(Grid& grid, const Domain& domain) {
         if (!trim_leaf(leaf, domain, background)) any_empty = true;
     });
     if (any_empty) openvdb::tools::pruneInactive(grid.tree());
+}
+
+TriangleMesh extract_surface(const Grid& grid, const Domain& domain) {
+    const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing};
+    TriangleMesh mesh;
+    surface::marching_cubes(GridLeaves(grid, domain).list(), box, mesh);
+    return mesh;
 }
 
 }  // namespace sidewall::levelset

@@ -1,23 +1,12 @@
 #pragma once
 #include <array>
 #include <functional>
-#include <memory>
 
 #include "levelset/domain.hpp"
-#include "surface/extraction/float_grid.hpp"
+#include "levelset/narrow_band.hpp"
+#include "surface/triangle_mesh.hpp"
 
 namespace sidewall::levelset {
-
-/// Signed distance, world units, negative inside. Active voxels are the narrow band |phi| < kHalfWidth dx; an
-/// inactive voxel of an existing leaf holds exactly the background, +-kHalfWidth dx. Only the domain's own
-/// nodes are active, and nothing is ever read from tiles: see inside(). Declared only: whoever reads voxels
-/// includes levelset/openvdb_grid.hpp.
-using Grid = surface::FloatGrid;
-using GridPtr = std::shared_ptr<Grid>;
-
-/// Half-width of the narrow band in grid spacings: a WENO5 stencil about a voxel at the front fits into it,
-/// and so does the Hessian at a node of a cut cell.
-inline constexpr double kHalfWidth = 3.0;
 
 /// Starts OpenVDB; call before the first grid, any number of times.
 void initialize();
@@ -31,6 +20,21 @@ GridPtr make_grid(const Domain& domain);
 GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
                     double z_max);
 
+/// Gives a distance function for the points within \p radius of \p centre. It may leave out what is too far from
+/// there to matter.
+using DistanceNear = std::function<std::function<double(const Vec3&)>(const Vec3& centre, double radius)>;
+
+/// Whether a grid is wanted in a column of leaves (8 nodes wide), by its number along x and y.
+using LeafChoice = std::function<bool(int x, int y)>;
+
+/// sample_grid of \p distance, with its nodes' values from \p near.
+/// \param stop   polled often, by any thread; true ends the work
+/// \param where  the columns that are made; null: all.
+/// \throws Interrupted if \p stop said so.
+GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance,
+                    const DistanceNear& near, double z_min, double z_max, const std::function<bool()>& stop,
+                    const LeafChoice& where = {});
+
 /// Signed distance at a world point within the lateral box, trilinear, ghosts and far regions included.
 double distance_at(const Grid& grid, const Domain& domain, const Vec3& point);
 
@@ -41,5 +45,9 @@ std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain);
 /// Deactivates voxels outside the band or the domain, restores the background in them, and drops empty
 /// leaves.
 void trim_band(Grid& grid, const Domain& domain);
+
+/// The front of \p grid as a mesh that ends exactly on the domain's sides (surface/extraction/marching_cubes.hpp),
+/// periodic sides included; empty if there is no front.
+TriangleMesh extract_surface(const Grid& grid, const Domain& domain);
 
 }  // namespace sidewall::levelset

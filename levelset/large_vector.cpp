@@ -17,7 +17,7 @@
 namespace sidewall::levelset {
 namespace {
 
-// Pages of this size are asked for, in which a grid needs few.
+// Size of a huge page, of which a grid needs few.
 constexpr std::size_t kLargePage = std::size_t{1} << 21;
 // Less than this malloc keeps by itself.
 constexpr std::size_t kLeastKept = 2 * kLargePage;

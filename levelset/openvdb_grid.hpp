@@ -4,11 +4,12 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "levelset/grid.hpp"
+#include "levelset/domain.hpp"
+#include "levelset/narrow_band.hpp"
 
-// What it takes to read and write voxels: OpenVDB's definitions of the types that levelset/grid.hpp declares.
+// Reading and writing voxels: OpenVDB's definitions of the types that levelset/narrow_band.hpp declares.
 // Making a grid instantiates its virtual functions, file formats included, in every file that does: here they
-// are declared, and levelset/openvdb_grid.cpp holds them once.
+// are declared, and levelset/openvdb_instances.cpp holds them once.
 extern template class openvdb::Grid<sidewall::surface::VoxelTree<float>>;
 extern template class openvdb::tree::Tree<sidewall::surface::VoxelTree<float>::RootNodeType>;
 extern template class openvdb::tree::Tree<sidewall::surface::VoxelTree<std::int32_t>::RootNodeType>;
@@ -29,7 +30,15 @@ inline Nodes nodes_in_plane(int axis, int local) {
     return nodes;
 }
 
-/// Takes nodes out of a leaf's band that have come to the background or lie outside the domain.
+/// The edge of the grid that a vertex of marching cubes lies on: two of its indices are whole.
+struct NodeEdge {
+    openvdb::Coord low;
+    int axis = 0;
+};
+/// \param index  the vertex, in node indices.
+NodeEdge edge_at(const Vec3& index);
+
+/// Deactivates a leaf's nodes that have reached the background or lie outside the domain.
 /// \returns whether any are left.
 bool trim_leaf(Leaf& leaf, const Domain& domain, float background);
 

@@ -9,12 +9,12 @@
 
 #include "surface/chain.hpp"
 #include "surface/error.hpp"
-#include "surface/files/output_file.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::surface {
 namespace {
 
-// Vertices or triangles that one task looks at.
+// Vertices or triangles of one task.
 constexpr std::size_t kGrain = 8192;
 
 constexpr const char* kAxisNames[] = {"x", "y", "z"};
@@ -27,7 +27,7 @@ int plane_axis(const Plane& plane) {
     return -1;
 }
 
-// Which vertices are above: those on the plane as well, unless none is below.
+// By vertex, whether it is above: those on the plane count as well, unless none is below.
 std::vector<std::uint8_t> above(const std::vector<double>& height) {
     const bool at_the_end = std::ranges::none_of(height, [](double h) { return h < 0.0; });
     std::vector<std::uint8_t> up(height.size());
@@ -71,11 +71,10 @@ std::vector<Polyline> cut_by_plane(const TriangleMesh& mesh, const Plane& plane)
         throw GeometryError("cannot cut by a plane whose normal is zero or not finite");
     const int axis = plane_axis(plane);
     std::vector<double> height(mesh.vertices.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, height.size(), kGrain), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i)
-            height[i] =
-                axis < 0 ? plane.normal.dot(mesh.vertices[i]) - plane.offset
-                         : (mesh.vertices[i][axis] - plane.offset / plane.normal[axis]) * plane.normal[axis];
+    parallel_each(height.size(), kGrain, [&](std::size_t i) {
+        height[i] = axis < 0
+                        ? plane.normal.dot(mesh.vertices[i]) - plane.offset
+                        : (mesh.vertices[i][axis] - plane.offset / plane.normal[axis]) * plane.normal[axis];
     });
     const std::vector<std::uint8_t> up = above(height);
     const std::vector<std::uint32_t> owner = straddling(mesh, up);
@@ -144,11 +143,6 @@ std::string profile_csv(const std::vector<Polyline>& polylines, const Plane& pla
         }
     }
     return text;
-}
-
-void write_profile_csv(const std::filesystem::path& path, const std::vector<Polyline>& polylines,
-                       const Plane& plane) {
-    write_whole_file(path, profile_csv(polylines, plane));
 }
 
 }  // namespace sidewall::surface

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -43,10 +42,5 @@ std::array<Vec3, 2> plane_axes(const Plane& plane);
 /// Polylines as CSV: a header such as `x,z,polyline`, then a row a point, nine digits; closed lines repeat
 /// their first point at the end.
 std::string profile_csv(const std::vector<Polyline>& polylines, const Plane& plane);
-
-/// Writes profile_csv() to a file.
-/// \throws IoError.
-void write_profile_csv(const std::filesystem::path& path, const std::vector<Polyline>& polylines,
-                       const Plane& plane);
 
 }  // namespace sidewall::surface

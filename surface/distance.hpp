@@ -23,7 +23,7 @@ struct Distance {
 /// order.
 Distance distance(const TriangleMesh& from, const TriangleMesh& to);
 
-/// As above, with the hierarchy of \p to at hand.
+/// distance() with the hierarchy of \p to at hand.
 Distance distance(const TriangleMesh& from, const RayScene& to);
 
 /// Both directions between two surfaces.

@@ -18,7 +18,7 @@ class RecipeError : public Error {
     int exit_code() const noexcept override { return 2; }
 };
 
-/// An input file that is missing, damaged or of the wrong kind.
+/// An input file that is missing, damaged or of the wrong format.
 class FileError : public Error {
   public:
     using Error::Error;

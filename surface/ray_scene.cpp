@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 
 #include "surface/error.hpp"
@@ -23,6 +24,20 @@ constexpr const char* kNoMemory =
     "out of memory for tracing the mesh: use a larger grid_spacing or a smaller extent, free memory or raise its "
     "limit";
 
+RTCRay make_ray(const Vec3& origin, const Vec3& direction, double t_min, double t_max) {
+    RTCRay ray{};
+    ray.org_x = static_cast<float>(origin.x());
+    ray.org_y = static_cast<float>(origin.y());
+    ray.org_z = static_cast<float>(origin.z());
+    ray.dir_x = static_cast<float>(direction.x());
+    ray.dir_y = static_cast<float>(direction.y());
+    ray.dir_z = static_cast<float>(direction.z());
+    ray.tnear = static_cast<float>(t_min);
+    ray.tfar = static_cast<float>(t_max);
+    ray.mask = 0xffffffffu;
+    return ray;
+}
+
 }  // namespace
 
 struct RayScene::Impl {
@@ -37,7 +52,7 @@ struct RayScene::Impl {
     }
 };
 
-RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_unique<Impl>()) {
+RayScene::RayScene(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
     if (mesh.triangles.empty()) throw GeometryError("cannot trace an empty mesh: it has no triangle");
     impl_->vertices = mesh.vertices;
     impl_->triangles = mesh.triangles;
@@ -46,8 +61,7 @@ RayScene::RayScene(const TriangleMesh& mesh, Quality quality) : impl_(std::make_
     if (!impl_->device) throw NumericsError(kNoMemory);
     impl_->scene = rtcNewScene(impl_->device);
     rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(impl_->scene,
-                            quality == Quality::high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_MEDIUM);
 
     RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -88,40 +102,40 @@ RTCSceneTy* RayScene::handle() const {
     return impl_->scene;
 }
 
-namespace {
-
-RTCRay make_ray(const Vec3& origin, const Vec3& direction, double t_min, double t_max) {
-    RTCRay ray{};
-    ray.org_x = static_cast<float>(origin.x());
-    ray.org_y = static_cast<float>(origin.y());
-    ray.org_z = static_cast<float>(origin.z());
-    ray.dir_x = static_cast<float>(direction.x());
-    ray.dir_y = static_cast<float>(direction.y());
-    ray.dir_z = static_cast<float>(direction.z());
-    ray.tnear = static_cast<float>(t_min);
-    ray.tfar = static_cast<float>(t_max);
-    ray.mask = 0xffffffffu;
-    return ray;
-}
-
-}  // namespace
-
-SurfaceHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min,
-                                 double t_max) const {
+RayHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     RTCRayHit query{};
     query.ray = make_ray(origin, direction, t_min, t_max);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(impl_->scene, &context, &query);
-    SurfaceHit hit;
+    RayHit hit;
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
     hit.triangle = query.hit.primID;
     hit.distance = static_cast<double>(query.ray.tfar);
     hit.u = static_cast<double>(query.hit.u);
     hit.v = static_cast<double>(query.hit.v);
     hit.point = origin + hit.distance * direction;
+    hit.normal = Eigen::Vector3f(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z).cast<double>();
     return hit;
+}
+
+static_assert(sizeof(RayPacket) == sizeof(RTCRayHit8) && alignof(RayPacket) == alignof(RTCRayHit8) &&
+              offsetof(RayPacket, t_max) == offsetof(RTCRay8, tfar) &&
+              offsetof(RayPacket, normal_x) == offsetof(RTCRayHit8, hit) &&
+              offsetof(RayPacket, triangle) == offsetof(RTCRayHit8, hit) + offsetof(RTCHit8, primID) &&
+              RTC_INVALID_GEOMETRY_ID == kNoTriangle);
+
+void RayScene::closest_hits(const int* active, RayPacket& packet) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    for (std::size_t i = 0; i < RayPacket::kRays; ++i) {
+        packet.time[i] = 0.0f;
+        packet.mask[i] = 0xffffffffu;
+        packet.id[i] = packet.flags[i] = 0;
+        packet.geometry[i] = packet.triangle[i] = kNoTriangle;
+    }
+    rtcIntersect8(active, impl_->scene, &context, reinterpret_cast<RTCRayHit8*>(&packet));
 }
 
 bool RayScene::occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {

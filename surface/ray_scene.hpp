@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -11,7 +12,7 @@ namespace sidewall::surface {
 
 constexpr std::uint32_t kNoTriangle = 0xffffffffu;
 
-/// Where a ray meets the surface, or the surface point nearest to a query.
+/// A point of the surface: where a ray meets it, or the nearest one to a query.
 struct SurfaceHit {
     std::uint32_t triangle = kNoTriangle;
     double distance = 0.0;  ///< along the ray in units of its direction's length, or to the query point
@@ -21,20 +22,42 @@ struct SurfaceHit {
     explicit operator bool() const { return triangle != kNoTriangle; }
 };
 
+/// The point at which a ray meets the surface first.
+struct RayHit : SurfaceHit {
+    Vec3 normal = Vec3::Zero();  ///< the triangle's in single precision, as long as twice its area
+};
+
+/// Eight rays, and what each of them meets first: an array a component, laid out as Embree's RTCRayHit8.
+struct alignas(32) RayPacket {
+    static constexpr std::size_t kRays = 8;
+
+    float origin_x[kRays], origin_y[kRays], origin_z[kRays], t_min[kRays];
+    float direction_x[kRays], direction_y[kRays], direction_z[kRays], time[kRays];
+    float t_max[kRays];  ///< afterwards the distance of a hit, in units of the direction's length
+    std::uint32_t mask[kRays], id[kRays], flags[kRays];
+    float normal_x[kRays], normal_y[kRays], normal_z[kRays];  ///< of the triangle, as long as twice its area
+    float u[kRays], v[kRays];                                 ///< barycentric weights as in SurfaceHit
+    std::uint32_t triangle[kRays];                            ///< kNoTriangle for a ray that hits nothing
+    std::uint32_t geometry[kRays], instance[kRays];
+};
+
 /// The one wrapper around Embree: a bounding volume hierarchy over a mesh, for closest hits and closest
 /// points. Queries are const and may run in parallel. The mesh is copied in single precision.
 class RayScene {
   public:
-    enum class Quality { medium, high };
     /// Builds the hierarchy in parallel; O(n log n).
     /// \throws GeometryError if the mesh has no triangle.
-    explicit RayScene(const TriangleMesh& mesh, Quality quality = Quality::medium);
+    explicit RayScene(const TriangleMesh& mesh);
     ~RayScene();
     RayScene(RayScene&&) noexcept;
     RayScene& operator=(RayScene&&) noexcept;
 
     /// Nearest hit of the ray origin + t direction, t in [t_min, t_max]; no triangle if it hits nothing.
-    SurfaceHit closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
+    RayHit closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
+
+    /// Nearest hits of a packet's rays whose \p active is -1 (0: left out; aligned to 32 bytes). The caller sets origins,
+    /// directions, t_min and t_max.
+    void closest_hits(const int* active, RayPacket& packet) const;
 
     /// Whether anything lies on the segment t in [t_min, t_max].
     bool occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
@@ -50,8 +73,7 @@ class RayScene {
     /// z of the highest vertex.
     double top() const;
 
-    /// Embree's own scene, for loops that trace packets. Robust flag set. Geometry id 0, primitive =
-    /// triangle.
+    /// Embree's own scene, for benchmarks. Robust flag set. Geometry id 0, primitive = triangle.
     RTCSceneTy* handle() const;
 
   private:

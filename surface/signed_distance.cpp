@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "surface/error.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -25,25 +25,13 @@ std::vector<Vec3> vertex_normals(const TriangleMesh& mesh, const std::vector<Vec
 
 // Per triangle and edge, the sum of the normals of all triangles at that edge.
 std::vector<std::array<Vec3, 3>> edge_normals(const TriangleMesh& mesh, const std::vector<Vec3>& face) {
-    struct Half {
-        std::uint32_t a, b, triangle, k;
-    };
-    std::vector<Half> halves;
-    halves.reserve(3 * mesh.triangles.size());
-    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-            halves.push_back({std::min(a, b), std::max(a, b), t, k});
-        }
-    std::sort(halves.begin(), halves.end(), [](const Half& p, const Half& q) {
-        return std::tie(p.a, p.b, p.triangle, p.k) < std::tie(q.a, q.b, q.triangle, q.k);
-    });
-    std::vector<std::array<Vec3, 3>> normals(mesh.triangles.size());
-    for (std::size_t i = 0, j = 0; i < halves.size(); i = j) {
+    const EdgeTable table = edge_table(mesh);
+    std::vector<std::array<Vec3, 3>> normals(mesh.triangles.size(),
+                                             {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()});
+    for (std::size_t e = 0; e < table.edges.size(); ++e) {
         Vec3 sum = Vec3::Zero();
-        for (j = i; j < halves.size() && halves[j].a == halves[i].a && halves[j].b == halves[i].b; ++j)
-            sum += face[halves[j].triangle];
-        for (std::size_t k = i; k < j; ++k) normals[halves[k].triangle][halves[k].k] = sum;
+        for (const std::uint32_t corner : table.corners[e]) sum += face[corner / 3];
+        for (const std::uint32_t corner : table.corners[e]) normals[corner / 3][corner % 3] = sum;
     }
     return normals;
 }
@@ -74,7 +62,7 @@ DistanceSample SignedDistance::at(const Vec3& point, double radius) const {
         if (weight[k] > 1.0 - kOn) normal = vertex_[triangle[k]];
     const Vec3 way = point - hit.point;
     sample.distance = way.dot(normal) < 0.0 ? -hit.distance : hit.distance;
-    // So near that the way to it is rounding, the surface's normal is the better answer.
+    // At a point this near, the way to the surface is rounding: its normal is the better answer.
     const bool on = hit.distance <= 1e-9 * point.cwiseAbs().maxCoeff();
     sample.rise = on ? normal.normalized() : Vec3(way / sample.distance);
     return sample;

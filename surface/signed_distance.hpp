@@ -13,8 +13,8 @@ struct DistanceSample {
     SurfaceHit nearest;
 };
 
-/// Signed distances to a mesh: the nearest point, and the side that the angle-weighted normal of the face, edge
-/// or corner tells on which it lies (Baerentzen and Aanaes, IEEE TVCG 11, 2005). Exact for a closed manifold,
+/// Signed distances to a mesh: the nearest point, and the side of it by the angle-weighted normal of the face,
+/// edge or corner on which it lies (Baerentzen and Aanaes, IEEE TVCG 11, 2005). Exact for a closed manifold,
 /// and between the sides of a rectangle for an open one that ends on them. Queries are const and may run in
 /// parallel.
 class SignedDistance {
@@ -24,12 +24,12 @@ class SignedDistance {
     explicit SignedDistance(const TriangleMesh& mesh);
 
     /// \param point   world units.
-    /// \param radius  where the nearest point is looked for first: a bound of the distance that is at hand makes
+    /// \param radius  within which the nearest point is searched first: a bound of the distance that is at hand makes
     ///                the search faster and changes nothing else.
     /// \throws GeometryError if the coordinates are beyond what Embree takes, about 1e18.
     DistanceSample at(const Vec3& point, double radius = 1e30) const;
 
-    /// The same mesh, for rays.
+    /// The mesh as a scene for rays.
     const RayScene& scene() const { return scene_; }
 
   private:

@@ -70,7 +70,7 @@ struct Topology {
 Topology analyse_topology(const TriangleMesh& mesh);
 
 /// Whether every boundary edge lies in one of the four side planes of the mesh's own bounding box, exactly:
-/// what an open surface over a rectangular domain looks like. False for a closed mesh.
+/// as that of an open surface over a rectangular domain does. False for a closed mesh.
 bool boundary_on_rectangle(const TriangleMesh& mesh, const Topology& topology);
 
 }  // namespace sidewall::surface

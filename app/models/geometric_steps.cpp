@@ -1,4 +1,4 @@
-#include "levelset/layers/geometric.hpp"
+#include "levelset/motion/geometric.hpp"
 
 #include <limits>
 

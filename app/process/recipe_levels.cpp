@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/recipe/grid_levels.hpp"
+#include "levelset/layers/make_stack.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -29,6 +29,7 @@
 #include "app/results/whole_summary.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/motion/speed_features.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -11,7 +11,7 @@
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/layers/levels.hpp"
-#include "levelset/layers/sample.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

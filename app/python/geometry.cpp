@@ -9,6 +9,7 @@
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
 #include "app/python/module.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"

@@ -81,9 +81,9 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
         if (blur->sigmas[k] > longest)
             throw KeyError(fmt::format("blur[{}]", k),
                            fmt::format("is longer than the domain, {:g}; check the unit", longest));
-    levelset::Printed printed;
+    levelset::ResistContours printed;
     try {
-        printed = levelset::printed(placed, *blur, domain, interrupted);
+        printed = levelset::resist_contours(placed, *blur, domain, interrupted);
     } catch (const GeometryError& error) {
         throw KeyError("blur",
                        fmt::format("{}; use a larger grid_spacing, or sigmas nearer to it and to one another",

@@ -1,7 +1,5 @@
 #include "flux/tracer/flight.hpp"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,23 +14,6 @@ constexpr double kSkin = 0x1p-20;
 // A flight of more segments than this does not end because of rounding: the particle counts as leaked.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
-RTCRayHit make_query(const Vec3& origin, const Vec3& direction, double t_near, double t_far) {
-    RTCRayHit query;
-    query.ray.org_x = static_cast<float>(origin.x());
-    query.ray.org_y = static_cast<float>(origin.y());
-    query.ray.org_z = static_cast<float>(origin.z());
-    query.ray.dir_x = static_cast<float>(direction.x());
-    query.ray.dir_y = static_cast<float>(direction.y());
-    query.ray.dir_z = static_cast<float>(direction.z());
-    query.ray.tnear = static_cast<float>(t_near);
-    query.ray.tfar = static_cast<float>(t_far);
-    query.ray.time = 0.0f;
-    query.ray.mask = 0xffffffffu;
-    query.ray.id = query.ray.flags = 0;
-    query.hit.geomID = query.hit.primID = RTC_INVALID_GEOMETRY_ID;
-    return query;
-}
-
 // Where the flight's latest segments began: a slip through the surface happened at one of them.
 struct Trail {
     std::array<Vec3, 8> start;
@@ -42,10 +23,9 @@ struct Trail {
 
 // Whether the ray hit the triangle from behind. Embree's own normal settles it nearly always; a sliver may
 // have turned over when its vertices were rounded to float, so the normal in double precision decides.
-bool is_behind(const Geometry& geometry, const Vec3& direction, const RTCHit& hit) {
-    const Vec3 normal(static_cast<double>(hit.Ng_x), static_cast<double>(hit.Ng_y),
-                      static_cast<double>(hit.Ng_z));
-    return direction.dot(normal) > 0.0 && direction.dot(outward_normal(geometry, hit.primID)) > kGrazing;
+bool is_behind(const Geometry& geometry, const Vec3& direction, const surface::RayHit& hit) {
+    return direction.dot(hit.normal) > 0.0 &&
+           direction.dot(outward_normal(geometry, hit.triangle)) > kGrazing;
 }
 
 enum class SegmentHit { nothing, front, back };
@@ -57,24 +37,19 @@ SegmentHit trace_segment(const Geometry& geometry, const Particle& particle, dou
     const Vec3 origin = particle.position - back_up * particle.direction;
     double t_near = 0.0;
     const double t_far = reach + back_up + kOverlap * geometry.skin;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
     while (true) {
-        RTCRayHit query = make_query(origin, particle.direction, t_near, t_far);
         ++flight.segments;
-        rtcIntersect1(geometry.scene.handle(), &context, &query);
-        if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return SegmentHit::nothing;
-        const std::uint32_t triangle = query.hit.primID;
-        const bool back = is_behind(geometry, particle.direction, query.hit);
-        const double distance = static_cast<double>(query.ray.tfar) - back_up;
-        if (triangle != particle.from && !(back && distance < kOverlap * geometry.skin)) {
-            flight.triangle = triangle;
-            flight.u = static_cast<double>(query.hit.u);
-            flight.v = static_cast<double>(query.hit.v);
+        const surface::RayHit hit = geometry.scene.closest_hit(origin, particle.direction, t_near, t_far);
+        if (!hit) return SegmentHit::nothing;
+        const bool back = is_behind(geometry, particle.direction, hit);
+        if (hit.triangle != particle.from && !(back && hit.distance - back_up < kOverlap * geometry.skin)) {
+            flight.triangle = hit.triangle;
+            flight.u = hit.u;
+            flight.v = hit.v;
             return back ? SegmentHit::back : SegmentHit::front;
         }
         // Past the hit by more than its rounding: the next float may find it again, for ever.
-        t_near = std::max(t_near, static_cast<double>(query.ray.tfar)) * (1.0 + 1e-6) + 1e-3 * geometry.skin;
+        t_near = std::max(t_near, hit.distance) * (1.0 + 1e-6) + 1e-3 * geometry.skin;
         if (!(t_near < t_far)) return SegmentHit::nothing;
     }
 }

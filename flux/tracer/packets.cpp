@@ -1,7 +1,5 @@
 #include "flux/tracer/packets.hpp"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -9,6 +7,8 @@
 
 namespace sidewall::flux {
 namespace {
+
+static_assert(kLanes == surface::RayPacket::kRays);
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
@@ -115,9 +115,7 @@ template <bool kWithin>
 class PacketFlight {
   public:
     PacketFlight(const Geometry& geometry, Rays& rays, const Column<float>* free_path, FlightCounts& counts)
-        : geometry_(geometry), rays_(rays), free_path_(free_path), counts_(counts), b_(geometry) {
-        rtcInitIntersectContext(&context_);
-    }
+        : geometry_(geometry), rays_(rays), free_path_(free_path), counts_(counts), b_(geometry) {}
 
     void fly() {
         static thread_local Crossing crossing;  // too large for a stack frame
@@ -145,38 +143,34 @@ class PacketFlight {
 
     // Whether lane i's particle ends its free path before it hits, or comes to a side or out.
     bool collides(std::size_t i, std::size_t row, float travelled, float back_up) const {
-        const float way = packet_.hit.primID[i] == surface::kNoTriangle
+        const float way = packet_.triangle[i] == surface::kNoTriangle
                               ? std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i])
-                              : packet_.ray.tfar[i] - back_up;
+                              : packet_.t_max[i] - back_up;
         return travelled + way > (*free_path_)[row];
     }
 
-    // rtcIntersect8 of the first `lanes` rays, from `back_up` before the given positions.
+    // Traces the first `lanes` rays, from `back_up` before the given positions.
     void intersect(const float* x, const float* y, const float* z, const float* dx, const float* dy,
                    const float* dz, std::size_t lanes, float back_up) {
         reach_of(b_, x, y, z, dx, dy, dz, reach_);
         for (std::size_t i = 0; i < kLanes; ++i) {
             valid_[i] = i < lanes ? -1 : 0;
-            packet_.ray.org_x[i] = x[i] - back_up * dx[i];
-            packet_.ray.org_y[i] = y[i] - back_up * dy[i];
-            packet_.ray.org_z[i] = z[i] - back_up * dz[i];
-            packet_.ray.dir_x[i] = dx[i];
-            packet_.ray.dir_y[i] = dy[i];
-            packet_.ray.dir_z[i] = dz[i];
-            packet_.ray.tnear[i] = 0.0f;
-            packet_.ray.tfar[i] =
+            packet_.origin_x[i] = x[i] - back_up * dx[i];
+            packet_.origin_y[i] = y[i] - back_up * dy[i];
+            packet_.origin_z[i] = z[i] - back_up * dz[i];
+            packet_.direction_x[i] = dx[i];
+            packet_.direction_y[i] = dy[i];
+            packet_.direction_z[i] = dz[i];
+            packet_.t_min[i] = 0.0f;
+            packet_.t_max[i] =
                 std::min(std::min(reach_.side_x[i], reach_.side_y[i]), reach_.exit[i]) + back_up + b_.overlap;
-            packet_.ray.time[i] = 0.0f;
-            packet_.ray.mask[i] = 0xffffffffu;
-            packet_.ray.id[i] = packet_.ray.flags[i] = 0;
-            packet_.hit.geomID[i] = packet_.hit.primID[i] = RTC_INVALID_GEOMETRY_ID;
         }
         counts_.segments += lanes;
-        rtcIntersect8(valid_, geometry_.scene.handle(), &context_, &packet_);
+        geometry_.scene.closest_hits(valid_, packet_);
         // Embree's normal has the length of twice the area.
         constexpr auto kGrazingSquared = static_cast<float>(kGrazing * kGrazing);
         for (std::size_t i = 0; i < kLanes; ++i) {
-            const float nx = packet_.hit.Ng_x[i], ny = packet_.hit.Ng_y[i], nz = packet_.hit.Ng_z[i];
+            const float nx = packet_.normal_x[i], ny = packet_.normal_y[i], nz = packet_.normal_z[i];
             const float d = nx * dx[i] + ny * dy[i] + nz * dz[i];
             behind_[i] = (d > 0.0f) & (d * d > kGrazingSquared * (nx * nx + ny * ny + nz * nz)) ? -1 : 0;
         }
@@ -202,7 +196,7 @@ class PacketFlight {
         const float* const dz = &r.dz[first];
         const std::uint32_t* const from = &r.from[first];
         for (std::size_t i = 0; i < kLanes; ++i) {
-            const std::uint32_t triangle = packet_.hit.primID[i];
+            const std::uint32_t triangle = packet_.triangle[i];
             const int ends = std::min(reach_.side_x[i], reach_.side_y[i]) >= reach_.exit[i] ? -1 : 0;
             const int out = ends & ((dz[i] > 0.0f ? -1 : 0) | open);
             const int own = triangle == from[i] ? -1 : 0, missed = triangle == surface::kNoTriangle ? -1 : 0;
@@ -238,7 +232,7 @@ class PacketFlight {
                   b_.overlap);
         for (std::size_t i = 0; i < lanes; ++i) {
             const std::size_t at = first + i;
-            const std::uint32_t row = c.row[at], triangle = packet_.hit.primID[i];
+            const std::uint32_t row = c.row[at], triangle = packet_.triangle[i];
             float x = c.x[at], y = c.y[at], z = c.z[at], dx = c.dx[at], dy = c.dy[at];
             const float dz = c.dz[at];
             if constexpr (kWithin)
@@ -251,9 +245,9 @@ class PacketFlight {
                     alone(row);
                     continue;
                 }
-                r.x[row] = packet_.ray.org_x[i];
-                r.y[row] = packet_.ray.org_y[i];
-                r.z[row] = packet_.ray.org_z[i];
+                r.x[row] = packet_.origin_x[i];
+                r.y[row] = packet_.origin_y[i];
+                r.z[row] = packet_.origin_z[i];
                 r.dx[row] = dx;
                 r.dy[row] = dy;
                 store_hit(row, i);
@@ -275,23 +269,23 @@ class PacketFlight {
         const auto copy = [first](auto& column, const auto& lanes) {
             std::memcpy(&column[first], &lanes[0], sizeof lanes);
         };
-        copy(rays_.triangle, packet_.hit.primID);
-        copy(rays_.u, packet_.hit.u);
-        copy(rays_.v, packet_.hit.v);
-        copy(rays_.nx, packet_.hit.Ng_x);
-        copy(rays_.ny, packet_.hit.Ng_y);
-        copy(rays_.nz, packet_.hit.Ng_z);
-        copy(rays_.distance, packet_.ray.tfar);
+        copy(rays_.triangle, packet_.triangle);
+        copy(rays_.u, packet_.u);
+        copy(rays_.v, packet_.v);
+        copy(rays_.nx, packet_.normal_x);
+        copy(rays_.ny, packet_.normal_y);
+        copy(rays_.nz, packet_.normal_z);
+        copy(rays_.distance, packet_.t_max);
     }
 
     void store_hit(std::size_t row, std::size_t lane) {
-        rays_.triangle[row] = packet_.hit.primID[lane];
-        rays_.u[row] = packet_.hit.u[lane];
-        rays_.v[row] = packet_.hit.v[lane];
-        rays_.nx[row] = packet_.hit.Ng_x[lane];
-        rays_.ny[row] = packet_.hit.Ng_y[lane];
-        rays_.nz[row] = packet_.hit.Ng_z[lane];
-        rays_.distance[row] = packet_.ray.tfar[lane];
+        rays_.triangle[row] = packet_.triangle[lane];
+        rays_.u[row] = packet_.u[lane];
+        rays_.v[row] = packet_.v[lane];
+        rays_.nx[row] = packet_.normal_x[lane];
+        rays_.ny[row] = packet_.normal_y[lane];
+        rays_.nz[row] = packet_.normal_z[lane];
+        rays_.distance[row] = packet_.t_max[lane];
     }
 
     static void push(Crossing& c, std::size_t row, float x, float y, float z, float dx, float dy, float dz,
@@ -312,10 +306,9 @@ class PacketFlight {
     const Column<float>* free_path_;
     FlightCounts& counts_;
     const Bounds b_;
-    RTCIntersectContext context_;
     alignas(32) int valid_[kLanes];
     alignas(32) int behind_[kLanes];  // lanes that hit the back of a triangle
-    RTCRayHit8 packet_;
+    surface::RayPacket packet_;
     Reach reach_;
 };
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <vector>
 
+#include "levelset/grid.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/openvdb_grid.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 // point lies on a face of the cell, and its material beyond that face.
 constexpr float kLeastWeight = 1e-3f;
 
-// With less of this trilinear weight inside, a cell whose corners are all bare is looked at more closely.
+// With less of this trilinear weight inside, a cell whose corners are all bare is examined by find().
 constexpr float kEnough = 0.01f;
 
 // An interface whose rise makes less than about 25 degrees with the surface's (cosine above kParallel) runs
@@ -31,7 +32,7 @@ constexpr float kThinFilm = 0.25f, kParallel = 0.9f, kThinParallel = 0.5f;
 // tests pass with 0.1 and 0.9, too.
 constexpr float kStraight = 0.5f;
 
-// What one node inside tells of a layer: how deep it lies below the point, and both fronts' rise a cell.
+// A layer as seen from one node inside: its depth below the point, and the slopes of both fronts per cell.
 struct Reading {
     float depth = 0.0f;
     Eigen::Vector3f rise = Eigen::Vector3f::Zero(), surface_rise = Eigen::Vector3f::Zero();
@@ -67,7 +68,7 @@ class GridValues {
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };
 
-// The same of the nodes around one leaf, in flat arrays.
+// GridValues of the nodes around one leaf, in flat arrays.
 class LeafValues {
   public:
     explicit LeafValues(const MaterialStack& stack) : stack_(stack) {}
@@ -257,7 +258,7 @@ LayerDepths::Reader::Cell LayerDepths::Reader::cell_of(const Source& values, con
     return cell;
 }
 
-// A film on a body's corner may have no node inside but one on the corner itself, which tells nothing of what
+// A film on a body's corner may have no node inside but one on the corner itself, which does not show what
 // lies beyond. The nodes outside do where the film keeps the layer away from all of them: there it holds its
 // own distances. \returns the layer's depth by these, or 0.
 template <class Source>
@@ -298,7 +299,7 @@ Reading LayerDepths::Reader::read(const Source& values, std::size_t layer, const
         reading.surface_rise[axis] /= run;
         reading.depth += reading.rise[axis] * static_cast<float>(point[axis] - node[axis]);
     }
-    // Under a film the two rise alike, and their difference is its thickness; extrapolating errs by the
+    // Under a film both slopes are equal, and their difference is its thickness; extrapolating errs by the
     // film's curvature, which matters most where it is thin.
     const float parallel = thickness < kThinFilm * dx_ ? kThinParallel : kParallel;
     if (reading.rise.dot(reading.surface_rise) > parallel * reading.rise.norm() * reading.surface_rise.norm())
@@ -334,7 +335,7 @@ void LayerDepths::Reader::at(const Vec3& point, const openvdb::Coord& node, std:
     const openvdb::Coord leaf = node & ~7, low = low_corner(point);
     if (!near_.is_of(leaf)) near_.load(leaf);
     if (!near_.holds(low)) return at(point, depth);
-    // As about most points of a lowest layer: what find would find by a closer look.
+    // Most points of a lowest layer: all corners are bare, and find() would give depth 0.
     const Cell cell = cell_of(near_, point);
     if (cell.sum > kEnough && std::all_of(cell.corners.begin(), cell.corners.end(),
                                           [&](const openvdb::Coord& c) { return near_.bare(c); }))
@@ -363,7 +364,7 @@ void LayerDepths::Reader::find(const Source& values, const Cell& cell, const Vec
             depth[k] = std::max(depth[k], cover_outside(values, k, cell));
     }
     // No layer lies above the one over it. Where several materials meet under a film, each by itself is
-    // harder to tell than all of them together.
+    // less certain than all of them together.
     for (std::size_t k = depth.size(); k-- > 1;)
         if (depth[k] > touching_) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }

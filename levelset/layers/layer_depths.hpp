@@ -7,7 +7,7 @@
 
 namespace sidewall::levelset {
 
-/// How deep every lower layer lies under points on the surface. Keeps look-up caches: one object a thread.
+/// Depths of the lower layers under points on the surface. Holds caches: one object a thread.
 /// \pre the stack outlives it and does not change meanwhile.
 class LayerDepths {
   public:
@@ -21,12 +21,12 @@ class LayerDepths {
     /// an exposed layer straight into the one above, as under a mask, it is minus what is left of the layer
     /// there.
     ///
-    /// Layers are cut by the surface, so that in the gas they repeat its values: only nodes inside tell where
-    /// an interface is, and it is extrapolated from them by their own slope.
+    /// Layers are cut by the surface, so that in the gas they repeat its values: an interface is
+    /// extrapolated from the nodes inside alone, by their own slope.
     void at(const Vec3& point, std::span<float> depth) const;
 
-    /// The same, at a fraction of the cost for many points in turn whose \p node, at most a cell away from each, lies in
-    /// one leaf.
+    /// Depths as above, at a fraction of the cost for many points in turn whose \p node, at most a cell away from each,
+    /// lies in one leaf.
     void at(const Vec3& point, const Eigen::Vector3i& node, std::span<float> depth);
 
   private:

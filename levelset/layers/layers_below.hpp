@@ -7,16 +7,16 @@
 
 namespace sidewall::levelset {
 
-/// Where the voxels of a stack's lower layers lie around one leaf of its surface.
+/// The voxels of a stack's lower layers around one leaf of its surface.
 class LayersBelow {
   public:
     /// \param origin  of the leaf.
     LayersBelow(const MaterialStack& stack, const openvdb::Coord& origin);
 
-    /// Whether none has a leaf at the leaf's place or around it, where the foot points of all its nodes lie.
+    /// Whether no lower layer has a leaf at the leaf's place or around it, where the foot points of all its nodes lie.
     static bool none_around(const MaterialStack& stack, const openvdb::Coord& origin);
 
-    /// Whether no lower layer has a voxel that tells of the material at a node's foot point: none at the corners of its cell
+    /// Whether no lower layer has a voxel that determines the material at a node's foot point: none at the corners of its cell
     /// nor beside them, wherever within 0.3 dx of it the surface may lie.
     /// \param foot  less the node, dx; at most a cell away.
     bool none_near(const openvdb::Coord& node, const Vec3& foot) const;

@@ -1,14 +1,35 @@
 #pragma once
+#include <algorithm>
+#include <array>
+#include <limits>
+
 #include "levelset/layers/stack.hpp"
 
-// Where a coarser level does not do.
+// Features of the wafer that a coarser level does not resolve.
 namespace sidewall::levelset {
 
-/// Radii of curvature, in cells of the coarser level, below which it does not do and above which it does again.
-inline constexpr double kCoarseCells = 5.0, kGivenUp = 8.0;
+/// Radii of curvature, in cells of the coarser level: a finer level is needed below kNeeded and given up above kGivenUp.
+inline constexpr double kNeeded = 5.0, kGivenUp = 8.0;
 
-/// Share of the largest speed by which a straight line through the speeds of a leaf may rise a coarser cell.
-inline constexpr double kSpeedChange = 0.03;
+/// Time steps, each of at most half a cell of the finest level, after which the columns are to be chosen anew.
+inline constexpr int kTimeStepsBetweenChoices = 8;
+
+/// The smallest rectangle along x and y that holds some nodes.
+struct NodeBox {
+    std::array<int, 2> low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+    std::array<int, 2> high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+
+    void add(int x, int y) {
+        low = {std::min(low[0], x), std::min(low[1], y)};
+        high = {std::max(high[0], x), std::max(high[1], y)};
+    }
+    bool empty() const { return low[0] > high[0]; }
+};
+
+/// Marks the finer level's columns that features at the coarser level's nodes in \p box may reach until the columns are
+/// chosen anew. Any thread.
+/// \param coarse  the coarser level's domain.
+void mark_columns(const Domain& coarse, const NodeBox& box, LevelColumns& columns);
 
 /// The columns of \p stack, which has a coarser level, that it is to count in for the shapes of all layers' fronts: see
 /// choose_columns in levelset/layers/levels.hpp.

@@ -6,10 +6,10 @@
 #include <memory>
 #include <utility>
 
-#include "levelset/layers/columns_between.hpp"
+#include "levelset/grid.hpp"
 #include "levelset/layers/level_features.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/layers/prolongation.hpp"
-#include "levelset/meshes/extract.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/ray_scene.hpp"
 
@@ -45,16 +45,14 @@ void each_column_around(const Domain& domain, int nodes, int x, int y, int reach
                         {nodes * (x + reach + 1) - 1, nodes * (y + reach + 1) - 1}, shift, use);
 }
 
-// The columns of the coarser level in which a level's lie with those around them, so that no two levels meet
-// with more than one step.
-LevelColumns in_coarser(const MaterialStack& stack, const LevelColumns& columns) {
-    const Domain& coarse = stack.coarser->domain;
-    LevelColumns result = all_columns(coarse);
-    std::fill(result.own.begin(), result.own.end(), 0);
+// The columns of a domain that hold nodes of \p columns, which are \p nodes of the domain wide, or of those
+// around them within \p reach.
+LevelColumns widened(const Domain& domain, const LevelColumns& columns, int nodes, int reach) {
+    LevelColumns result = all_columns(domain).none();
     for (int x = 0; x < columns.count[0]; ++x)
         for (int y = 0; y < columns.count[1]; ++y)
             if (columns.at(x, y))
-                each_column_around(coarse, kNodes / 2, x, y, 1, kShift,
+                each_column_around(domain, nodes, x, y, reach, kShift,
                                    [&](int i, int j) { result.at(i, j) = 1; });
     return result;
 }
@@ -66,14 +64,12 @@ void unite(LevelColumns& columns, const LevelColumns& more) {
 // What becomes of a level's leaves, each a column, when \p columns become its own; those that were before
 // keep their values.
 LeafColumns leaf_columns(const MaterialStack& stack, const LevelColumns& columns) {
-    LeafColumns result{columns.count, std::vector<LeafColumn>(columns.own.size(), LeafColumn::none)};
-    for (int x = 0; x < columns.count[0]; ++x)
-        for (int y = 0; y < columns.count[1]; ++y)
-            if (columns.at(x, y))
-                each_column_around(stack.domain, kNodes, x, y, stack.margin, kShift,
-                                   [&](int i, int j) { result.at(i, j) = LeafColumn::interpolated; });
+    const LevelColumns with_margin = widened(stack.domain, columns, kNodes, stack.margin);
+    LeafColumns result{columns.count, {}};
     for (std::size_t n = 0; n < columns.own.size(); ++n)
-        if (columns.own[n] && stack.columns.own[n]) result.kind[n] = LeafColumn::kept;
+        result.source.push_back(columns.own[n] && stack.columns.own[n] ? LeafColumn::kept
+                                : with_margin.own[n]                   ? LeafColumn::interpolated
+                                                                       : LeafColumn::none);
     return result;
 }
 
@@ -83,17 +79,6 @@ void set_columns(MaterialStack& stack, LevelColumns columns) {
     prolongate(stack, leaves);
 }
 
-// The columns with as many around them as two of the coarser level's.
-LevelColumns widened(const Domain& domain, const LevelColumns& columns) {
-    LevelColumns result = columns;
-    for (int x = 0; x < columns.count[0]; ++x)
-        for (int y = 0; y < columns.count[1]; ++y)
-            if (columns.at(x, y))
-                each_column_around(domain, kNodes, x, y, 2, kShift,
-                                   [&](int i, int j) { result.at(i, j) = 1; });
-    return result;
-}
-
 // Each level sampled around what the coarser one shows. The finest one is not made distances of yet.
 MaterialStack sample_levels(const Domain& domain, int levels, int margin, const StackSampler& sample) {
     if (levels == 1) return sample(domain, {});
@@ -101,8 +86,8 @@ MaterialStack sample_levels(const Domain& domain, int levels, int margin, const 
     stack.coarser =
         std::make_shared<MaterialStack>(sample_levels(coarser_domain(domain), levels - 1, margin, sample));
     stack.columns = all_columns(domain);
-    // Some more, for what finer levels read beyond their own ones.
-    stack.columns = widened(domain, columns_of_features(stack));
+    // Two more on each side, one of the coarser level's, for what finer levels read beyond their own ones.
+    stack.columns = widened(domain, columns_of_features(stack), kNodes, 2);
     stack.margin = 2;  // the leaves in which distances will be off
     const LeafColumns leaves = leaf_columns(stack, stack.columns);
     stack.layers = sample(domain, [&](int x, int y) { return leaves.at(x, y) != LeafColumn::none; }).layers;
@@ -180,13 +165,6 @@ int most_levels(const Domain& domain) {
     return levels;
 }
 
-int margin_for(const AdvectionOptions& options) {
-    const int reach = options.scheme == Scheme::weno5 ? 3 : options.scheme == Scheme::engquist_osher ? 1 : 2;
-    // A stage reads `reach` nodes, re-distancing four, and a leaf is eight wide; one is left for what is read
-    // of layers beside a node.
-    return static_cast<int>(stage_count(options.time_integration)) * reach + 4 < 8 ? 1 : 2;
-}
-
 void make_levels(MaterialStack& stack, int levels, int margin) {
     MaterialStack* level = &stack;
     for (int n = 1; n < levels; ++n, level = level->coarser.get()) {
@@ -235,7 +213,9 @@ void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wante
     for (std::size_t n = 0; n < levels.size(); ++n) {
         LevelColumns columns = columns_of_features(*levels[n]);
         if (!wanted.empty()) unite(columns, wanted[n]);
-        if (n > 0) unite(columns, in_coarser(*levels[n - 1], chosen.back()));
+        // One more around those of the finer level: no two levels meet that differ by more than a factor of
+        // two.
+        if (n > 0) unite(columns, widened(levels[n]->domain, chosen.back(), kNodes / 2, 1));
         close_ends(levels[n]->domain, columns);
         chosen.push_back(std::move(columns));
     }
@@ -253,11 +233,6 @@ LevelColumns deep_columns(const MaterialStack& finer) {
                     if (!own.at(i, j)) deep.at(x, y) = 0;
                 });
     return deep;
-}
-
-bool counts_at(const MaterialStack& level, const MaterialStack* finer, int i, int j) {
-    const bool own = !level.coarser || level.columns.of_node(i, j);
-    return own && (finer == nullptr || !finer->columns.of_coarser_node(i, j));
 }
 
 bool counts_in(const MaterialStack& level, const MaterialStack* finer, int x, int y) {

@@ -2,9 +2,8 @@
 #include <functional>
 #include <vector>
 
-#include "levelset/layers/sample.hpp"
+#include "levelset/grid.hpp"
 #include "levelset/layers/stack.hpp"
-#include "levelset/motion/advection.hpp"
 
 /// Levels of a stack: the same materials at the finest spacing, at twice, at four times it. The finest one counts in
 /// columns where the wafer has features that a coarser one cannot hold; a level's grids are kept in its own columns
@@ -31,14 +30,11 @@ int level_count(const MaterialStack& stack);
 /// The most levels, up to 3, that a domain can have: cells along x and y divide, and at least 4 of the coarsest are left.
 int most_levels(const Domain& domain);
 
-/// Leaves that a margin has to be wide for a scheme and the re-distancing after it.
-int margin_for(const AdvectionOptions& options);
-
-/// Gives a stack of one level \p levels of them, the finest as it is where there are features.
+/// Adds coarser levels to a stack of one, up to \p levels of them; the finest stays as it is where there are features.
 /// \pre levels <= most_levels
 void make_levels(MaterialStack& stack, int levels, int margin);
 
-/// Samples a stack, always of the same layers, on a domain of any spacing in some columns (levelset/layers/sample.hpp).
+/// Samples a stack, always of the same layers, on a domain of any spacing in some columns (levelset/layers/make_stack.hpp).
 using StackSampler = std::function<MaterialStack(const Domain& domain, const LeafChoice& where)>;
 
 /// A stack of several levels, each made where it counts and little beyond.
@@ -52,27 +48,16 @@ MaterialStack on_one_level(const MaterialStack& stack);
 /// After all levels have moved: injection but for deep_columns, then prolongation.
 void exchange_levels(MaterialStack& stack);
 
-/// By level but the coarsest: columns in which the speed changes by more along the surface than kSpeedChange of the
-/// largest one in a coarser cell; if nothing moves, those that the level has. To be asked for before the surface moves.
-std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Motion& motion);
-
 /// Chooses the columns of every level anew. A level is to count in a column where the coarser one finds a radius
-/// of curvature below kCoarseCells of its cells in a layer's front, a gap or a piece of material less than four cells
+/// of curvature below kNeeded of its cells in a layer's front, a gap or a piece of material less than four cells
 /// thick, or as near to these as the front may come until the next choice (Lenz et al., J. Sci. Comput. 2023,
 /// 10.1007/s10915-023-02133-5, refine by curvature, too); or where \p wanted says so. Columns are given up only where
 /// radii are above kGivenUp cells.
 void choose_columns(MaterialStack& stack, const std::vector<LevelColumns>& wanted);
 
-/// Time steps, each of at most half a cell of the finest level, after which the columns are to be chosen anew.
-inline constexpr int kTimeStepsBetweenChoices = 8;
-
-/// The leaves of the next coarser level, by their columns of \p finer, all of a leaf's alike, that nothing outside of these
-/// columns reads within a time step: there the coarser level need not move but takes the values of \p finer.
+/// Columns of \p finer under which the next coarser level need not move but takes the values of \p finer: nothing outside
+/// of them reads these leaves within a time step. All columns over one coarser leaf have the same flag.
 LevelColumns deep_columns(const MaterialStack& finer);
-
-/// Whether a level counts at one of its nodes.
-/// \param finer  the next finer level, or null.
-bool counts_at(const MaterialStack& level, const MaterialStack* finer, int i, int j);
 
 /// Whether a leaf of a level, by its first node, has nodes of a cell in which the level counts.
 /// \param finer  the next finer level, or null.

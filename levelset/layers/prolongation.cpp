@@ -9,18 +9,19 @@
 
 #include "levelset/block.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 using CoarseBlock = Block<2>;
 
-// Of coarse nodes: how many along an axis the eight nodes of a fine leaf come from, the first one before
+// Coarse nodes along an axis that the eight nodes of a fine leaf are interpolated from; the first lies before
 // them.
 constexpr int kReached = 7;
 constexpr int kFine = 8;
 
-// The kinds of value that every pass along an axis carries on.
+// The values that each pass along an axis interpolates.
 struct Interpolated {
     float cubic = 0.0f, linear = 0.0f;
     float farthest = 0.0f;  // the largest absolute value that the cubic is made of
@@ -99,7 +100,7 @@ bool assign(Leaf& leaf, const std::array<float, Leaf::SIZE>& values, const Domai
     return !active.isOff();
 }
 
-LeafColumn kind_of(const LeafColumns& columns, const openvdb::Coord& origin) {
+LeafColumn source_of(const LeafColumns& columns, const openvdb::Coord& origin) {
     return columns.at(origin.x() >> 3, origin.y() >> 3);
 }
 
@@ -122,10 +123,10 @@ void prolongate_layer(MaterialStack& stack, std::size_t layer, const LeafColumns
     std::vector<openvdb::Coord> gone;
     for (auto leaf = fine.tree().cbeginLeaf(); leaf; ++leaf) {
         const openvdb::Coord o = leaf->origin();
-        const LeafColumn kind = kind_of(columns, o);
+        const LeafColumn source = source_of(columns, o);
         const bool orphan =
-            kind == LeafColumn::interpolated && table.find(o.x() >> 4, o.y() >> 4, o.z() >> 4) < 0;
-        if (kind == LeafColumn::none || orphan) gone.push_back(o);
+            source == LeafColumn::interpolated && table.find(o.x() >> 4, o.y() >> 4, o.z() >> 4) < 0;
+        if (source == LeafColumn::none || orphan) gone.push_back(o);
     }
     tbb::enumerable_thread_specific<Changes> changes;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
@@ -140,7 +141,7 @@ void prolongate_layer(MaterialStack& stack, std::size_t layer, const LeafColumns
                 const openvdb::Coord corner(part >> 2, part >> 1 & 1, part & 1);
                 const openvdb::Coord origin = low.offsetBy(8 * corner.x(), 8 * corner.y(), 8 * corner.z());
                 if (!domain.owns(origin.x(), origin.y()) ||
-                    kind_of(columns, origin) != LeafColumn::interpolated)
+                    source_of(columns, origin) != LeafColumn::interpolated)
                     continue;
                 if (!loaded) load_block(data, coarse_domain, *leaves[n], coarse.background(), block);
                 loaded = true;
@@ -164,8 +165,8 @@ void prolongate_layer(MaterialStack& stack, std::size_t layer, const LeafColumns
     }
 }
 
-// The coarse leaves that the fine level's voxels ask for and that are not there. Beyond the columns they take
-// the signs of the fine level's margin, which is a leaf wide at least.
+// Makes the coarse leaves that the fine level's voxels need and that are missing. Beyond the columns they
+// take the signs of the fine level's margin, which is a leaf wide at least.
 void make_missing(const Grid& fine, const LevelColumns& columns, const Domain& coarse_domain, Grid& coarse) {
     std::vector<openvdb::Coord> missing;
     const auto present = coarse.getConstUnsafeAccessor();
@@ -239,10 +240,8 @@ void inject(MaterialStack& stack, const LevelColumns& columns) {
         make_missing(fine, columns, to.domain, coarse);
         std::vector<Leaf*> leaves;
         coarse.tree().getNodes(leaves);
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 16), [&](const auto& range) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n)
-                inject_leaf(fine, columns, to.domain, *leaves[n]);
-        });
+        surface::parallel_each(leaves.size(), 16,
+                               [&](std::size_t n) { inject_leaf(fine, columns, to.domain, *leaves[n]); });
     }
 }
 

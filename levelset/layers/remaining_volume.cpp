@@ -11,12 +11,12 @@
 namespace sidewall::levelset {
 namespace {
 
-// How much of a node's cell lies within a front: as if the front were a plane across an axis.
+// The share of a node's cell within a front, as if the front were a plane across an axis.
 float share(float phi, float dx) {
     return std::clamp(0.5f - phi / dx, 0.0f, 1.0f);
 }
 
-// Of a node's cell, how much lies within the domain.
+// The share of a node's cell that lies within the domain.
 double weight(const Domain& domain, const openvdb::Coord& node) {
     double weight = 1.0;
     for (std::size_t a = 0; a < 2; ++a) {
@@ -26,8 +26,8 @@ double weight(const Domain& domain, const openvdb::Coord& node) {
     return weight;
 }
 
-// Where the level counts, until it is enough, from the leaf number \p start on. \p finer: the next finer
-// level, or null.
+// volume_left of one level where it counts, from the leaf number \p start on. \p finer: the next finer level,
+// or null.
 double volume_of_level(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start,
                        const MaterialStack* finer) {
     const Grid& own = *stack.layers[layer].phi;

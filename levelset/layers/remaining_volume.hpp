@@ -5,8 +5,8 @@
 
 namespace sidewall::levelset {
 
-/// Whether about so much is left of a layer as \p enough, a volume. Counts at the nodes of its band where the layer
-/// is thicker than thinnest_film, and so can be told from none; a thick layer holds more.
+/// Volume that is left of a layer, counted until it reaches \p enough. Counts the nodes of its band where the layer is
+/// thicker than thinnest_film, below which it cannot be resolved; a thick layer holds more.
 /// \param start  in: where to begin, any number; out: where it was found, the place to begin the next time.
 /// \returns what is left, or as much as was counted when it was enough.
 /// \note O(1) while there is enough where the search begins, else O(n) at most.

@@ -2,11 +2,10 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <utility>
 #include <vector>
 
-#include "levelset/grid.hpp"
-#include "levelset/shapes/shapes.hpp"
+#include "levelset/domain.hpp"
+#include "levelset/narrow_band.hpp"
 
 namespace sidewall::levelset {
 
@@ -26,10 +25,12 @@ struct LevelColumns {
 
     std::uint8_t& at(int x, int y) { return own[static_cast<std::size_t>(x * count[1] + y)]; }
     bool at(int x, int y) const { return own[static_cast<std::size_t>(x * count[1] + y)] != 0; }
-    /// Of an own node of the level's domain, by its indices.
+    /// Whether the level counts in the column of an own node of its domain, by the node's indices.
     bool of_node(int i, int j) const { return at(i >> kShift, j >> kShift); }
-    /// Of an own node of the next coarser level's domain, by its indices.
+    /// Whether it counts in the column of an own node of the next coarser level's domain.
     bool of_coarser_node(int i, int j) const { return at(i >> (kShift - 1), j >> (kShift - 1)); }
+    /// The same number of columns, in none of which the level counts.
+    LevelColumns none() const { return {count, std::vector<std::uint8_t>(own.size(), 0)}; }
 };
 
 /// Materials bottom up. Each level set wraps those below it, so that phi of a layer is nowhere above the phi
@@ -38,7 +39,7 @@ struct LevelColumns {
 struct MaterialStack {
     Domain domain;
     std::vector<Layer> layers;
-    /// The same materials at twice the spacing; null if there is one level alone, as there is unless
+    /// The next coarser level: the materials at twice the spacing. Null if there is one level alone, as there is unless
     /// levelset/layers/levels.hpp has made more.
     std::shared_ptr<MaterialStack> coarser = nullptr;
     LevelColumns columns = {};  ///< where this level counts, if there is a coarser one
@@ -48,20 +49,22 @@ struct MaterialStack {
     const Grid& top() const { return *layers.back().phi; }
 };
 
+/// Whether a level counts at one of its nodes, by the node's indices.
+/// \param finer  the next finer level, or null.
+inline bool counts_at(const MaterialStack& level, const MaterialStack* finer, int i, int j) {
+    const bool own = !level.coarser || level.columns.of_node(i, j);
+    return own && (finer == nullptr || !finer->columns.of_coarser_node(i, j));
+}
+
 /// A layer counts as exposed where it lies at most this far below the surface, in cells of the finest level: there thinner
-/// films cannot be told from none, as re-distancing leaves slopes alone that are off by 2 %. What a film of many cycles
+/// films cannot be resolved, as re-distancing leaves slopes alone that are off by 2 %. What a film of many cycles
 /// loses by it is the same on all levels.
 inline constexpr double kExposed = 0.02;
 
-/// The same as a length.
+/// kExposed as a length.
 inline double thinnest_film(const Domain& domain) {
     return kExposed * domain.finest_spacing();
 }
-
-/// The stack of the given bodies, bottom up, each united with all below.
-/// \throws GeometryError for a shape that makes no surface in the domain, FileError for a mesh file that
-///         cannot be read.
-MaterialStack make_stack(const Domain& domain, const std::vector<std::pair<int, Shape>>& bodies);
 
 /// A stack that shares nothing with this one.
 MaterialStack copy(const MaterialStack& stack);
@@ -70,10 +73,21 @@ MaterialStack copy(const MaterialStack& stack);
 /// already.
 void begin_film(MaterialStack& stack, int material);
 
-struct Grown;  // levelset/motion/release.hpp
-
-/// Cuts every layer by the surface after it moved. Layers nearer to it than thinnest_film coincide with it from
-/// then on, but for \p grown nodes: a film may grow by less than that in a time step.
-void cut_layers(MaterialStack& stack, const Grown* grown = nullptr);
+/// Calls use(x, y) with the columns of 2^\p shift nodes a side (LevelColumns) that hold the domain's nodes from \p low to
+/// \p high along x and y, or the own nodes that those beyond its sides repeat. A column may come twice.
+template <class Use>
+void each_column_between(const Domain& domain, std::array<int, 2> low, std::array<int, 2> high, int shift,
+                         Use&& use) {
+    std::array<std::vector<int>, 2> columns;
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        for (int node = low[a]; node <= high[a]; ++node)  // all: beyond a side columns may begin anywhere
+            if (const int column = domain.source_node(axis, node) >> shift;
+                columns[a].empty() || columns[a].back() != column)
+                columns[a].push_back(column);
+    }
+    for (const int x : columns[0])
+        for (const int y : columns[1]) use(x, y);
+}
 
 }  // namespace sidewall::levelset

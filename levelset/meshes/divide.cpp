@@ -16,8 +16,8 @@ Vec3 normal_of(const TriangleMesh& mesh, const Triangle& t) {
     return (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
 }
 
-bool parts_face_alike(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points,
-                      double least_cosine) {
+bool keeps_orientation(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points,
+                       double least_cosine) {
     constexpr double kLeastShare = 1e-3;  // of the triangle's area
     const Vec3 normal = normal_of(mesh, t);
     const std::vector<Triangle> parts = parts_of(mesh, t, points);
@@ -141,7 +141,7 @@ void drop_folds(const TriangleMesh& mesh, double least_cosine, EdgePoints& point
     std::vector<std::uint8_t> bad(mesh.vertices.size(), 0);
     const std::vector<std::uint8_t> ends = divided_ends(mesh, points);
     for (const Triangle& t : mesh.triangles) {
-        if (is_whole(t, ends) || parts_face_alike(mesh, t, points, least_cosine)) continue;
+        if (is_whole(t, ends) || keeps_orientation(mesh, t, points, least_cosine)) continue;
         for (std::size_t k = 0; k < 3; ++k)
             if (const auto found = points.find(divided_edge(t[k], t[(k + 1) % 3])); found != points.end())
                 bad[found->second] = 1;

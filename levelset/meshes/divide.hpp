@@ -27,7 +27,7 @@ inline bool is_whole(const Triangle& t, const std::vector<std::uint8_t>& ends) {
 /// The parts of triangle \p t, each oriented as it is: up to four, fewer where one point divides two edges.
 std::vector<Triangle> parts_of(const TriangleMesh& mesh, const Triangle& t, const EdgePoints& points);
 
-/// As many triangles as \p whole ones become at most: a point divides two of them.
+/// The most triangles that \p whole ones become: a point divides two of them.
 inline std::size_t most_parts(std::size_t whole, const EdgePoints& points) {
     return whole + 2 * points.size();
 }

@@ -1,17 +1,9 @@
 #include "levelset/meshes/extract.hpp"
 
-#include "levelset/grid_leaves.hpp"
+#include "levelset/grid.hpp"
 #include "levelset/meshes/level_meshes.hpp"
-#include "surface/extraction/marching_cubes.hpp"
 
 namespace sidewall::levelset {
-
-TriangleMesh extract_surface(const Grid& grid, const Domain& domain) {
-    const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing};
-    TriangleMesh mesh;
-    surface::marching_cubes(GridLeaves(grid, domain).list(), box, mesh);
-    return mesh;
-}
 
 TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer) {
     return stack.coarser ? mesh_of_levels(stack, layer, nullptr)

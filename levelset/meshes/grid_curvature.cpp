@@ -47,12 +47,7 @@ Derivatives derivatives(const Grid::ConstUnsafeAccessor& grid, const Domain& dom
     return d;
 }
 
-// Sum of the Hessian's principal minors.
-double second_invariant(const Eigen::Matrix3d& h) {
-    return 0.5 * (h.trace() * h.trace() - h.squaredNorm());
-}
-
-NodeCurvature general(const Derivatives& d) {
+NodeCurvature curvature_of(const Derivatives& d) {
     const double length = d.gradient.norm();
     if (length < 1e-12) return {};
     const Vec3 n = d.gradient / length;
@@ -68,34 +63,17 @@ NodeCurvature general(const Derivatives& d) {
     return {0.5 * (h.trace() - normal), n.dot(adjugate * n)};
 }
 
-NodeCurvature shape_operator(const Derivatives& d) {
-    return {0.5 * d.hessian.trace(), second_invariant(d.hessian)};
-}
-
 }  // namespace
 
-surface::Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh,
-                             CurvatureFormula formula) {
+surface::Curvature curvature(const Grid& grid, const Domain& domain, const TriangleMesh& mesh) {
     surface::Curvature result{std::vector<double>(mesh.vertices.size()),
                               std::vector<double>(mesh.vertices.size())};
     const double dx = domain.spacing;
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 256), [&](const auto& range) {
         const auto accessor = grid.getConstUnsafeAccessor();
         for (std::size_t v = range.begin(); v != range.end(); ++v) {
-            // The vertex lies on a grid edge: two of its index coordinates are whole.
             const Vec3 index = domain.to_index(mesh.vertices[v]);
-            openvdb::Coord low;
-            int axis = 0;
-            double off = -1.0;
-            for (int a = 0; a < 3; ++a) {
-                low[a] = static_cast<int>(std::lround(index[a]));
-                const double distance = std::abs(index[a] - low[a]);
-                if (distance > off) {
-                    off = distance;
-                    axis = a;
-                }
-            }
-            low[axis] = static_cast<int>(std::floor(index[axis]));
+            const auto [low, axis] = edge_at(index);
             openvdb::Coord high = low;
             ++high[axis];
             const double t = index[axis] - low[axis];
@@ -103,7 +81,7 @@ surface::Curvature curvature(const Grid& grid, const Domain& domain, const Trian
                 Derivatives d = derivatives(accessor, domain, c);
                 d.gradient /= dx;
                 d.hessian /= dx * dx;
-                return formula == CurvatureFormula::general ? general(d) : shape_operator(d);
+                return curvature_of(d);
             };
             const NodeCurvature a = at(low), b = at(high);
             result.mean[v] = (1.0 - t) * a.mean + t * b.mean;

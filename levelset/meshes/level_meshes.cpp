@@ -31,29 +31,16 @@ namespace {
 
 using openvdb::Coord;
 
-// Node numbers in their grid are below these, and above minus them along z.
-constexpr int kBits = 20;
+// Bits of a node's index, and one for its sign along z.
+constexpr int kIndexBits = 20;
 
 std::uint64_t key_of(const Coord& low, int axis) {
-    const auto part = [](int n) { return static_cast<std::uint64_t>(n + (1 << kBits)); };
-    return ((part(low.x()) << (kBits + 1) | part(low.y())) << (kBits + 1) | part(low.z())) << 2 |
+    const auto part = [](int n) { return static_cast<std::uint64_t>(n + (1 << kIndexBits)); };
+    return ((part(low.x()) << (kIndexBits + 1) | part(low.y())) << (kIndexBits + 1) | part(low.z())) << 2 |
            static_cast<std::uint64_t>(axis);
 }
 
 using EdgeVertices = std::unordered_map<std::uint64_t, std::uint32_t>;
-
-// The edge of the grid that a vertex of marching cubes lies on, by its lower node.
-std::uint64_t edge_of(const Domain& domain, const Vec3& point, Coord& low) {
-    const Vec3 index = domain.to_index(point);
-    int axis = 0;
-    double off = -1.0;
-    for (int a = 0; a < 3; ++a) {
-        low[a] = static_cast<int>(std::lround(index[a]));
-        if (const double distance = std::abs(index[a] - low[a]); distance > off) off = distance, axis = a;
-    }
-    low[axis] = static_cast<int>(std::floor(index[axis]));
-    return key_of(low, axis);
-}
 
 // A cell of the coarser level that touches finer ones.
 struct SeamCell {
@@ -61,17 +48,18 @@ struct SeamCell {
     std::array<float, 8> corner;  // corner c has x = c & 1, y = c >> 1 & 1, z = c >> 2
 };
 
-// Of a cell, the lateral ones first; corners counter-clockwise seen from outside.
+// A face of a cell, its corners counter-clockwise seen from outside.
 struct Face {
     int x, y;  // of the cell across it, less this one; both 0 for those along z
     std::array<int, 4> corner;
 };
-constexpr std::array<Face, 6> kFaces = {{{-1, 0, {0, 4, 6, 2}},
-                                         {1, 0, {1, 3, 7, 5}},
-                                         {0, -1, {0, 1, 5, 4}},
-                                         {0, 1, {2, 6, 7, 3}},
-                                         {0, 0, {0, 2, 3, 1}},
-                                         {0, 0, {4, 5, 7, 6}}}};
+// The lateral ones first.
+constexpr std::array<Face, 6> kCellFaces = {{{-1, 0, {0, 4, 6, 2}},
+                                             {1, 0, {1, 3, 7, 5}},
+                                             {0, -1, {0, 1, 5, 4}},
+                                             {0, 1, {2, 6, 7, 3}},
+                                             {0, 0, {0, 2, 3, 1}},
+                                             {0, 0, {4, 5, 7, 6}}}};
 
 // A node of the finer level, and its value.
 struct Node {
@@ -106,21 +94,21 @@ struct Near {
     }
 };
 
-// Where a level's cells are its own, and which of them lie along the seam.
+// The cells that are a level's own, and those of them along the seam.
 class LevelCells {
   public:
     // finer may be null.
     LevelCells(const MaterialStack& level, const MaterialStack* finer, const Near& near)
         : domain_(level.domain), finer_(finer ? &finer->columns : nullptr) {
-        constexpr int kAlike = LevelColumns::kNodes / 2;  // cells of a finer level's column
+        constexpr int kColumn = LevelColumns::kNodes / 2;  // cells of a finer level's column
         const auto [nx, ny] = domain_.cells;
         columns.resize(static_cast<std::size_t>(nx * ny), surface::CellColumn::left_out);
         const std::vector<std::uint8_t> near_x = near.along(domain_, 0), near_y = near.along(domain_, 1);
         for (int i = 0; i < nx; ++i) {
             if (near_x[static_cast<std::size_t>(i)] == 0) continue;
-            for (int j = 0; j < ny; j += kAlike) {
+            for (int j = 0; j < ny; j += kColumn) {
                 const bool own = !level.coarser || level.columns.of_node(i, j), finer = is_finer(i, j);
-                for (int k = j; own && k < std::min(j + kAlike, ny); ++k)
+                for (int k = j; own && k < std::min(j + kColumn, ny); ++k)
                     if (near_y[static_cast<std::size_t>(k)] != 0)
                         columns[at(i, k)] = finer                 ? surface::CellColumn::bare
                                             : touches_finer(i, k) ? surface::CellColumn::vertices
@@ -145,8 +133,7 @@ class LevelCells {
         return finer_->of_coarser_node(i, j);
     }
 
-    // By column of cells. Of those along the seam vertices alone are made, but for edges that finer cells
-    // share.
+    // By column of cells. Along the seam vertices alone are made, but not on edges that finer cells share.
     std::vector<surface::CellColumn> columns;
 
   private:
@@ -209,11 +196,11 @@ std::array<Node, 9> nodes_of(const SeamCell& seam, const Face& face) {
     return node;
 }
 
-// What the finer level's nodes on the seam are to be.
+// Values for the finer level's nodes on the seam.
 NodeValues values_on_seam(const std::vector<SeamCell>& seams, const LevelCells& cells, const Domain& finer) {
     NodeValues values;
     for (const SeamCell& seam : seams)
-        for (const Face& face : kFaces) {
+        for (const Face& face : kCellFaces) {
             if ((face.x == 0 && face.y == 0) ||
                 !cells.is_finer(seam.cell.x() + face.x, seam.cell.y() + face.y))
                 continue;
@@ -232,7 +219,7 @@ class SeamLines {
     // The closed lines, counter-clockwise seen from outside the material.
     std::vector<std::vector<std::uint32_t>> around(const SeamCell& seam) {
         next_.clear();
-        for (const Face& face : kFaces) {
+        for (const Face& face : kCellFaces) {
             const bool finer = (face.x != 0 || face.y != 0) &&
                                cells_.is_finer(seam.cell.x() + face.x, seam.cell.y() + face.y);
             const std::array<Node, 9> node = nodes_of(seam, face);
@@ -257,8 +244,8 @@ class SeamLines {
     }
 
   private:
-    // On a square: around every run of corners inside, from the edge by which it is entered to that by which
-    // it is left.
+    // Draws on a square: a line around every run of corners inside, from the edge that enters it to the one
+    // that leaves it.
     void draw(const std::array<Node, 4>& corner) {
         const auto in = [&](std::size_t k) { return corner[k % 4].value < 0.0f; };
         for (std::size_t k = 0; k < 4; ++k) {
@@ -374,8 +361,8 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, const
         const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);
         for (std::uint32_t vertex = first; vertex < mesh.vertices.size(); ++vertex) {
             if (!beside.has(mesh.vertices[vertex])) continue;
-            Coord low;
-            const std::uint64_t key = edge_of(domain, mesh.vertices[vertex], low);
+            const auto [low, axis] = edge_at(domain.to_index(mesh.vertices[vertex]));
+            const std::uint64_t key = key_of(low, axis);
             bool near = false;
             for (int c = 0; c < 4; ++c)
                 near = near || cells[n].is_seam(low.x() - (c & 1), low.y() - (c >> 1));

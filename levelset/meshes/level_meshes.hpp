@@ -7,7 +7,7 @@
 
 namespace sidewall::levelset {
 
-/// extract_surface of a stack with several levels, or extract_around.
+/// The front of layer \p layer of a stack of several levels as one mesh; only its part near \p around, if that is given.
 /// \param around  may be null.
 TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, const surface::Plane* around);
 

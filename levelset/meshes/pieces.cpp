@@ -10,15 +10,15 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "levelset/meshes/shared_sets.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
-// Vertices or triangles that one task looks at.
-constexpr std::size_t kGrain = 256;
+// Vertices or triangles of one task.
+constexpr std::size_t kPart = 256;
 
 // A vertex on a periodic side by where it is along that side.
 struct SideVertex {
@@ -28,14 +28,47 @@ struct SideVertex {
     bool operator<(const SideVertex& o) const { return place() < o.place(); }
 };
 
+// Disjoint sets of 0..n-1 as DisjointSets, that many threads may join at once. Roots point to lower members
+// alone, so that the root is the lowest member, whatever the order of joins (Jayanti and Tarjan, Distributed
+// Computing 34 (2021) 413).
+class SharedSets {
+  public:
+    explicit SharedSets(std::size_t n) : parent_(n) {
+        for (std::uint32_t i = 0; i < n; ++i) parent_[i].store(i, std::memory_order_relaxed);
+    }
+    std::uint32_t root(std::uint32_t i) {
+        for (;;) {
+            const std::uint32_t parent = parent_[i].load(std::memory_order_relaxed);
+            if (parent == i) return i;
+            // Halves the path: an ancestor stays one, whoever else writes.
+            const std::uint32_t next = parent_[parent].load(std::memory_order_relaxed);
+            if (next != parent) parent_[i].store(next, std::memory_order_relaxed);
+            i = next;
+        }
+    }
+    void join(std::uint32_t a, std::uint32_t b) {
+        // Most pairs are of one set by then, and most of those have one parent.
+        if (parent_[a].load(std::memory_order_relaxed) == parent_[b].load(std::memory_order_relaxed)) return;
+        for (;;) {
+            a = root(a);
+            b = root(b);
+            if (a == b) return;
+            std::uint32_t high = std::max(a, b);
+            if (parent_[high].compare_exchange_strong(high, std::min(a, b), std::memory_order_relaxed))
+                return;
+        }
+    }
+
+  private:
+    std::vector<std::atomic<std::uint32_t>> parent_;
+};
+
 template <class Use>
 void parallel(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) use(static_cast<std::uint32_t>(n));
-    });
+    surface::parallel_each(count, kPart, [&](std::size_t n) { use(static_cast<std::uint32_t>(n)); });
 }
 
-// Those on the low and on the high side of an axis, sorted.
+// The vertices on the low and on the high side of an axis, sorted.
 std::array<std::vector<SideVertex>, 2> on_sides(const TriangleMesh& surface, int axis, const Domain& domain) {
     const double unit = 1e-5 * domain.spacing;
     const std::array ends{domain.min[static_cast<std::size_t>(axis)],
@@ -124,11 +157,11 @@ struct Share {
 // \returns the shares in order.
 template <class Place, class Use>
 std::vector<Share> shares(std::size_t count, Place&& place, Use&& use) {
-    std::vector<std::vector<Share>> parts((count + kGrain - 1) / kGrain);
+    std::vector<std::vector<Share>> parts((count + kPart - 1) / kPart);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
         std::vector<Share>& list = parts[part];
-        const std::size_t end = std::min(count, (part + 1) * kGrain);
-        for (auto n = static_cast<std::uint32_t>(part * kGrain); n < end; ++n) {
+        const std::size_t end = std::min(count, (part + 1) * kPart);
+        for (auto n = static_cast<std::uint32_t>(part * kPart); n < end; ++n) {
             const std::uint32_t at = place(n);
             if (at == kNoVertex) continue;
             if (list.empty() || list.back().place != at) list.push_back({at, {}});

@@ -1,6 +1,5 @@
 #include "levelset/motion/advection.hpp"
 
-#include <tbb/parallel_for.h>
 #include <tbb/tick_count.h>
 
 #include <algorithm>
@@ -10,17 +9,19 @@
 #include <span>
 #include <vector>
 
+#include "levelset/band.hpp"
 #include "levelset/large_vector.hpp"
+#include "levelset/layers/cut_layers.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/prolongation.hpp"
-#include "levelset/motion/band.hpp"
+#include "levelset/layers/release.hpp"
 #include "levelset/motion/hamiltonian.hpp"
 #include "levelset/motion/limits.hpp"
-#include "levelset/motion/redistance.hpp"
-#include "levelset/motion/release.hpp"
 #include "levelset/motion/sample_index.hpp"
 #include "levelset/motion/sample_speeds.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/redistance.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -29,7 +30,7 @@ namespace {
 struct Stages {
     std::vector<Leaf*> leaves;
     surface::LeafTable table;   // of the leaves
-    LargeVector<float> before;  // phi at the time step's start, if anyone asks
+    LargeVector<float> before;  // phi at the time step's start, if it is needed
     LargeVector<float> next;    // of the leaves that move
     std::vector<std::uint8_t>
         moved;  // by leaf: in this stage or in one before, whether or not values changed
@@ -37,7 +38,7 @@ struct Stages {
     const LevelColumns* deep = nullptr;  // of the finer level: under them none moves; null: all do
 };
 
-// Of leaves that an extension does not have.
+// Entries of a leaf that an extension does not have.
 constexpr auto kNoSamples = [] {
     std::array<std::int32_t, Leaf::SIZE> entries{};
     entries.fill(SampleIndex::kNone);
@@ -61,13 +62,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
         std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
     const auto dt = static_cast<float>(speeds.duration);
     const LeafData data(stages.table, stages.leaves);
-    const auto each_leaf = [&](auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, stages.leaves.size(), 4),
-                          [&](const auto& range) {
-                              for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
-                          });
-    };
-    each_leaf([&](std::size_t n) {
+    surface::parallel_each(stages.leaves.size(), 4, [&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
         const std::int32_t* sample = samples[n];
         const float* phi = leaf.buffer().data();
@@ -98,7 +93,7 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
         }
         if (!std::equal(out, out + Leaf::SIZE, phi)) stages.changed[n] = 1;
     });
-    each_leaf([&](std::size_t n) {
+    surface::parallel_each(stages.leaves.size(), 4, [&](std::size_t n) {
         if (stages.moved[n] && stages.changed[n])
             std::copy_n(&stages.next[n * Leaf::SIZE], Leaf::SIZE, stages.leaves[n]->buffer().data());
     });

@@ -23,4 +23,13 @@ struct AdvectionOptions {
     bool operator==(const AdvectionOptions&) const = default;
 };
 
+/// How many leaves wide the margin around a level's columns (levelset/layers/levels.hpp) has to be for a scheme and the
+/// re-distancing after it.
+constexpr int margin_for(const AdvectionOptions& options) {
+    const int reach = options.scheme == Scheme::weno5 ? 3 : options.scheme == Scheme::engquist_osher ? 1 : 2;
+    // A stage reads `reach` nodes, re-distancing four, and a leaf is eight wide; one is left for what is read
+    // of layers beside a node.
+    return static_cast<int>(stage_count(options.time_integration)) * reach + 4 < 8 ? 1 : 2;
+}
+
 }  // namespace sidewall::levelset

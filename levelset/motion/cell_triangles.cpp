@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "surface/parallel.hpp"
+
 namespace sidewall::levelset {
 namespace {
 
@@ -78,13 +80,9 @@ struct Cells {
 CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domain& domain,
                              std::span<const Vec3> vertices, std::span<const Triangle> triangles)
     : vertices_(vertices.size()), triangles_(triangles), table_(leaves) {
-    const auto parallel = [](std::size_t count, std::size_t grain, auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
-        });
-    };
-    parallel(vertices.size(), 1024,
-             [&](std::size_t v) { vertices_[v] << domain.to_index(vertices[v]).cast<float>(), 0.0f; });
+    surface::parallel_each(vertices.size(), 1024, [&](std::size_t v) {
+        vertices_[v] << domain.to_index(vertices[v]).cast<float>(), 0.0f;
+    });
     // Nearly all triangles of an extracted surface lie in one cell, which is found once, and many in a row in
     // one leaf.
     constexpr std::uint32_t kNowhere = 0xffffffffu, kSeveral = kNowhere - 1;
@@ -140,7 +138,7 @@ CellTriangles::CellTriangles(const std::vector<const Leaf*>& leaves, const Domai
     occupied_.resize(leaves.size());
     start_.resize(first_.back() + leaves.size());
     entry_.resize(first_.back());
-    parallel(leaves.size(), 64, [&](std::size_t n) {
+    surface::parallel_each(leaves.size(), 64, [&](std::size_t n) {
         sort(n, std::span<const Place>(places).subspan(first_[n], first_[n + 1] - first_[n]));
     });
 }

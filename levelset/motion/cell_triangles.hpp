@@ -45,7 +45,7 @@ class CellTriangles {
             for (const std::uint32_t t : in_cell(node.offsetBy(-(n & 1), -(n >> 1 & 1), -(n >> 2)))) use(t);
     }
 
-    /// The same for all in the leaves whose cells come within \p reach of a node.
+    /// Calls use(triangle) for all in the leaves whose cells come within \p reach of a node.
     template <class Use>
     void each_in_leaves(const openvdb::Coord& node, int reach, Use&& use) const {
         for (int x = (node.x() - reach) >> 3; x <= (node.x() + reach) >> 3; ++x)
@@ -62,7 +62,7 @@ class CellTriangles {
     const surface::LeafTable& table() const { return table_; }
 
   private:
-    // Which cells of a leaf have entries: bit 8 y + z of word x.
+    // The cells of a leaf that have entries: bit 8 y + z of word x.
     struct Occupied {
         std::array<std::uint64_t, 8> cell{};
         std::array<std::uint16_t, 8> before{};  // bits in the words before
@@ -92,8 +92,8 @@ class CellTriangles {
     surface::LeafTable table_;
     std::vector<std::uint32_t> first_;  // leaf n's entries stand at first_[n] .. first_[n + 1]
     std::vector<Occupied> occupied_;
-    // Where each occupied cell's entries begin, and after a leaf's last one where they end: leaf n's at
-    // first_[n] + n.
+    // First entry of each occupied cell, and after a leaf's last cell the end of its entries: leaf n's stand
+    // from first_[n] + n on.
     LargeVector<std::uint32_t> start_;
     LargeVector<std::uint32_t> entry_;  // triangles, in no particular order within a cell
 };

@@ -45,16 +45,16 @@ float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3* bounds, Sp
     const double mean = hamiltonian(Vec3(0.5 * (minus + plus)), speed_of);
     double flux = mean - 0.5 * dissipation.dot(plus - minus);
     if (bounds) {
-        // Where V has one sign, so has H: what dissipation alone does to a corner is to fill one that an etch
-        // leaves, or to take from one that grows. Midway between two fronts the mean is 0.
+        // V of one sign gives H of one sign: dissipation alone would fill a corner that an etch leaves, or
+        // take from one that grows. Midway between two fronts the mean is 0.
         const double sign = mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
         flux = sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0);
     }
     return static_cast<float>(flux);
 }
 
-/// The same of BeamSpeed, whose H(p) = facing max(0, p . d) + always |p|, with the slopes of local_dissipation in closed
-/// form.
+/// H by Lax-Friedrichs of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|, with the slopes of
+/// local_dissipation in closed form.
 inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& beam, const Row& facing,
                     const Row& always) {
     std::array<float, 3> towards, steep;
@@ -89,8 +89,8 @@ inline Row beam_row(const std::array<OneSided, 3>& d, float inv_dx, const Vec3& 
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t n = 0; n < kLanes; ++n)
             h[n] -= 0.5f * dissipation[a][n] * (d[a].plus[n] - d[a].minus[n]) * inv_dx;
-    // As in lax_friedrichs: what dissipation alone makes grow where all etches would count as the uppermost
-    // layer's.
+    // One sign as in lax_friedrichs: a growth by dissipation alone where all etches would count as the
+    // uppermost layer's.
     for (std::size_t n = 0; n < kLanes; ++n) {
         const float low = std::min(facing[n], always[n]), high = std::max(facing[n], always[n]);
         h[n] = high <= 0.0f ? std::min(h[n], 0.0f) : h[n];
@@ -169,7 +169,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
             h[n] = lax_friedrichs(minus, plus,
                                   bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
                                   speed_of);
-            // As in beam_row; layers below do not grow either, see speed_over.
+            // One sign as in beam_row; layers below do not grow either, see speed_over.
             if (in.motion.beam_speed) {
                 const BeamSpeed of = in.motion.beam_speed(index, exposed(in.stack, in.motion, index));
                 if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);

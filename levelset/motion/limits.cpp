@@ -8,7 +8,7 @@
 
 #include "levelset/block.hpp"
 #include "levelset/motion/sample_index.hpp"
-#include "levelset/motion/upwind.hpp"
+#include "levelset/row.hpp"
 
 namespace sidewall::levelset {
 namespace {

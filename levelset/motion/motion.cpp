@@ -1,4 +1,4 @@
-#include "levelset/motion/advection.hpp"
+#include "levelset/motion/motion.hpp"
 
 #include <fmt/format.h>
 #include <openvdb/tree/LeafManager.h>
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "levelset/layers/layer_depths.hpp"
-#include "levelset/motion/sample_kinds.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 
@@ -27,14 +26,31 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
     return below;
 }
 
+std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uint8_t> speed_class) {
+    using First = std::array<std::size_t, kSpeedClasses>;
+    First none;
+    none.fill(speed_class.size());
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, speed_class.size(), 16384), none,
+        [&](const auto& range, First first) {
+            for (std::size_t n = range.end(); n-- > range.begin();)
+                first[speed_class[n]] = std::min(first[speed_class[n]], n);
+            return first;
+        },
+        [](First a, const First& b) {
+            for (std::size_t k = 0; k < kSpeedClasses; ++k) a[k] = std::min(a[k], b[k]);
+            return a;
+        });
+}
+
 namespace {
 
-// Whether the surface grows everywhere, and alike on all layers: then it does not matter which of them is
-// bare.
-bool grows_alike(const MaterialStack& stack, const Motion& motion) {
-    if (motion.kind.empty() || motion.depends_on_normal) return false;
-    return std::ranges::all_of(first_of_kinds(motion.kind), [&](std::size_t n) {
-        if (n == motion.kind.size()) return true;
+// Whether the surface grows everywhere, at the same speed on all layers: then it does not matter which of
+// them is bare.
+bool grows_uniformly(const MaterialStack& stack, const Motion& motion) {
+    if (motion.speed_class.empty() || motion.depends_on_normal) return false;
+    return std::ranges::all_of(first_of_classes(motion.speed_class), [&](std::size_t n) {
+        if (n == motion.speed_class.size()) return true;
         const double v = motion.speed(n, 0, Vec3::UnitZ());
         if (!(v >= 0.0)) return false;
         for (std::size_t k = 1; k < stack.layers.size(); ++k)
@@ -46,17 +62,17 @@ bool grows_alike(const MaterialStack& stack, const Motion& motion) {
 }  // namespace
 
 Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
-                   bool depends_on_normal, std::vector<std::uint8_t> kind) {
+                   bool depends_on_normal, std::vector<std::uint8_t> speed_class) {
     Motion motion;
     motion.extension = std::move(extension);
     motion.speed = std::move(speed);
     motion.depends_on_normal = depends_on_normal;
-    motion.kind = std::move(kind);
+    motion.speed_class = std::move(speed_class);
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;
     motion.thickness.resize(samples.size() * below, stack.top().background());
-    if (grows_alike(stack, motion)) return motion;
+    if (grows_uniformly(stack, motion)) return motion;
     // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
     // one is in.
     const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
@@ -123,10 +139,6 @@ void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_
     }
 }
 
-}  // namespace
-
-namespace {
-
 // \p finer  the columns where a finer level counts; null: nowhere.
 double max_speed_of_level(const MaterialStack& stack, const Motion& motion, const LevelColumns* finer) {
     const auto counts = [&](std::size_t sample) {
@@ -135,15 +147,16 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
     };
     const std::vector<Vec3> normals = bounding_normals(motion);
     const std::size_t layers = stack.layers.size();
-    const bool by_kind = !motion.kind.empty();
+    const bool by_class = !motion.speed_class.empty();
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 512), 0.0,
         [&](const auto& range, double most) {
-            std::vector<std::uint8_t> asked(by_kind ? kKinds * layers : 0, 0);
+            std::vector<std::uint8_t> asked(by_class ? kSpeedClasses * layers : 0, 0);
             for (std::size_t n = range.begin(); n != range.end(); ++n)
                 if (counts(n))
                     each_reachable(stack, motion, n, [&](std::size_t k) {
-                        if (by_kind && std::exchange(asked[motion.kind[n] * layers + k], 1) != 0) return;
+                        if (by_class && std::exchange(asked[motion.speed_class[n] * layers + k], 1) != 0)
+                            return;
                         most = std::max(most, fastest(stack, motion, normals, n, k));
                     });
             return most;

@@ -9,8 +9,8 @@
 
 namespace sidewall::levelset {
 
-/// Which surface sample the nodes of a grid's leaves take their speed from. Of a node next to the front, which has a
-/// sample of its own, an entry is the sample's number; of those farther out it has kShared set besides.
+/// By node of a grid's leaves, the surface sample that it takes its speed from. The entry of a node next to the front,
+/// which has a sample of its own, is the sample's number; those of nodes farther out have kShared set besides.
 class SampleIndex {
   public:
     static constexpr std::int32_t kShared = std::numeric_limits<std::int32_t>::min();
@@ -20,15 +20,15 @@ class SampleIndex {
     explicit SampleIndex(const std::vector<const Leaf*>& leaves)
         : table_(leaves), entry_(leaves.size() * Leaf::SIZE), stride_(Leaf::SIZE) {}
     /// One sample for all nodes.
-    struct Alike {};
-    SampleIndex(const std::vector<const Leaf*>& leaves, Alike) : table_(leaves), entry_(Leaf::SIZE, 0) {}
+    struct Uniform {};
+    SampleIndex(const std::vector<const Leaf*>& leaves, Uniform) : table_(leaves), entry_(Leaf::SIZE, 0) {}
 
     /// Number of the sample, negative if there is none.
     static std::int32_t sample(std::int32_t entry) { return entry == kNone ? kNone : entry & ~kShared; }
 
     /// Leaf::SIZE entries of a leaf.
     std::int32_t* of(std::size_t leaf) { return &entry_[leaf * stride_]; }
-    /// The same by leaf coordinates (nodes / 8); nullptr if there is no such leaf.
+    /// Entries of the leaf at leaf coordinates (nodes / 8); nullptr if there is no such leaf.
     const std::int32_t* find(int x, int y, int z) const {
         const std::int32_t leaf = table_.find(x, y, z);
         return leaf < 0 ? nullptr : &entry_[static_cast<std::size_t>(leaf) * stride_];

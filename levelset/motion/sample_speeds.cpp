@@ -1,11 +1,9 @@
 #include "levelset/motion/sample_speeds.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 
-#include "levelset/motion/sample_kinds.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 
@@ -54,22 +52,22 @@ bool stays(const MaterialStack& stack, const Motion& motion, std::size_t sample,
     return layer == 0 || distance <= static_cast<double>(motion.thickness[sample * below + layer - 1]);
 }
 
-// Asks once for all samples of a kind what a layer's V is.
+// Evaluates once for all samples of a speed class what a layer's V is.
 template <class Value>
-class ByKind {
+class ByClass {
   public:
     template <class Ask>
-    ByKind(const MaterialStack& stack, const Motion& motion, Ask&& ask)
+    ByClass(const MaterialStack& stack, const Motion& motion, Ask&& ask)
         : motion_(motion), layers_(stack.layers.size()) {
-        if (motion.kind.empty()) return;
-        const std::array<std::size_t, kKinds> first = first_of_kinds(motion.kind);
-        table_.resize(kKinds * layers_);
-        for (std::size_t kind = 0; kind < kKinds; ++kind)
-            for (std::size_t k = 0; k < layers_ && first[kind] < motion.kind.size(); ++k)
-                table_[kind * layers_ + k] = ask(first[kind], k);
+        if (motion.speed_class.empty()) return;
+        const std::array<std::size_t, kSpeedClasses> first = first_of_classes(motion.speed_class);
+        table_.resize(kSpeedClasses * layers_);
+        for (std::size_t c = 0; c < kSpeedClasses; ++c)
+            for (std::size_t k = 0; k < layers_ && first[c] < motion.speed_class.size(); ++k)
+                table_[c * layers_ + k] = ask(first[c], k);
     }
     const Value& at(std::size_t sample, std::size_t layer) const {
-        return table_[motion_.kind[sample] * layers_ + layer];
+        return table_[motion_.speed_class[sample] * layers_ + layer];
     }
 
   private:
@@ -80,16 +78,13 @@ class ByKind {
 
 template <class Value, class Ask, class Use>
 void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Use&& use) {
-    const ByKind<Value> table(stack, motion, ask);
-    const bool by_kind = !motion.kind.empty();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 1024),
-                      [&](const auto& range) {
-                          for (std::size_t n = range.begin(); n != range.end(); ++n) {
-                              const std::size_t layer = exposed(stack, motion, n);
-                              if (!motion.inert.empty() && motion.inert[layer]) continue;
-                              use(n, layer, by_kind ? table.at(n, layer) : ask(n, layer));
-                          }
-                      });
+    const ByClass<Value> table(stack, motion, ask);
+    const bool by_class = !motion.speed_class.empty();
+    surface::parallel_each(motion.extension.samples.size(), 1024, [&](std::size_t n) {
+        const std::size_t layer = exposed(stack, motion, n);
+        if (!motion.inert.empty() && motion.inert[layer]) return;
+        use(n, layer, by_class ? table.at(n, layer) : ask(n, layer));
+    });
 }
 
 }  // namespace

@@ -2,7 +2,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "levelset/motion/advection.hpp"
+#include "levelset/motion/advection_options.hpp"
+#include "levelset/motion/motion.hpp"
 
 namespace sidewall::levelset {
 
@@ -16,7 +17,7 @@ struct SampleSpeeds {
         still,     ///< V is 0
         constant,  ///< V = first, whatever the normal
         beam,      ///< V(n) = first max(0, n . d) + second
-        general    ///< to be asked for at every node, by speed_over
+        general    ///< evaluated at every node, by speed_over
     };
     const MaterialStack& stack;
     const Motion& motion;

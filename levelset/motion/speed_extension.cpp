@@ -16,9 +16,10 @@
 #include "levelset/layers/stack.hpp"
 #include "levelset/motion/cell_triangles.hpp"
 #include "levelset/motion/sample_index.hpp"
-#include "levelset/motion/upwind.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/row.hpp"
 #include "surface/extraction/leaf_table.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -42,8 +43,8 @@ openvdb::Coord decode(std::int32_t code) {
     return openvdb::Coord(number >> 2 * kBits, number >> kBits & mask, number & mask).offsetBy(-kMiddle);
 }
 
-// Of a row's eight nodes: the unit gradient by central differences, zero where phi is flat, the foot point
-// along it less the node, in dx, and the code of that rounded.
+// By node of a row: the unit gradient by central differences, zero where phi is flat, the foot point along it
+// less the node, in dx, and the code of that rounded.
 struct Feet {
     std::array<std::array<double, kLanes>, 3> normal, foot;
     std::array<std::int32_t, kLanes> code;
@@ -78,7 +79,7 @@ class Surface {
   public:
     explicit Surface(const surface::RayScene& scene)
         : vertices(scene.vertices()), triangles(scene.triangles()), scene_(&scene) {}
-    // Without a hierarchy, unless a node asks that has no triangle near.
+    // Without a hierarchy, which is made when a node has no triangle near.
     explicit Surface(const TriangleMesh& mesh)
         : vertices(mesh.vertices), triangles(mesh.triangles), mesh_(&mesh) {}
 
@@ -105,7 +106,7 @@ class Surface {
     const std::span<const Triangle> triangles;
 
   private:
-    // Of equals, the lowest triangle is the nearest.
+    // Ties go to the lowest triangle.
     void keep_nearer(std::uint32_t t, const Vec3& world, surface::SurfaceHit& best) const {
         const auto [a, b, c] = triangles[t];
         surface::SurfaceHit hit =
@@ -148,7 +149,8 @@ openvdb::Coord own_node(const Domain& domain, const openvdb::Coord& c) {
     return {domain.source_node(0, c.x()), domain.source_node(1, c.y()), c.z()};
 }
 
-// Of a node next to the front, its sample; of others nothing yet. Other threads may be finding it.
+// The sample of a node next to the front, negative for others, which have none yet. Other threads may be
+// setting it.
 std::int32_t own_sample(const std::int32_t* entries, openvdb::Index node) {
     if (entries == nullptr) return -1;
     return std::atomic_ref(const_cast<std::int32_t&>(entries[node])).load(std::memory_order_relaxed);
@@ -202,7 +204,7 @@ void share_first(const Leaf& leaf, float near, std::int32_t* entry) {
         entry[it.pos()] = std::abs(*it) <= near ? 0 : SampleIndex::kShared;
 }
 
-// Marks the nodes of a row as off the band, or by the code of their foot point until that is looked up.
+// Marks the nodes of a row as off the band, or by the code of their foot point until its sample is found.
 void set_codes(const Feet& feet, const LaneMask& active, std::int32_t* entry) {
     for (std::size_t z = 0; z < kLanes; ++z)
         entry[z] = (feet.code[z] & active[z]) | (SampleIndex::kNone & ~active[z]);
@@ -217,7 +219,7 @@ class EntriesAround {
             leaf_[static_cast<std::size_t>(n)] =
                 index.find(at.x() + n / 9 - 1, at.y() + n / 3 % 3 - 1, at.z() + n % 3 - 1);
     }
-    // Of a node less the leaf's origin.
+    // \param c  a node less the leaf's origin.
     std::int32_t own_sample_at(const openvdb::Coord& c) const {
         const auto leaf =
             static_cast<std::size_t>(((c.x() >> 3) + 1) * 9 + ((c.y() >> 3) + 1) * 3 + (c.z() >> 3) + 1);
@@ -231,26 +233,24 @@ class EntriesAround {
 // Far nodes take the sample of the node beside their foot point.
 void share_samples(const LeafData& phi, float background, const Domain& domain,
                    const std::vector<const Leaf*>& leaves, SampleIndex& index) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const Leaf& leaf = *leaves[n];
-            std::int32_t* entry = index.of(n);
-            const openvdb::Coord o = leaf.origin();
-            const bool inner = domain.owns(o.x() - 8, o.y() - 8) && domain.owns(o.x() + 15, o.y() + 15);
-            const EntriesAround around(index, o);
-            for (auto it = leaf.cbeginValueOn(); it; ++it) {
-                const std::int32_t own = entry[it.pos()];
-                if (own > kFirstCode || own <= kLastCode) continue;
-                const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos()) + decode(own);
-                const openvdb::Coord foot = o + local;
-                std::int32_t found = inner || domain.owns(foot.x(), foot.y())
-                                         ? around.own_sample_at(local)
-                                         : own_sample(index, own_node(domain, foot));
-                if (found < 0) found = descend(phi, background, index, domain, it.getCoord());
-                std::atomic_ref(entry[it.pos()])
-                    .store(found >= 0 ? found | SampleIndex::kShared : SampleIndex::kNone,
-                           std::memory_order_relaxed);
-            }
+    surface::parallel_each(leaves.size(), 4, [&](std::size_t n) {
+        const Leaf& leaf = *leaves[n];
+        std::int32_t* entry = index.of(n);
+        const openvdb::Coord o = leaf.origin();
+        const bool inner = domain.owns(o.x() - 8, o.y() - 8) && domain.owns(o.x() + 15, o.y() + 15);
+        const EntriesAround around(index, o);
+        for (auto it = leaf.cbeginValueOn(); it; ++it) {
+            const std::int32_t own = entry[it.pos()];
+            if (own > kFirstCode || own <= kLastCode) continue;
+            const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos()) + decode(own);
+            const openvdb::Coord foot = o + local;
+            std::int32_t found = inner || domain.owns(foot.x(), foot.y())
+                                     ? around.own_sample_at(local)
+                                     : own_sample(index, own_node(domain, foot));
+            if (found < 0) found = descend(phi, background, index, domain, it.getCoord());
+            std::atomic_ref(entry[it.pos()])
+                .store(found >= 0 ? found | SampleIndex::kShared : SampleIndex::kNone,
+                       std::memory_order_relaxed);
         }
     });
 }
@@ -270,10 +270,11 @@ void set_still_sample(const openvdb::Coord& origin, Extension& extension) {
 }
 
 // \param surface  nullptr: samples carry their node and the foot along the gradient alone.
-// \param under    the stack whose lower layers are looked for beside each sample; nullptr: none is.
+// \param under    the stack whose lower layers are searched beside each sample; nullptr: none are.
 // \param left_out  as of extend.
-// \param everywhere  samples that have no lower layer near look for their point on the surface, too; else the
-//                    top layer stays where it is.
+// \param everywhere  samples without a lower layer near get a point on the surface, too; else the top layer
+// stays
+//                    where it is.
 Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
                 const LevelColumns* left_out, bool everywhere = true) {
     Extension extension;
@@ -286,13 +287,10 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
     const auto is_left_out = [&](const Leaf& leaf) {
         return left_out && left_out->of_coarser_node(leaf.origin().x(), leaf.origin().y());
     };
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), 4), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            if (is_left_out(*leaves[n])) continue;
-            still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
-            if (still[n]) continue;
-            first[n + 1] = count_near(*leaves[n], near);
-        }
+    surface::parallel_each(leaves.size(), 4, [&](std::size_t n) {
+        if (is_left_out(*leaves[n])) return;
+        still[n] = under && !everywhere && LayersBelow::none_around(*under, leaves[n]->origin());
+        if (!still[n]) first[n + 1] = count_near(*leaves[n], near);
     });
     const auto any_still = std::find(still.begin(), still.end(), 1);
     first[0] = any_still != still.end() ? 1 : 0;
@@ -372,19 +370,15 @@ Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, 
     return build(stack.top(), stack.domain, &surface, under, left_out, !top_is_inert);
 }
 
-Extension extend_alike(const Grid& grid) {
+Extension extend_uniform(const Grid& grid) {
     std::vector<const Leaf*> leaves;
     grid.tree().getNodes(leaves);
-    Extension extension{{}, std::make_shared<SampleIndex>(leaves, SampleIndex::Alike{}), {}};
+    Extension extension{{}, std::make_shared<SampleIndex>(leaves, SampleIndex::Uniform{}), {}};
     if (const auto first = grid.cbeginValueOn()) {
         const openvdb::Coord c = first.getCoord();
         extension.samples.push_back({0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}});
     }
     return extension;
-}
-
-Extension extend_without_mesh(const Grid& grid, const Domain& domain) {
-    return build(grid, domain, nullptr, nullptr, nullptr);
 }
 
 }  // namespace sidewall::levelset

@@ -23,12 +23,12 @@ struct SurfaceSample {
 
 class SampleIndex;  // levelset/motion/sample_index.hpp
 
-/// Which surface sample every band node takes its speed from: the normal extension of the surface's values
+/// The normal extension of the surface's values into the band: every node takes its speed from a surface sample
 /// (Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999) 2).
 struct Extension {
     LargeVector<SurfaceSample> samples;            ///< one a node within a cell of the front, in grid order
     std::shared_ptr<const SampleIndex> sample_of;  ///< of the grid's nodes: index into samples
-    /// By sample: no lower layer is near, so that the top one is bare. Empty: not asked.
+    /// By sample: no lower layer is near, so that the top one is bare. Empty: not determined.
     std::vector<std::uint8_t> alone;
 
     bool top_alone(std::size_t sample) const { return !alone.empty() && alone[sample] != 0; }
@@ -44,7 +44,7 @@ struct Extension {
 Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
                  const LevelColumns* left_out = nullptr);
 
-/// The same of a stack's surface for speeds that depend on no flux.
+/// Extension of a stack's surface for speeds that depend on no flux; samples need no mesh.
 ///
 /// \param mesh          the surface as extracted, if samples need their triangles; else nullptr.
 /// \param top_is_inert  the top layer stays where it is: samples on it that have no other near are given no triangle.
@@ -52,9 +52,6 @@ Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, 
                           const LevelColumns* left_out = nullptr);
 
 /// One sample for all of the band: for a speed that is the same all over the surface.
-Extension extend_alike(const Grid& grid);
-
-/// The topology of extend without a mesh: samples carry their node only. For speeds that depend on no flux.
-Extension extend_without_mesh(const Grid& grid, const Domain& domain);
+Extension extend_uniform(const Grid& grid);
 
 }  // namespace sidewall::levelset

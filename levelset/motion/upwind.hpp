@@ -2,35 +2,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
+#include <cstddef>
 
-// One-sided differences and Hamiltonians for eight neighbouring nodes at once: plain loops that compilers
-// vectorise.
+#include "levelset/row.hpp"
+
+// One-sided differences of eight neighbouring nodes at once: plain loops that compilers vectorise.
 namespace sidewall::levelset {
-
-inline constexpr int kLanes = 8;
-using Row = std::array<float, kLanes>;
-
-/// Which of a row's eight nodes are meant: all bits set or none.
-using LaneMask = std::array<std::int32_t, kLanes>;
-
-/// By the row's bits. Loaded whole: masks made lane by lane stall the loads that follow.
-inline constexpr auto kLaneMasks = [] {
-    std::array<LaneMask, 256> table{};
-    for (std::size_t bits = 0; bits < table.size(); ++bits)
-        for (std::size_t z = 0; z < kLanes; ++z) table[bits][z] = (bits >> z & 1) != 0 ? -1 : 0;
-    return table;
-}();
-
-/// Writes the values of the nodes that are meant.
-inline void blend(const Row& values, const LaneMask& where, float* to) {
-    LaneMask from, kept;
-    std::memcpy(from.data(), values.data(), sizeof from);
-    std::memcpy(kept.data(), to, sizeof kept);
-    for (std::size_t z = 0; z < kLanes; ++z) kept[z] ^= (kept[z] ^ from[z]) & where[z];
-    std::memcpy(to, kept.data(), sizeof kept);
-}
 
 /// Differences (not yet divided by dx) towards the lower and the higher neighbour along one axis.
 struct OneSided {

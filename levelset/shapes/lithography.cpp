@@ -153,7 +153,7 @@ class Contours {
   private:
     bool rim(int i, int j) const { return i == 0 || j == 0 || i == lattice_[0] - 1 || j == lattice_[1] - 1; }
 
-    // Positive where it prints.
+    // Positive where resist remains.
     double value(int i, int j) const {
         if (rim(i, j)) return -threshold_;
         return raster_.at(source_pixel(raster_, domain_, 0, i - 1 - margin_[0]),
@@ -183,7 +183,7 @@ class Contours {
         return p;
     }
 
-    // The pieces of the contour in a square, with what prints on their left. Counter-clockwise: corners c,
+    // The pieces of the contour in a square, with the resist on their left. Counter-clockwise: corners c,
     // and edges after each.
     void square(int i, int j) {
         const std::array<bool, 4> c{in(i, j), in(i + 1, j), in(i + 1, j + 1), in(i, j + 1)};
@@ -192,13 +192,13 @@ class Contours {
         const int inside = c[0] + c[1] + c[2] + c[3];
         if (inside == 0 || inside == 4) return;
         const bool saddle = inside == 2 && c[0] == c[2];
-        // Two corners on a diagonal are joined if the mean of all four prints.
+        // Two corners on a diagonal are joined if the mean of all four is above the threshold.
         const bool joined =
             saddle && value(i, j) + value(i + 1, j) + value(i + 1, j + 1) + value(i, j + 1) > 0.0;
         for (std::size_t k = 0; k < 4; ++k) {
             const std::size_t next = (k + 1) % 4;
             if (!(c[k] && !c[next]))
-                continue;                   // on edge k the boundary leaves what prints: a piece begins there
+                continue;                   // on edge k the boundary leaves the resist: a piece begins there
             std::size_t end = (k + 3) % 4;  // and goes round it clockwise to where it was entered,
             if (joined) end = next;         // or across to the other corner
             while (!joined && c[end] == c[(end + 1) % 4]) end = (end + 3) % 4;
@@ -213,7 +213,8 @@ class Contours {
     std::vector<std::pair<std::uint64_t, std::uint64_t>> pieces_;
 };
 
-// Whether the polygon meets the domain, and whether a pixel within it, or next to one of its corners, prints.
+// Whether the polygon meets the domain, and whether a pixel in it, or next to one of its corners, leaves
+// resist.
 std::pair<bool, bool> fate(const Polygon& polygon, const Raster& raster, const Domain& domain,
                            double threshold) {
     std::array<int, 2> low{}, high{};
@@ -244,8 +245,8 @@ std::pair<bool, bool> fate(const Polygon& polygon, const Raster& raster, const D
 
 }  // namespace
 
-Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain,
-                const std::function<bool()>& stop) {
+ResistContours resist_contours(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain,
+                               const std::function<bool()>& stop) {
     const auto go_on = [&] {
         if (stop && stop()) throw Interrupted("stopped while outlines were blurred");
     };
@@ -261,7 +262,7 @@ Printed printed(const std::vector<Polygon>& polygons, const Blur& blur, const Do
         add_blurred(covered, blur.sigmas[k], weights[k] / sum, domain, blurred);
     }
     go_on();
-    Printed result;
+    ResistContours result;
     const auto [least, most] = std::minmax_element(blurred.values.begin(), blurred.values.end());
     result.least = *least;
     result.most = *most;

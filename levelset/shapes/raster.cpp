@@ -139,7 +139,7 @@ double blur_work(double sigma, double pixel) {
     return 4.0 * kBlurReach * sigma / (pixel * times * times * times) + (times > 1.0 ? 2.0 : 0.0);
 }
 
-// A wide Gaussian is as exact on pixels of a fifth of its own sigma, so that all cost alike.
+// A wide Gaussian is as exact on pixels of a fifth of its own sigma, so that all cost the same.
 void add_blurred(const Raster& covered, double sigma, double weight, const Domain& domain, Raster& sum) {
     const double times = times_coarser(sigma, std::max(covered.size[0], covered.size[1]));
     if (times == 1.0) return add_on_pixels(covered, sigma, weight, domain, sum);

@@ -24,7 +24,7 @@ struct Shape {
     double taper_deg =
         0.0;  ///< walls from the vertical; positive narrows trench, hole (downwards), fin, box (upwards)
     std::vector<Polygon> polygons;  ///< mask: in x and y
-    bool contours = false;          ///< mask: they are printed() ones, which go on beyond the domain
+    bool contours = false;          ///< mask: they are resist_contours(), which go on beyond the domain
     bool openings = true;  ///< mask, outline(): they are open, down to the layer below; else all but they
     std::string file;      ///< mesh: closed or open surface file, same length unit
 

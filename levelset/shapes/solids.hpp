@@ -1,5 +1,7 @@
 #pragma once
+#include "levelset/domain.hpp"
 #include "levelset/shapes/body.hpp"
+#include "levelset/shapes/shapes.hpp"
 
 namespace sidewall::levelset {
 

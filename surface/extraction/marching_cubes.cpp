@@ -1,7 +1,6 @@
 #include "surface/extraction/marching_cubes.hpp"
 
 #include <openvdb/Grid.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 
 #include "surface/error.hpp"
 #include "surface/extraction/leaf_table.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -43,7 +43,7 @@ struct LeafEdges {
     }
 };
 
-// Which nodes of a leaf are known, as those of the band are, and which lie inside: bit z of byte 8 x + y.
+// The nodes of a leaf that are known, as those of the band are, and that lie inside: bit z of byte 8 x + y.
 struct LeafSigns {
     std::array<std::uint8_t, 64> known, inside;
     bool any_inside, any_outside;
@@ -65,8 +65,8 @@ struct LeafSigns {
     }
 };
 
-// Of the leaf at hand and those on its high sides: at +x for bit 0 of the index, +y for bit 1, +z for bit 2.
-// Null where there is none.
+// Parts of a leaf and of those on its high sides: at +x for bit 0 of the index, +y for bit 1, +z for bit 2.
+// Null where there is no leaf.
 template <class T>
 using Parts = std::array<const T*, 8>;
 
@@ -97,7 +97,7 @@ struct Signs {
     unsigned crossed(int x, int y, int i, int j) const {
         return (inside[at(x, y)] ^ inside[at(i, j)]) & known[at(x, y)] & known[at(i, j)] & 0xffu;
     }
-    // Those along the row.
+    // The edges along the row that the surface crosses.
     unsigned crossed(int x, int y) const {
         const unsigned in = inside[at(x, y)], all = known[at(x, y)];
         return (in ^ in >> 1) & all & all >> 1 & 0xffu;
@@ -151,7 +151,7 @@ bool has_vertices(const openvdb::Coord& origin, int x, int y, int axis, const La
     return any;
 }
 
-// Those with nodes of cells of which something is made.
+// The leaves with nodes of cells of which something is made.
 std::vector<const Leaf*> leaves_of_columns(const std::vector<const Leaf*>& leaves, const LateralGrid& box) {
     std::vector<const Leaf*> kept;
     for (const Leaf* leaf : leaves) {
@@ -249,22 +249,7 @@ void connect_vertices(const Parts<LeafEdges>& part, const Signs& signs, const op
         }
 }
 
-template <class Use>
-void each_leaf(std::size_t count, std::size_t grain, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
-    });
-}
-
 }  // namespace
-
-TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box) {
-    std::vector<const Leaf*> leaves;
-    phi.tree().getNodes(leaves);
-    TriangleMesh mesh;
-    marching_cubes(leaves, box, mesh);
-    return mesh;
-}
 
 void marching_cubes(const std::vector<const Leaf*>& all_leaves, const LateralGrid& box, TriangleMesh& mesh) {
     const std::vector<const Leaf*> in_columns =
@@ -272,10 +257,10 @@ void marching_cubes(const std::vector<const Leaf*>& all_leaves, const LateralGri
     const std::vector<const Leaf*>& leaves = box.columns.empty() ? all_leaves : in_columns;
     const std::size_t count = leaves.size();
     const LeafTable index(leaves);
-    // Each leaf's are set where it is looked at, by many threads.
+    // Not set: many threads set each leaf's.
     const auto edges = std::make_unique_for_overwrite<LeafEdges[]>(count);
     const auto signs = std::make_unique_for_overwrite<LeafSigns[]>(count);
-    each_leaf(count, 128, [&](std::size_t n) { signs[n] = LeafSigns(*leaves[n]); });
+    parallel_each(count, 128, [&](std::size_t n) { signs[n] = LeafSigns(*leaves[n]); });
     const auto parts = [&](std::size_t n, auto&& of) {
         const openvdb::Coord o = leaves[n]->origin();
         Parts<std::remove_reference_t<decltype(of(n))>> part{&of(n)};
@@ -289,7 +274,7 @@ void marching_cubes(const std::vector<const Leaf*>& all_leaves, const LateralGri
     const auto signs_of = [&](std::size_t n) -> const LeafSigns& { return signs[n]; };
 
     std::atomic<bool> complete{true};
-    each_leaf(count, 4, [&](std::size_t n) {
+    parallel_each(count, 4, [&](std::size_t n) {
         const Parts<LeafSigns> part = parts(n, signs_of);
         bool in = false, out = false;
         for (const LeafSigns* p : part)
@@ -319,7 +304,7 @@ void marching_cubes(const std::vector<const Leaf*>& all_leaves, const LateralGri
 
     mesh.vertices.resize(vertex_count);
     mesh.triangles.resize(triangle_count);
-    each_leaf(count, 4, [&](std::size_t n) {
+    parallel_each(count, 4, [&](std::size_t n) {
         if (edges[n].vertices > 0)
             place_vertices(edges[n], parts(n, [&](std::size_t k) -> const Leaf& { return *leaves[k]; }), box,
                            mesh.vertices);

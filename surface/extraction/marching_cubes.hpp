@@ -33,17 +33,15 @@ struct LateralGrid {
 /// Edge intersections keep this fraction of a cell away from nodes, so that no triangle has zero area.
 inline constexpr double kNodeClearance = 1e-3;
 
-/// Extracts the zero level of \p phi (negative inside; active voxels are the narrow band) by marching cubes
-/// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes, whichever cell looks at them, and
-/// no polygon is cut along a face: the mesh is watertight and manifold but for its boundary on the sides.
+/// Extracts the zero level of leaves of a level set (negative inside; active voxels are the narrow band) by marching cubes
+/// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes in both cells, and no polygon is cut along a face:
+/// the mesh is watertight and manifold but for its boundary on the sides.
 ///
-/// \returns vertices in world units, triangles counter-clockwise seen from the positive side; the order
-/// depends on the
-///          grid alone.
+/// \param leaves  in a grid's order; they need not be all of one grid.
+/// \param mesh    gets the vertices, in world units, and the triangles, counter-clockwise seen from the positive side; their
+///                order depends on the leaves alone.
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
-TriangleMesh marching_cubes(const FloatGrid& phi, const LateralGrid& box);
-/// The same of leaves, in a grid's order, that need not be all of one grid, added to \p mesh.
 void marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box, TriangleMesh& mesh);
 
 /// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c

@@ -35,31 +35,18 @@ T load(const char* bytes, bool big_endian) {
     return value;
 }
 
+template <class T>
+double load_as(const char* bytes, bool big_endian) {
+    return static_cast<double>(load<T>(bytes, big_endian));
+}
+
 /// One value as double; integers beyond 2^53 are rounded.
 inline double load_scalar(const char* bytes, FileScalar type, bool big_endian) {
-    switch (type) {
-        case FileScalar::int8:
-            return static_cast<double>(load<std::int8_t>(bytes, big_endian));
-        case FileScalar::uint8:
-            return static_cast<double>(load<std::uint8_t>(bytes, big_endian));
-        case FileScalar::int16:
-            return static_cast<double>(load<std::int16_t>(bytes, big_endian));
-        case FileScalar::uint16:
-            return static_cast<double>(load<std::uint16_t>(bytes, big_endian));
-        case FileScalar::int32:
-            return static_cast<double>(load<std::int32_t>(bytes, big_endian));
-        case FileScalar::uint32:
-            return static_cast<double>(load<std::uint32_t>(bytes, big_endian));
-        case FileScalar::int64:
-            return static_cast<double>(load<std::int64_t>(bytes, big_endian));
-        case FileScalar::uint64:
-            return static_cast<double>(load<std::uint64_t>(bytes, big_endian));
-        case FileScalar::float32:
-            return static_cast<double>(load<float>(bytes, big_endian));
-        case FileScalar::float64:
-            return load<double>(bytes, big_endian);
-    }
-    return 0.0;
+    constexpr double (*kLoad[])(const char*, bool) = {
+        load_as<std::int8_t>,  load_as<std::uint8_t>,  load_as<std::int16_t>, load_as<std::uint16_t>,
+        load_as<std::int32_t>, load_as<std::uint32_t>, load_as<std::int64_t>, load_as<std::uint64_t>,
+        load_as<float>,        load_as<double>};
+    return kLoad[static_cast<std::size_t>(type)](bytes, big_endian);
 }
 
 /// How a file's values are kept: integers as int32 if they all fit.
@@ -123,7 +110,7 @@ struct CellTriangles {
     }
     template <class Indices>
     void add_strip(const Indices& v, std::uint32_t cell_index) {
-        // Every other triangle of a strip runs backwards.
+        // Every other triangle of a strip is oriented backwards.
         for (std::size_t k = 2; k < v.size(); ++k)
             add(k % 2 == 0 ? Triangle{v[k - 2], v[k - 1], v[k]} : Triangle{v[k - 1], v[k - 2], v[k]},
                 cell_index);

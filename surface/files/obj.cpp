@@ -1,9 +1,11 @@
+#include "surface/files/obj.hpp"
+
 #include <cctype>
 #include <charconv>
 #include <map>
+#include <set>
 
 #include "surface/files/mesh_bytes.hpp"
-#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -57,10 +59,12 @@ struct Reader {
     std::string name;
     TriangleMesh mesh;
     CellTriangles cells;
-    std::vector<double> materials;               ///< per face
-    std::map<std::string, int> material_ids;     ///< by name, numbered as they come unless they say so
-    std::map<std::string, std::size_t> dropped;  ///< statements by kind
-    double material = 0.0;
+    std::vector<std::size_t> materials;  ///< per face, into material_names
+    std::vector<std::string> material_names{
+        std::string()};  ///< as they come; the first stands for faces without one
+    std::map<std::string, std::size_t> material_numbers;  ///< by name, into material_names
+    std::map<std::string, std::size_t> dropped;           ///< statements by sort
+    std::size_t material = 0;
     Lines lines;
 
     Reader(std::string_view bytes, const std::string& n) : name(n), lines(bytes) {}
@@ -98,13 +102,32 @@ struct Reader {
 
     void use_material(std::string_view rest) {
         const std::string word(next_word(rest));
-        if (int id = 0; word.rfind(kMaterialPrefix, 0) == 0 &&
-                        parse(std::string_view(word).substr(kMaterialPrefix.size()), id)) {
-            material_ids.emplace(word, id);
-            material = id;
-            return;
+        const auto [at, is_new] = material_numbers.emplace(word, material_names.size());
+        if (is_new) material_names.push_back(word);
+        material = at->second;
+    }
+
+    // By material: N of `material_N`, for the others the lowest ids that are left, in their order.
+    std::vector<int> material_ids() const {
+        std::vector<int> ids(material_names.size(), 0);
+        std::set<int> taken;
+        const auto is_numbered = [&](std::size_t m) {
+            return material_names[m] == fmt::format("{}{}", kMaterialPrefix, ids[m]);
+        };
+        for (std::size_t m = 1; m < ids.size(); ++m) {
+            const std::string& of = material_names[m];
+            if (of.starts_with(kMaterialPrefix))
+                parse(std::string_view(of).substr(kMaterialPrefix.size()), ids[m]);
+            if (is_numbered(m)) taken.insert(ids[m]);
         }
-        material = material_ids.emplace(word, static_cast<int>(material_ids.size())).first->second;
+        const bool any_without = std::find(materials.begin(), materials.end(), 0u) != materials.end();
+        int lowest = 0;
+        for (std::size_t m = any_without ? 0 : 1; m < ids.size(); ++m) {
+            if (is_numbered(m)) continue;
+            while (!taken.insert(lowest).second) ++lowest;
+            ids[m] = lowest;
+        }
+        return ids;
     }
 
     void read() {
@@ -136,16 +159,18 @@ TriangleMesh decode_obj(std::string_view bytes, const std::string& name, MeshMet
     reader.read();
     TriangleMesh& mesh = reader.mesh;
     mesh.triangles = std::move(reader.cells.triangles);
-    if (!reader.material_ids.empty()) {
+    const std::vector<int> ids = reader.material_ids();
+    if (ids.size() > 1) {
         Attribute material{"material", 1, Scalar::int32, {}};
-        for (const std::uint32_t face : reader.cells.cell) material.values.push_back(reader.materials[face]);
+        for (const std::uint32_t face : reader.cells.cell)
+            material.values.push_back(ids[reader.materials[face]]);
         mesh.triangle_attributes.push_back(std::move(material));
     }
     if (metadata) {
-        for (const auto& [kind, count] : reader.dropped)
-            metadata->dropped.push_back(fmt::format("{} {}", count, kind));
-        for (const auto& [material, id] : reader.material_ids)
-            if (material != fmt::format("{}{}", kMaterialPrefix, id))
+        for (const auto& [what, count] : reader.dropped)
+            metadata->dropped.push_back(fmt::format("{} {}", count, what));
+        for (const auto& [material, number] : reader.material_numbers)
+            if (const int id = ids[number]; material != fmt::format("{}{}", kMaterialPrefix, id))
                 metadata->dropped.push_back(fmt::format("name of material {}: {}", id, material));
     }
     check_read_mesh(mesh, name);

@@ -61,7 +61,7 @@ class EndsWriting {
     std::array<bool, 3> ours_{};
 };
 
-// The error that a test asks for before an operation, in errno; true if there is none.
+// Sets errno to the error that a test injects before an operation; true if there is none.
 bool allowed(const char* operation, const fs::path& path) {
     errno = file_operation_hook == nullptr ? 0 : file_operation_hook(operation, path);
     return errno == 0;
@@ -249,7 +249,7 @@ void append_to_file(const fs::path& path, std::string_view bytes) {
         file.write(bytes);
         file.close();
     } catch (...) {
-        // Should this fail, too, a reader meets half a line at the end; the error is told all the same.
+        // Should this fail, too, a reader meets half a line at the end; the error is reported all the same.
         [[maybe_unused]] const int ignored = ::truncate(path.c_str(), before);
         throw;
     }

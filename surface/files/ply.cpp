@@ -1,10 +1,11 @@
+#include "surface/files/ply.hpp"
+
 #include <cctype>
 #include <charconv>
 #include <optional>
 #include <sstream>
 
 #include "surface/files/mesh_bytes.hpp"
-#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::surface {
 namespace {

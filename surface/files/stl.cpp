@@ -1,9 +1,10 @@
+#include "surface/files/stl.hpp"
+
 #include <cctype>
 #include <charconv>
 #include <unordered_map>
 
 #include "surface/files/mesh_bytes.hpp"
-#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -121,7 +122,7 @@ void read_binary(std::string_view bytes, std::uint64_t facets, Soup& soup) {
 
 TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
     Soup soup;
-    // Binary files may begin with `solid`, too: their size tells.
+    // Binary files may begin with `solid`, too: their size decides.
     std::uint64_t facets = 0;
     if (bytes.size() >= kHeader + 4) facets = load<std::uint32_t>(bytes.data() + kHeader, false);
     const std::uint64_t whole = kHeader + 4 + facets * kFacet;

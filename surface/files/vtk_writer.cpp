@@ -30,18 +30,11 @@ constexpr std::size_t kMostWaiting = 1 << 23;
 
 std::string xml_escape(std::string_view text) {
     std::string result;
-    for (const char c : text) {
-        if (c == '&')
-            result += "&amp;";
-        else if (c == '<')
-            result += "&lt;";
-        else if (c == '>')
-            result += "&gt;";
-        else if (c == '"')
-            result += "&quot;";
+    for (const char c : text)
+        if (c == '&' || c == '<' || c == '>' || c == '"')
+            result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : "&quot;";
         else
             result += c;
-    }
     return result;
 }
 

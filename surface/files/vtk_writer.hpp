@@ -4,7 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "surface/files/mesh_io.hpp"
+#include "surface/files/mesh_metadata.hpp"
+#include "surface/triangle_mesh.hpp"
 
 // What VTK's XML files have in common; not for others.
 namespace sidewall::surface {

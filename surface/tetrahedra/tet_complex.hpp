@@ -9,8 +9,8 @@
 // Tetrahedra that change: the mesher's own, not for others.
 namespace sidewall::surface {
 
-/// Where a vertex or an edge lies: on sides of the box, and between which regions. It may move or be merged only
-/// within that.
+/// The sides of the box and the regions that a vertex or an edge lies between. It may move or be merged only within
+/// them.
 struct Place {
     std::uint8_t sides = 0;  ///< bits of TetComplex::side
     std::vector<int>

@@ -1,15 +1,15 @@
+#include "surface/tetrahedra/tet_cut.hpp"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "surface/tetrahedra/tet_stages.hpp"
-
 namespace sidewall::surface {
 namespace {
 
-// Where an edge crosses the front, as a share of the way from its first end.
+// The point of an edge on the front, as a share of the way from its first end.
 struct Cut {
     std::uint32_t a = 0, b = 0;
     double share = 0.0;
@@ -19,6 +19,21 @@ constexpr double kSnap = 0.3;    // of an edge: a vertex this near to a cut move
 constexpr double kTouch = 0.12;  // of an edge: a vertex that cannot move counts as on a front this near
 // Cosine of 8 degrees: no vertex moves or is added where that leaves a smaller angle.
 constexpr double kWorst = 0.9902681;
+
+using Edge = std::array<std::uint32_t, 2>;
+
+// Adds a tetrahedron's edges (a, b) for which \p takes(a, b), lower vertex first.
+template <class Takes>
+void add_edges(const Tetrahedron& c, std::vector<Edge>& edges, Takes&& takes) {
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = i + 1; j < 4; ++j)
+            if (takes(c[i], c[j])) edges.push_back({std::min(c[i], c[j]), std::max(c[i], c[j])});
+}
+
+void make_unique(std::vector<Edge>& edges) {
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+}
 
 class Cutter {
   public:
@@ -101,15 +116,10 @@ double Cutter::root(std::uint32_t a, std::uint32_t b) const {
 }
 
 void Cutter::find_cuts() {
-    std::vector<std::array<std::uint32_t, 2>> edges;
-    for (const std::uint32_t t : active_) {
-        const Tetrahedron& c = mesh_.tet[t];
-        for (std::size_t i = 0; i < 4; ++i)
-            for (std::size_t j = i + 1; j < 4; ++j)
-                if (s_[c[i]] * s_[c[j]] < 0.0) edges.push_back({std::min(c[i], c[j]), std::max(c[i], c[j])});
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    std::vector<Edge> edges;
+    for (const std::uint32_t t : active_)
+        add_edges(mesh_.tet[t], edges, [&](std::uint32_t a, std::uint32_t b) { return s_[a] * s_[b] < 0.0; });
+    make_unique(edges);
     cuts_.resize(edges.size());
     tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t i) {
         const auto [a, b] = edges[i];
@@ -188,8 +198,8 @@ bool Cutter::bulges(std::uint32_t a, std::uint32_t b) const {
     return std::abs(front_(middle).distance) > 0.5 * options_.tolerance;
 }
 
-// Where the planes through the front near both ends meet, nearest to the middle; or the front's point nearest
-// to it.
+// The point where the planes through the front near both ends meet, nearest to the middle; or the front's
+// point nearest to it.
 Vec3 Cutter::crease_point(std::uint32_t a, std::uint32_t b) const {
     const Vec3 &pa = mesh_.point[a], &pb = mesh_.point[b], middle = 0.5 * (pa + pb);
     const auto sides = static_cast<unsigned>(mesh_.side[a] & mesh_.side[b]);
@@ -227,17 +237,12 @@ bool Cutter::may_split(std::uint32_t a, std::uint32_t b, const Vec3& p) const {
 
 // Edges on the front that cut off a corner of it are divided at the corner.
 void Cutter::sharpen() {
-    std::vector<std::array<std::uint32_t, 2>> edges;
-    for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t) {
-        if (!mesh_.alive(t) || mesh_.region[t] != k_) continue;
-        const Tetrahedron& c = mesh_.tet[t];
-        for (std::size_t i = 0; i < 4; ++i)
-            for (std::size_t j = i + 1; j < 4; ++j)
-                if (s_[c[i]] == 0.0 && s_[c[j]] == 0.0)
-                    edges.push_back({std::min(c[i], c[j]), std::max(c[i], c[j])});
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    std::vector<Edge> edges;
+    for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t)
+        if (mesh_.alive(t) && mesh_.region[t] == k_)
+            add_edges(mesh_.tet[t], edges,
+                      [&](std::uint32_t a, std::uint32_t b) { return s_[a] == 0.0 && s_[b] == 0.0; });
+    make_unique(edges);
     std::vector<std::uint8_t> wanted(edges.size(), 0);
     tbb::parallel_for(std::size_t{0}, edges.size(), [&](std::size_t i) {
         const auto [a, b] = edges[i];

@@ -1,41 +1,22 @@
+#include "surface/tetrahedra/tet_improve.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
+#include "surface/ray_scene.hpp"
 #include "surface/tetrahedra/tet_flips.hpp"
-#include "surface/tetrahedra/tet_stages.hpp"
 
 namespace sidewall::surface {
 namespace {
 
 constexpr double kLeastGain = 1e-6;  // of a cosine: less is no improvement
-constexpr double kRequired = 0.6;    // of the angle aimed at: less is mended by all means
+constexpr double kRequired = 0.6;    // of the angle aimed at: less is repaired by all means
 
 double cosine_of_deg(double degrees) {
     return std::cos(degrees * std::numbers::pi / 180.0);
-}
-
-Vec3 nearest_in_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-    // Ericson, Real-Time Collision Detection, section 5.1.5.
-    const Vec3 ab = b - a, ac = c - a, ap = p - a;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-    if (d1 <= 0.0 && d2 <= 0.0) return a;
-    const Vec3 bp = p - b;
-    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-    if (d3 >= 0.0 && d4 <= d3) return b;
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
-    const Vec3 cp = p - c;
-    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d6 >= 0.0 && d5 <= d6) return c;
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) return b + (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b);
-    const double sum = va + vb + vc;
-    return a + vb / sum * ab + vc / sum * ac;
 }
 
 class Improver {
@@ -48,7 +29,7 @@ class Improver {
   private:
     std::size_t pass(double target, double slack);
     bool insert(std::uint32_t t);
-    bool mend(std::uint32_t t, double slack);
+    bool repair(std::uint32_t t, double slack);
     bool merge(std::uint32_t t, double slack);
     bool move(std::uint32_t v);
     bool flip(std::uint32_t t);
@@ -91,7 +72,7 @@ bool Improver::keeps_fronts(std::uint32_t from, std::uint32_t to, double slack) 
         any = true;
         if (b == to || c == to) continue;
         least = std::min(
-            least, (p - nearest_in_triangle(p, mesh_.point[to], mesh_.point[b], mesh_.point[c])).norm());
+            least, closest_point_on_triangle(p, mesh_.point[to], mesh_.point[b], mesh_.point[c]).distance);
     }
     return !any || least <= slack;
 }
@@ -233,7 +214,7 @@ bool Improver::insert(std::uint32_t t) {
     return false;
 }
 
-bool Improver::mend(std::uint32_t t, double slack) {
+bool Improver::repair(std::uint32_t t, double slack) {
     if (merge(t, slack)) return true;
     bool moved = false;
     const double before = mesh_.cosine(t);
@@ -248,10 +229,10 @@ std::size_t Improver::pass(double target, double slack) {
         if (mesh_.alive(t))
             if (const double cosine = mesh_.cosine(t); cosine > target) bad.emplace_back(-cosine, t);
     std::sort(bad.begin(), bad.end());
-    std::size_t mended = 0;
+    std::size_t repaired = 0;
     for (const auto& [cosine, t] : bad)
-        if (mesh_.alive(t) && mesh_.cosine(t) > target) mended += mend(t, slack);
-    return mended;
+        if (mesh_.alive(t) && mesh_.cosine(t) > target) repaired += repair(t, slack);
+    return repaired;
 }
 
 void Improver::run() {

@@ -7,6 +7,7 @@
 
 #include "surface/files/file.hpp"
 #include "surface/files/mesh_bytes.hpp"
+#include "surface/files/mesh_io.hpp"
 #include "surface/files/output_file.hpp"
 #include "surface/files/vtk_writer.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 #include <filesystem>
 
-#include "surface/files/mesh_io.hpp"
+#include "surface/files/mesh_metadata.hpp"
 #include "surface/tetrahedra/tet_mesh.hpp"
 
 namespace sidewall::surface {

@@ -1,3 +1,5 @@
+#include "surface/tetrahedra/tet_lattice.hpp"
+
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
@@ -5,7 +7,6 @@
 #include <cmath>
 
 #include "surface/error.hpp"
-#include "surface/tetrahedra/tet_stages.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -38,7 +39,7 @@ Bisection::Bisection(std::span<const Front> fronts, const TetOptions& options)
 }
 
 void Bisection::add_cubes() {
-    // Even numbers of cubes are not asked for: neighbours are each other's mirror images anyway.
+    // Odd numbers of cubes do, too: neighbours are each other's mirror images anyway.
     const Vec3 extent = options_.box.size();
     const double coarse = std::min({16.0 * options_.size, extent.x(), extent.y(), extent.z()});
     std::array<std::size_t, 3> n{};

@@ -1,8 +1,8 @@
+#include "surface/tetrahedra/tet_volume.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "surface/tetrahedra/tet_stages.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -211,7 +211,7 @@ std::vector<double> VolumeMatcher::offsets(const std::vector<Vec3>& push) const 
     return result;
 }
 
-// As far as may be of the way; returns how far.
+// Moves a vertex as far along \p way as it may; returns how far.
 double VolumeMatcher::move(std::uint32_t v, const Vec3& way, double by) {
     by = std::clamp(by, -most_ - moved_[v], most_ - moved_[v]);
     const Vec3 old = mesh_.point[v];

@@ -1,6 +1,9 @@
 #include "surface/tetrahedra/tetrahedralize.hpp"
 
-#include "surface/tetrahedra/tet_stages.hpp"
+#include "surface/tetrahedra/tet_cut.hpp"
+#include "surface/tetrahedra/tet_improve.hpp"
+#include "surface/tetrahedra/tet_lattice.hpp"
+#include "surface/tetrahedra/tet_volume.hpp"
 
 namespace sidewall::surface {
 namespace {

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/advection.hpp"
 #include "levelset/openvdb_grid.hpp"

@@ -15,6 +15,7 @@
 #include <functional>
 #include <string>
 
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"

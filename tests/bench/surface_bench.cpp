@@ -11,6 +11,8 @@
 #include "surface/cut.hpp"
 #include "surface/distance.hpp"
 #include "surface/files/mesh_io.hpp"
+#include "surface/files/ply.hpp"
+#include "surface/files/vtp.hpp"
 #include "surface/quality.hpp"
 #include "surface/topology.hpp"
 

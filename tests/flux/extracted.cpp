@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
@@ -21,8 +22,12 @@ TriangleMesh extract(std::array<int, 2> first, std::array<int, 2> cells, int low
                 out.setValueOn(openvdb::Coord(i, j, k),
                                static_cast<float>(phi((first[0] + i) * dx, (first[1] + j) * dx, k * dx)));
     const auto at = [&](int axis, int n) { return (first[static_cast<std::size_t>(axis)] + n) * dx; };
-    return surface::marching_cubes(*grid,
-                                   {{at(0, 0), at(1, 0)}, {at(0, cells[0]), at(1, cells[1])}, cells, dx});
+    std::vector<const surface::FloatLeaf*> leaves;
+    grid->tree().getNodes(leaves);
+    TriangleMesh mesh;
+    surface::marching_cubes(leaves, {{at(0, 0), at(1, 0)}, {at(0, cells[0]), at(1, cells[1])}, cells, dx},
+                            mesh);
+    return mesh;
 }
 
 // The planes lie on nodes that are just inside the material at the rim and just outside at the foot, so that

@@ -10,6 +10,10 @@
 #include "surface/curvature.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
+#include "surface/files/obj.hpp"
+#include "surface/files/ply.hpp"
+#include "surface/files/stl.hpp"
+#include "surface/files/vtp.hpp"
 #include "surface/topology.hpp"
 #include "tests/fuzz/mutate.hpp"
 

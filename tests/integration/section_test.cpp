@@ -4,6 +4,7 @@
 
 #include "app/pictures/section.hpp"
 #include "app/process/simulation.hpp"
+#include "levelset/grid.hpp"
 #include "levelset/layers/checkpoint.hpp"
 #include "tests/folder.hpp"
 

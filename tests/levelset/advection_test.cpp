@@ -224,7 +224,7 @@ TEST_CASE("a speed that is not finite is reported with its place") {
     const Domain domain = test::unit_domain(16);
     MaterialStack stack = make_stack(domain, {{0, Shape{}}});
     const auto motion = make_motion(
-        stack, extend_without_mesh(stack.top(), domain),
+        stack, extend_untraced(stack, nullptr, false),
         [](std::size_t, std::size_t, const Vec3&) { return std::nan(""); }, false);
     CHECK_THROWS_AS(max_speed(stack, motion), NumericsError);
 }

@@ -1,4 +1,4 @@
-#include "levelset/layers/geometric.hpp"
+#include "levelset/motion/geometric.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "levelset/layers/layer_depths.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 

@@ -3,10 +3,11 @@
 #include <functional>
 #include <vector>
 
-#include "levelset/layers/stack.hpp"
+#include "levelset/grid.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/advection.hpp"
-#include "levelset/motion/redistance.hpp"
+#include "levelset/redistance.hpp"
 
 // Level sets with known fronts, in grid spacings (dx = 1).
 namespace sidewall::test {
@@ -60,7 +61,7 @@ inline void move(levelset::MaterialStack& stack, double duration, const levelset
                  const std::vector<double>& max_etch_rate = {}) {
     for (double time = 0.0; time < duration - 1e-12;) {
         auto motion = levelset::make_motion(
-            stack, levelset::extend_without_mesh(stack.top(), stack.domain),
+            stack, levelset::extend_untraced(stack, nullptr, false),
             [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); },
             !max_etch_rate.empty());
         motion.max_etch_rate = [&](std::size_t, std::size_t layer) { return max_etch_rate[layer]; };

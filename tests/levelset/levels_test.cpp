@@ -10,6 +10,7 @@
 #include <random>
 
 #include "levelset/layers/checkpoint.hpp"
+#include "levelset/layers/level_features.hpp"
 #include "levelset/layers/remaining_volume.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/shapes/shapes.hpp"
@@ -97,7 +98,7 @@ using Law = std::function<double(std::size_t layer, const Vec3& normal)>;
 
 Motion motion_of(const MaterialStack& stack, const Law& law) {
     Motion motion = make_motion(
-        stack, extend_without_mesh(stack.top(), stack.domain),
+        stack, extend_untraced(stack, nullptr, false),
         [law](std::size_t, std::size_t layer, const Vec3& n) { return law(layer, n); }, false);
     if (stack.coarser) motion.coarser = std::make_shared<const Motion>(motion_of(*stack.coarser, law));
     return motion;

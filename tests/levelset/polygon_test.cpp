@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "levelset/layers/stack.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/shapes/polygon_index.hpp"
 
 using namespace sidewall;

@@ -1,4 +1,4 @@
-#include "levelset/motion/redistance.hpp"
+#include "levelset/redistance.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

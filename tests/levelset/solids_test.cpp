@@ -5,7 +5,7 @@
 
 #include "levelset/layers/layer_depths.hpp"
 #include "levelset/meshes/pieces.hpp"
-#include "levelset/shapes/body.hpp"
+#include "levelset/shapes/make_body.hpp"
 #include "surface/error.hpp"
 #include "tests/levelset/grids.hpp"
 

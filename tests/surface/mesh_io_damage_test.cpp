@@ -7,6 +7,10 @@
 #include "meshes.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
+#include "surface/files/obj.hpp"
+#include "surface/files/ply.hpp"
+#include "surface/files/stl.hpp"
+#include "surface/files/vtp.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;

@@ -7,6 +7,10 @@
 
 #include "meshes.hpp"
 #include "surface/error.hpp"
+#include "surface/files/obj.hpp"
+#include "surface/files/ply.hpp"
+#include "surface/files/stl.hpp"
+#include "surface/files/vtp.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;
@@ -252,4 +256,19 @@ TEST_CASE("OBJ of other programs: polygons, all index forms, negative numbers, m
     CHECK(mesh.triangle_attributes.at(0).values == std::vector<double>{0, 0, 1});
     CHECK(said.dropped == std::vector<std::string>{"1 normals", "1 texture coordinates",
                                                    "name of material 1: gold", "name of material 0: steel"});
+}
+
+TEST_CASE("every material name of an OBJ file gets an id of its own", "[foreign]") {
+    const auto ids_of = [](const std::vector<std::string>& names) {
+        std::string text = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
+        for (const std::string& name : names) text += "usemtl " + name + "\nf 1 2 3\n";
+        return decode_obj(text, "part.obj").triangle_attributes.at(0).values;
+    };
+    CHECK(ids_of({"material_2", "Si", "SiO2"}) == std::vector<double>{2, 0, 1});
+    CHECK(ids_of({"Si", "SiO2", "Si", "material_0"}) == std::vector<double>{1, 2, 1, 0});
+    CHECK(ids_of({"material_1", "material_01", "Ti", "material_x"}) == std::vector<double>{1, 0, 2, 3});
+    // Faces before the first name have an id of their own, too.
+    const TriangleMesh mesh =
+        decode_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nusemtl Si\nf 1 2 3\n", "part.obj");
+    CHECK(mesh.triangle_attributes.at(0).values == std::vector<double>{0, 1});
 }

@@ -157,7 +157,7 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
         // Where nothing is traced, only line of sight asks for points on the mesh.
         extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene, left_out)
                     : grows_alike(model, stack, surface)
-                        ? levelset::extend_alike(stack.top())
+                        ? levelset::extend_uniform(stack.top())
                         : levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
                                                     is_inert(model, stack.layers.back().material), left_out);
     }

@@ -27,6 +27,7 @@
 #include "app/results/metrology.hpp"
 #include "flux/radiosity/radiosity.hpp"
 #include "levelset/layers/levels.hpp"
+#include "surface/files/vtp.hpp"
 
 namespace sidewall::app {
 namespace {

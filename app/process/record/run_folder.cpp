@@ -296,8 +296,8 @@ void RunFolder::write_profiles(const TriangleMesh& surface, std::size_t number) 
     const auto planes = profile_planes(recipe_);
     for (std::size_t k = 0; k < planes.size(); ++k) {
         const std::string name = profile_name(fmt::format("{:04}", number), k);
-        surface::write_profile_csv(options_.output / name, surface::cut_by_plane(surface, planes[k]),
-                                   planes[k]);
+        surface::write_whole_file(options_.output / name,
+                                  surface::profile_csv(surface::cut_by_plane(surface, planes[k]), planes[k]));
     }
 }
 

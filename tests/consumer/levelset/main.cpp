@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "levelset/layers/stack.hpp"
+#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 
 int main() {

@@ -2,6 +2,7 @@
 #include <span>
 
 #include "levelset/layers/stack.hpp"
+#include "levelset/shapes/shapes.hpp"
 
 // Process steps that are pure geometry: what a model process would leave, without one. Stacks have one level
 // (levelset/layers/levels.hpp).

@@ -1,4 +1,4 @@
-#include "levelset/motion/release.hpp"
+#include "levelset/layers/release.hpp"
 
 #include <tbb/parallel_for.h>
 

@@ -1,4 +1,4 @@
-#include "levelset/layers/geometric.hpp"
+#include "levelset/motion/geometric.hpp"
 
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
@@ -8,10 +8,11 @@
 #include <cmath>
 #include <limits>
 
-#include "levelset/meshes/extract.hpp"
+#include "levelset/grid.hpp"
+#include "levelset/layers/cut_layers.hpp"
 #include "levelset/meshes/voids.hpp"
-#include "levelset/motion/redistance.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/redistance.hpp"
 #include "levelset/shapes/outline.hpp"
 #include "surface/error.hpp"
 #include "surface/ray_scene.hpp"
@@ -109,8 +110,8 @@ double highest_front(const Grid& grid, const Domain& domain) {
     return highest;
 }
 
-// Where walls coincide with those of the wafer, no film of gas or material without thickness may be left: in
-// dx.
+// How far walls that coincide with the wafer's overlap them, in dx, so that no film of zero thickness is
+// left.
 constexpr double kOverlap = 1e-3;
 
 // All that lies beside the openings of \p pattern or below \p bottom, down from above \p top. The openings
@@ -126,8 +127,8 @@ GridPtr columns(const MaterialStack& stack, const Shape& pattern, double bottom,
     return sample_grid(domain, distance, low - margin, end + margin);
 }
 
-// Takes out of \p film the gas that is shut in: nodes, on both sides of the surface, whose nearest surface
-// bounds it.
+// Removes closed voids from \p film: the nodes, on both sides of the surface, whose nearest surface bounds
+// one.
 void keep_out_of_voids(Grid& film, const MaterialStack& stack) {
     const Domain& domain = stack.domain;
     const TriangleMesh surface = extract_surface(stack.top(), domain);
@@ -207,7 +208,7 @@ void mask(MaterialStack& stack, int material, const Shape& pattern, double thick
     if (conformal) grow(*film, domain, thickness);
     const double top = conformal ? highest_front(*film, domain) : highest_front(*film, domain) + thickness;
     if (!conformal) film = plane(domain, top);
-    // Its walls end above the film, whose top is its own.
+    // The pattern's walls end above the film, which keeps its own top.
     const GridPtr covered =
         columns(stack, pattern, -std::numeric_limits<double>::infinity(), top, -kOverlap * domain.spacing);
     film = common(domain, *film, *covered);

@@ -8,7 +8,7 @@
 
 #include "surface/files/mesh_bytes.hpp"
 
-// The XML half of the VTP reader: what the file declares, before any data is decoded; not for others.
+// A VTP file as it is read: what its XML declares, and the data decoded to numbers; not for others.
 namespace sidewall::surface::vtp {
 
 struct DataArray {

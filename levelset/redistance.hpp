@@ -1,5 +1,6 @@
 #pragma once
-#include "levelset/grid.hpp"
+#include "levelset/domain.hpp"
+#include "levelset/narrow_band.hpp"
 
 namespace sidewall::levelset {
 
@@ -23,7 +24,7 @@ inline constexpr int kSweepsAfterTimeStep = 2, kSweepsAnew = 8;
 /// \note Parallel; the same bits on any number of threads.
 void redistance(Grid& grid, const Domain& domain, int sweeps = kSweepsAfterTimeStep);
 
-/// The same for the leaves of \p band alone that are not at rest (levelset/motion/band.hpp), which are all that would change.
+/// Re-distances only the leaves of \p band that are not at rest (levelset/band.hpp); no other would change.
 void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps);
 
 }  // namespace sidewall::levelset

@@ -1,6 +1,4 @@
-#include "levelset/motion/band.hpp"
-
-#include <tbb/parallel_for.h>
+#include "levelset/band.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,6 +6,8 @@
 #include <bit>
 #include <cstring>
 #include <utility>
+
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -23,15 +23,8 @@ Mask mask_of(const Leaf& leaf) {
     return mask;
 }
 
-// Leaves that one task takes at least: fewer of their masks are done sooner than another thread is told.
-constexpr std::size_t kGrain = 256;
-
-template <class Use>
-void each_of(std::size_t count, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kGrain), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
-    });
-}
+// Leaves that one task takes at least: the masks of fewer are done sooner than another thread wakes.
+constexpr std::size_t kLeavesOfTask = 256;
 
 // How far a re-distancing reads: two sweeps, each two nodes.
 constexpr int kReadReach = 4;
@@ -151,7 +144,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
                                                     8 * kFaces[face][2]);
     };
     std::vector<std::uint8_t> grows(band.awake.size());  // over which faces, as bits, to where no leaf is
-    each_of(grows.size(), [&](std::size_t k) {
+    surface::parallel_each(grows.size(), kLeavesOfTask, [&](std::size_t k) {
         const unsigned faces = faces_touched(mask_of(*band.leaves[band.awake[k]]));
         for (std::size_t f = 0; f < 6; ++f) {
             if ((faces >> f & 1) == 0) continue;
@@ -197,12 +190,10 @@ Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& doma
     print.resize(leaves.size());
     made.resize(leaves.size(), 0);
     std::vector<std::uint8_t> moved(leaves.size());
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size(), kGrain / 2), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n) {
-            const bool known = !changed.empty() && changed[n] != 0;
-            print[n] = known ? 0 : fingerprint(*leaves[n]);
-            moved[n] = known || print[n] != leaves[n]->transientData();
-        }
+    surface::parallel_each(leaves.size(), kLeavesOfTask / 2, [&](std::size_t n) {
+        const bool known = !changed.empty() && changed[n] != 0;
+        print[n] = known ? 0 : fingerprint(*leaves[n]);
+        moved[n] = known || print[n] != leaves[n]->transientData();
     });
     const std::vector<std::uint8_t> near = with_readers(*this, domain, moved);
     for (std::uint32_t n = 0; n < leaves.size(); ++n)
@@ -212,12 +203,11 @@ Band::Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& doma
 std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
                                        const std::vector<std::uint8_t>& marked) {
     std::vector<std::uint8_t> result(marked.size(), 0);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, marked.size(), kGrain / 2), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n)
-            if (marked[n])
-                each_around(band.table, domain, band.leaves[n]->origin(), [&](std::size_t k) {
-                    std::atomic_ref(result[k]).store(1, std::memory_order_relaxed);
-                });
+    surface::parallel_each(marked.size(), kLeavesOfTask / 2, [&](std::size_t n) {
+        if (marked[n])
+            each_around(band.table, domain, band.leaves[n]->origin(), [&](std::size_t k) {
+                std::atomic_ref(result[k]).store(1, std::memory_order_relaxed);
+            });
     });
     return result;
 }
@@ -247,8 +237,9 @@ void grow(Band& band, Grid& grid, const Domain& domain) {
     const std::vector<LeafVoxels> carried = across_sides(band, domain);
     make_leaves(band, grid, domain, carried);
     std::vector<Mask> before(band.leaves.size());
-    each_of(before.size(), [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
-    each_of(band.awake.size(), [&](std::size_t k) {
+    surface::parallel_each(before.size(), kLeavesOfTask,
+                           [&](std::size_t n) { before[n] = mask_of(*band.leaves[n]); });
+    surface::parallel_each(band.awake.size(), kLeavesOfTask, [&](std::size_t k) {
         const std::size_t n = band.awake[k];
         Leaf& leaf = *band.leaves[n];
         const openvdb::Coord o = leaf.origin();

@@ -12,8 +12,8 @@ namespace sidewall::levelset {
 /// A grid's leaves in its own order, and those of them that a re-distancing may change.
 ///
 /// Re-distancing is a function of a leaf's voxels and of those up to 4 nodes around. A leaf is at rest where it once
-/// gave back the very voxels it was given, and none of them nor of the leaves around has changed since; then it
-/// would do so again, and nothing needs to be done. A leaf's fingerprint tells whether its voxels have changed.
+/// came back unchanged, and neither its voxels nor those of the leaves around have changed since; then re-distancing
+/// would not change it and skips it. A leaf's fingerprint shows whether its voxels have changed.
 struct Band {
     std::vector<Leaf*> leaves;
     surface::LeafTable table;  ///< of the leaves
@@ -25,13 +25,13 @@ struct Band {
     Band() = default;
     /// \param all      the grid's leaves.
     /// \param of_all   their table.
-    /// \param changed  by leaf: known to have changed since the last re-distancing, which saves looking. Empty: of none.
+    /// \param changed  by leaf: known to have changed since the last re-distancing, which saves its fingerprint. Empty: of none.
     Band(std::vector<Leaf*> all, surface::LeafTable of_all, const Domain& domain,
          std::span<const std::uint8_t> changed);
 };
 
-/// Of a leaf's values and active voxels, never 0. A leaf keeps that of the voxels with which it came to rest as OpenVDB's
-/// transient data, which no file holds.
+/// A 32-bit hash of a leaf's values and active voxels, never 0. A leaf at rest keeps its hash as OpenVDB's transient data,
+/// which no file holds.
 std::uint32_t fingerprint(const Leaf& leaf);
 
 /// Marks by leaf: those of \p marked and all whose re-distancing reads one of them, across the domain's sides, too.

@@ -1,4 +1,4 @@
-#include "levelset/shapes/body.hpp"
+#include "levelset/shapes/make_body.hpp"
 
 #include <fmt/format.h>
 

@@ -38,7 +38,7 @@ double root(const std::function<double(double)>& f, double low, double high) {
 Outline outline_of(const std::vector<Polygon>& polygons, const Blur& blur, const Domain& domain) {
     Shape shape;
     shape.kind = ShapeKind::mask;
-    shape.polygons = printed(polygons, blur, domain).outlines;
+    shape.polygons = resist_contours(polygons, blur, domain).outlines;
     shape.contours = true;
     return outline(shape, domain);
 }
@@ -122,8 +122,8 @@ TEST_CASE("many Gaussians cost what one does, and stop when asked to") {
     const Domain domain = make_domain({40.0, 40.0}, 0.032, {Side::periodic, Side::periodic});
     const Blur blur{{0.032, 1.0, 8.0}, {}, 0.5};
     const std::vector<Polygon> half{rectangle(-9.0, -99.0, 9.0, 99.0)};
-    CHECK_THROWS_AS(printed(half, blur, domain, [] { return true; }), sidewall::Interrupted);
-    CHECK_THROWS_WITH(printed(half, {std::vector<double>(30, 0.032), {}, 0.5}, domain),
+    CHECK_THROWS_AS(resist_contours(half, blur, domain, [] { return true; }), sidewall::Interrupted);
+    CHECK_THROWS_WITH(resist_contours(half, {std::vector<double>(30, 0.032), {}, 0.5}, domain),
                       Catch::Contains("multiplications"));
 }
 
@@ -134,7 +134,7 @@ TEST_CASE("what is too narrow to print vanishes and is told, overlaps count once
     const Polygon lost = rectangle(-1.55, -9.0, -1.45, 9.0), kept = rectangle(-1.1, -9.0, -0.9, 9.0);
     const Polygon ring{{0.0, -1.0}, {1.6, -1.0}, {1.6, 1.0}, {0.0, 1.0},  {0.0, -1.0},
                        {0.5, -0.5}, {0.5, 0.5},  {1.1, 0.5}, {1.1, -0.5}, {0.5, -0.5}};
-    const Printed result = printed({lost, kept, kept, ring}, {{sigma}, {}, 0.5}, domain);
+    const ResistContours result = resist_contours({lost, kept, kept, ring}, {{sigma}, {}, 0.5}, domain);
     CHECK(result.lost == std::vector<std::size_t>{0});
     CHECK(result.most > std::erf(2.5 / std::numbers::sqrt2));  // amid the ring's bars, 5 sigma wide
     CHECK(result.most < 1.0);
@@ -145,7 +145,7 @@ TEST_CASE("what is too narrow to print vanishes and is told, overlaps count once
     CHECK(all(-1.0, 0.3) == Approx(-half).margin(kError * sigma));
     CHECK(all(0.8, 0.0) == Approx(0.3).margin(kError * sigma));  // within the hole
     CHECK(all(0.25, 0.0) == Approx(-0.25).margin(kError * sigma));
-    CHECK(printed({lost}, {{sigma}, {}, 0.5}, domain).outlines.empty());
+    CHECK(resist_contours({lost}, {{sigma}, {}, 0.5}, domain).outlines.empty());
 }
 
 TEST_CASE("a layout goes on beyond the sides as the wafer does") {

@@ -1,4 +1,4 @@
-#include "levelset/motion/redistance.hpp"
+#include "levelset/redistance.hpp"
 
 #include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/parallel_for.h>
@@ -10,24 +10,18 @@
 #include <memory>
 #include <utility>
 
+#include "levelset/band.hpp"
 #include "levelset/block.hpp"
 #include "levelset/large_vector.hpp"
-#include "levelset/motion/band.hpp"
-#include "levelset/motion/upwind.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "levelset/row.hpp"
 #include "surface/error.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 using B = Block<2>;
-
-template <class Use>
-void each_awake(const Band& band, Use&& use) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, band.awake.size(), 128), [&](const auto& range) {
-        for (std::size_t k = range.begin(); k != range.end(); ++k) use(std::size_t{band.awake[k]});
-    });
-}
 
 bool has_distance(const Leaf& leaf, float background) {
     const float* v = leaf.buffer().data();
@@ -65,8 +59,10 @@ Nodes nodes_inside(const Leaf& leaf, const Band& band, float background, const D
 void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
     const float background = grid.background();
     std::vector<std::uint8_t> is_new(band.leaves.size(), 0);
-    each_awake(
-        band, [&](std::size_t n) { is_new[n] = band.made[n] || !has_distance(*band.leaves[n], background); });
+    surface::parallel_each(band.awake.size(), 128, [&](std::size_t k) {
+        const std::size_t n = band.awake[k];
+        is_new[n] = band.made[n] || !has_distance(*band.leaves[n], background);
+    });
     std::vector<Leaf*> leaves;
     for (std::size_t n = 0; n < is_new.size(); ++n)
         if (is_new[n]) leaves.push_back(band.leaves[n]);
@@ -108,15 +104,15 @@ std::pair<bool, bool> divide_row(const float* v, const LaneMask& active, Lanes& 
     return {any_front != 0, any_other != 0};
 }
 
-// Slopes of nodes next to the front are left as they are within this of |grad phi| = 1: to mend less at every
-// time step would move the front by the differences' own errors. With 0.06 distances are off by more than
-// redistance_test.cpp allows.
+// Slopes of nodes next to the front are left as they are within this of |grad phi| = 1: to correct less at
+// every time step would move the front by the differences' own errors. With 0.06 distances are off by more
+// than redistance_test.cpp allows.
 constexpr float kTolerance = 0.02f;
 
 // A node at rest between two fronts has next to no slope; a sweep multiplies its value by no more than this.
 constexpr float kMostGrowth = 2.0f;
 // Keeps the quotient finite: any slope below 1 / kMostGrowth gives the same growth.
-constexpr float kLeastSlope = 0.1f;
+constexpr float kFlattest = 0.1f;
 
 // Values of nodes next to the front, scaled so that |grad phi| = 1. Slopes count as too flat or too steep
 // only if both one-sided differences say so: at kinks and in curved regions they disagree, and a factor
@@ -138,14 +134,14 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
         }
         const float most = std::max(std::sqrt(steep), crossed), least = std::sqrt(flat);
         const float shrink = (1.0f + kTolerance) / std::max(most, 1.0f);
-        const float grow = std::min(kMostGrowth, (1.0f - kTolerance) / std::max(least, kLeastSlope));
+        const float grow = std::min(kMostGrowth, (1.0f - kTolerance) / std::max(least, kFlattest));
         out[z] = value * (most > 1.0f + kTolerance ? shrink : least < 1.0f - kTolerance ? grow : 1.0f);
     }
 }
 
 // The second-order difference takes part unless phi changes by more than this (in dx) from the neighbour to
 // the node behind it: along an axis a distance changes by 1 at most, and half as much again is left for
-// values that earlier sweeps have not mended yet.
+// values that earlier sweeps have not corrected yet.
 constexpr float kSteepest = 1.5f;
 
 // Stands for an arrival that does not take part: farther than any band, small enough for its square.
@@ -243,7 +239,7 @@ bool all_finite(const float* v, float background) {
 }  // namespace
 
 void redistance(Grid& grid, const Domain& domain, int sweeps) {
-    // More sweeps read farther than a leaf's rest is told for, and copies bring theirs from elsewhere.
+    // More sweeps read farther than rest was found for, and copies bring theirs from elsewhere.
     if (sweeps != kSweepsAfterTimeStep)
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
     std::vector<Leaf*> leaves;
@@ -263,9 +259,8 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
     const std::size_t count = band.awake.size();
     LargeVector<float> swept(count * Leaf::SIZE);
     const auto each = [&](auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
-            for (std::size_t k = range.begin(); k != range.end(); ++k)
-                use(k, std::size_t{band.awake[k]}, *band.leaves[band.awake[k]]);
+        surface::parallel_each(count, 4, [&](std::size_t k) {
+            use(k, std::size_t{band.awake[k]}, *band.leaves[band.awake[k]]);
         });
     };
     // Every leaf reads its neighbours as they were before the sweep, so that the order of leaves cannot

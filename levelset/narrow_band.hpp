@@ -1,0 +1,19 @@
+#pragma once
+#include <memory>
+
+#include "surface/extraction/float_grid.hpp"
+
+namespace sidewall::levelset {
+
+/// Signed distance, world units, negative inside. Active voxels are the narrow band |phi| < kHalfWidth dx; an
+/// inactive voxel of an existing leaf holds exactly the background, +-kHalfWidth dx. Only the domain's own
+/// nodes are active, and nothing is ever read from tiles: see inside(). Declared only: whoever reads voxels
+/// includes levelset/openvdb_grid.hpp.
+using Grid = surface::FloatGrid;
+using GridPtr = std::shared_ptr<Grid>;
+
+/// Half-width of the narrow band in grid spacings: a WENO5 stencil about a voxel at the front fits into it,
+/// and so does the Hessian at a node of a cut cell.
+inline constexpr double kHalfWidth = 3.0;
+
+}  // namespace sidewall::levelset

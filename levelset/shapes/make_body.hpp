@@ -1,0 +1,16 @@
+#pragma once
+#include "levelset/domain.hpp"
+#include "levelset/shapes/body.hpp"
+#include "levelset/shapes/shapes.hpp"
+
+namespace sidewall::levelset {
+
+/// \p shape in \p domain; all but a mesh repeat on a periodic axis. One that is to be subtracted is the body that
+/// goes: the opening of a trench, hole or mask from its depth up, or what lies above an open profile; else what the
+/// shape is without a wafer below. A mesh may be closed or open
+/// (then the side its normals point to is outside), and its sign is taken from angle-weighted normals
+/// (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243).
+/// \throws GeometryError for lengths that make no body, FileError for a mesh file that cannot be read.
+Body make_body(const Shape& shape, const Domain& domain);
+
+}  // namespace sidewall::levelset

@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "surface/files/mesh_metadata.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::surface {
+
+/// The file's bytes: VTK XML PolyData, appended raw, zlib compressed, UInt64 headers, little endian; points
+/// are Float64, so that coordinates survive a round trip to the last bit.
+std::string encode_vtp(const TriangleMesh& mesh, const MeshMetadata& metadata = {});
+
+/// Reads VTK XML PolyData: ascii, binary or appended (raw, base64) data, zlib compressed or not, either byte
+/// order, UInt32 or UInt64 headers, any scalar types, several pieces. \p name stands for the file in
+/// messages.
+TriangleMesh decode_vtp(std::string_view bytes, const std::string& name, MeshMetadata* metadata = nullptr);
+
+}  // namespace sidewall::surface
