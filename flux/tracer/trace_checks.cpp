@@ -16,14 +16,9 @@ namespace {
 constexpr double kRight = std::numbers::pi / 2.0 + 1e-12;
 constexpr double kMostYield = 100.0;  // particles a hit; weights and bins hold more
 
-[[noreturn]] void refuse(const std::string& name, const std::string& what, double value,
-                         const std::string& rule) {
-    throw RecipeError(fmt::format("{}: {} = {}: must be {}", name, what, value, rule));
-}
-
 void require(bool holds, const std::string& name, const std::string& what, double value,
              const std::string& rule) {
-    if (!holds) refuse(name, what, value, rule);
+    if (!holds) throw RecipeError(fmt::format("{}: {} = {}: must be {}", name, what, value, rule));
 }
 
 void check_sticking(const std::string& name, const std::vector<double>& sticking) {
