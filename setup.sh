@@ -59,7 +59,7 @@ case "$command" in
         PACKAGES+=("${PYTHON_PACKAGES[@]}" python3-numpy python3-pytest libopenmpi-dev openmpi-bin)
         install_packages
         build -DSIDEWALL_TESTS=ON "${PYTHON[@]}" ${SIDEWALL_CMAKE_ARGS:-}
-        ctest --preset release
+        ctest --preset release ${SIDEWALL_CTEST_ARGS:-}
         ;;
     package)
         PACKAGES+=("${PYTHON_PACKAGES[@]}" dpkg-dev file)

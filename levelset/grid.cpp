@@ -1,6 +1,5 @@
 #include "levelset/grid.hpp"
 
-#include <openvdb/openvdb.h>
 #include <openvdb/tools/Prune.h>
 #include <openvdb/tree/LeafManager.h>
 #include <tbb/enumerable_thread_specific.h>
@@ -16,6 +15,15 @@
 #include "levelset/layers/sample.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
+
+// All that <openvdb/openvdb.h> is needed for; the header itself reads every grid type there is, which costs
+// half as much again as <openvdb/Grid.h>.
+namespace openvdb {
+OPENVDB_USE_VERSION_NAMESPACE
+namespace OPENVDB_VERSION_NAME {
+OPENVDB_API void initialize();
+}  // namespace OPENVDB_VERSION_NAME
+}  // namespace openvdb
 
 namespace sidewall::levelset {
 

@@ -1,11 +1,14 @@
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,6 +55,52 @@ std::vector<Include> includes(const std::string& folder) {
                 list.push_back({fs::relative(file, kRoot).string(),
                                 line.substr(directive.size(), line.rfind('"') - directive.size())});
     }
+    return list;
+}
+
+// The statements of a source that begin in the first column, outside of unnamed namespaces, up to their ';'
+// or '{'.
+std::vector<std::string> statements(const fs::path& file) {
+    std::vector<std::string> list;
+    std::ifstream in(file);
+    std::string statement;
+    bool unnamed = false;
+    for (std::string line; std::getline(in, line);) {
+        if (line == "namespace {") unnamed = true;
+        if (line == "}  // namespace") unnamed = false;
+        if (unnamed || line.starts_with("namespace")) continue;
+        line = line.substr(0, line.find("//"));
+        while (!line.empty() && line.back() == ' ') line.pop_back();
+        if (line.empty() || line[0] == '#' || (statement.empty() && (line[0] == ' ' || line[0] == '}')))
+            continue;
+        statement += line;
+        if (line.back() == ';' || line.back() == '{') {
+            list.push_back(statement);
+            statement.clear();
+        }
+    }
+    return list;
+}
+
+// The name, with its class if it is a member's, of the function that a statement declares or defines, else
+// empty.
+std::string function_name(const std::string& statement) {
+    static const std::regex form(R"(^(?:template <.*?> ?)?[\w:<>,&*\[\] ]*?[ &*]((?:\w+::)*~?\w+)\()");
+    static const std::regex other(
+        R"(^(?:using|class|struct|enum|static|typedef|inline constexpr|constexpr)\b)");
+    std::smatch match;
+    if (std::regex_search(statement, other) || !std::regex_search(statement, match, form)) return {};
+    return match[1];
+}
+
+// The classes and structures that a header defines.
+std::vector<std::string> types(const fs::path& file) {
+    static const std::regex form(R"(^ *(?:class|struct) (\w+)(?: final)?(?: : .*)? \{)");
+    std::vector<std::string> list;
+    std::ifstream in(file);
+    std::smatch match;
+    for (std::string line; std::getline(in, line);)
+        if (std::regex_search(line, match, form)) list.push_back(match[1]);
     return list;
 }
 
@@ -140,6 +189,70 @@ TEST_CASE("a source of the product has one subject: no more than 400 lines") {
             CAPTURE(file.string());
             CHECK(lines <= 400);
         }
+}
+
+TEST_CASE("no header name occurs twice in the tree") {
+    std::map<std::string, std::string> of;
+    for (const char* folder : {"surface", "levelset", "simplify", "flux", "app", "tests"})
+        for (const fs::path& file : sources(folder)) {
+            if (file.extension() != ".hpp") continue;
+            const std::string path = fs::relative(file, kRoot).string();
+            const auto [other, is_new] = of.try_emplace(file.filename().string(), path);
+            CAPTURE(path, other->second);
+            CHECK(is_new);
+        }
+    CHECK(of.size() > 200);
+}
+
+TEST_CASE("a function is defined in the source whose header declares it") {
+    // Stems of the headers that declare a name, by library and name; a member's name has its class before it.
+    std::map<std::string, std::set<std::string>> declared;
+    std::vector<std::array<std::string, 2>> defined;  // key as above, stem
+    for (const auto& [folder, allowed] : kLibraries)
+        for (const fs::path& file : sources(folder)) {
+            const bool header = file.extension() == ".hpp";
+            const std::string stem = fs::relative(file, kRoot).replace_extension().string();
+            for (const std::string& statement : statements(file)) {
+                const std::string name = function_name(statement);
+                if (name.empty() || statement.back() != (header ? ';' : '{')) continue;
+                if (header) declared[folder + " " + name].insert(stem);
+                if (!header) defined.push_back({folder + " " + name, stem});
+            }
+            if (header)
+                for (const std::string& type : types(file)) declared[folder + " " + type + "::"].insert(stem);
+        }
+    std::vector<std::string> elsewhere;
+    for (const auto& [key, stem] : defined) {
+        const std::size_t member = key.rfind("::");
+        const auto found = declared.find(member == std::string::npos ? key : key.substr(0, member + 2));
+        if (found == declared.end() || found->second.contains(stem)) continue;
+        elsewhere.push_back(key + " is defined in " + stem + ".cpp");
+    }
+    CHECK(defined.size() > 500);
+    CAPTURE(elsewhere);
+    CHECK(elsewhere.size() <= 15);
+}
+
+TEST_CASE("a public comment begins with a sentence of its own") {
+    std::size_t comments = 0;
+    for (const auto& [folder, allowed] : kLibraries)
+        for (const fs::path& file : sources(folder)) {
+            if (file.extension() != ".hpp") continue;
+            std::ifstream in(file);
+            bool goes_on = false;  // a line of a comment that began above
+            for (std::string line; std::getline(in, line);) {
+                const std::size_t at = line.find_first_not_of(' ');
+                const bool comment = at != std::string::npos && line.compare(at, 4, "/// ") == 0;
+                if (comment && !goes_on) {
+                    ++comments;
+                    CAPTURE(file.string(), line);
+                    for (const char* word : {"Of ", "As ", "That ", "Which ", "The same ", "Whose ", "And "})
+                        CHECK(line.compare(at + 4, std::strlen(word), word) != 0);
+                }
+                goes_on = comment;
+            }
+        }
+    CHECK(comments > 500);
 }
 
 // A release build joins sources of a folder: a constant in one's unnamed namespace would stand for that of a
