@@ -7,8 +7,7 @@
 
 namespace sidewall::flux {
 
-/// What a particle meets at a side of the domain: it leaves, is mirrored, or comes back in on the opposite
-/// side.
+/// Lateral boundary condition: a particle leaves, is mirrored, or comes back in on the opposite side.
 enum class Boundary { open, reflective, periodic };
 
 /// The lateral extent of the domain, world units; z is open. The boundary is per axis (x, y).
@@ -35,7 +34,7 @@ void require_traceable(const TriangleMesh& mesh);
 /// \note O(n log n).
 LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundary);
 
-/// Where a straight path meets the next side plane. Distance in units of the direction's length.
+/// The next side plane that a straight path meets. Distance in units of the direction's length.
 struct SideMeeting {
     double distance = std::numeric_limits<double>::infinity();
     int axis = 0;

@@ -17,11 +17,15 @@ inline RandomKey random_key(std::uint64_t seed, std::uint32_t time_step, std::ui
     return {{mixed[0], mixed[1]}};
 }
 
+/// 32 random bits as a number in the open interval (0, 1): the centres of 2^32 equal cells.
+inline double unit_double(std::uint32_t word) {
+    return (word + 0.5) * 0x1p-32;
+}
+
 /// The four random words that belong to one event of one particle.
 struct Draws {
     std::array<std::uint32_t, 4> word;
-    /// Uniform in the open interval (0, 1): the centres of 2^32 equal cells.
-    double uniform(std::size_t i) const { return (word[i] + 0.5) * 0x1p-32; }
+    double uniform(std::size_t i) const { return unit_double(word[i]); }
 };
 
 /// The words of (\p ray, \p bounce) under \p key: bounce 0 is the emission from the source. Counter based
@@ -39,11 +43,11 @@ struct Event {
     std::uint32_t ray = 0, batch = 0, bounce = 0, generation = 0;
 };
 
-/// As many uniform numbers as an event asks for, in (0, 1); the first four are draw()'s for generation 0.
+/// The random numbers of an event, any number of them; the first four are draw()'s for generation 0.
 class Stream {
   public:
     Stream(RandomKey key, Event event) : key_(key), event_(event) {}
-    double uniform() { return (next() + 0.5) * 0x1p-32; }
+    double uniform() { return unit_double(next()); }
     std::uint32_t next() {
         if (used_ == 4) {
             // Rejection loops end within a few rounds; their number shares a word with the generation.

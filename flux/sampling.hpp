@@ -35,29 +35,54 @@ inline Vec3 sample_cosine_beta(const Vec3& axis, double b, double u1, double u2)
     return direction_around(axis, std::sqrt(squared), std::sqrt(1.0 - squared), u2);
 }
 
-/// Density of sample_cosine_power, per steradian, at an angle whose cosine to the axis is \p cosine.
-inline double cosine_power_density(double cosine, double exponent) {
-    return cosine > 0.0 ? (exponent + 1.0) / (2.0 * std::numbers::pi) * std::pow(cosine, exponent) : 0.0;
-}
-
 /// A direction of diffuse re-emission (Lambert): density cos / pi about the unit vector \p normal.
 inline Vec3 sample_lambertian(const Vec3& normal, double u1, double u2) {
     return direction_around(normal, std::sqrt(u1), std::sqrt(1.0 - u1), u2);
 }
 
-/// What a plane of x and z sees of sample_lambertian: as many in equal parts of the sine to \p normal, which lies in it.
+/// sample_lambertian projected into the plane of x and z, in which \p normal lies: uniform in the sine to
+/// it.
 inline Vec3 sample_lambertian_in_plane(const Vec3& normal, double u) {
     const double sine = 2.0 * u - 1.0, cosine = std::sqrt(1.0 - sine * sine);
     return Vec3(cosine * normal.x() - sine * normal.z(), 0.0, cosine * normal.z() + sine * normal.x());
 }
 
-/// Density of sample_lambertian, per steradian.
-inline double lambertian_density(double cosine) {
-    return std::max(0.0, cosine) * std::numbers::inv_pi;
+/// 24 random bits as a number in (0, 1).
+inline float unit_float(std::uint32_t word) {
+    return (static_cast<float>(static_cast<std::int32_t>(word >> 8)) + 0.5f) * 0x1p-24f;
 }
 
-/// What a tabulated source sends: a direction about \p axis and an energy (eV), even over the angles and energies of a
-/// bin that has as much chance as its share. Numbers uniform in (0, 1).
+/// Sine and cosine of 2 pi \p u, u in [0, 1]: Taylor series of the half angle, which lies in [-pi/2, pi/2];
+/// exact to 2e-7.
+inline void sine_cosine(float u, float& sine, float& cosine) {
+    const float x = (u - 0.5f) * 3.14159265358979f, y = x * x;
+    const float s =
+        x *
+        (1.0f + y * (-1.6666667e-1f +
+                     y * (8.3333333e-3f + y * (-1.9841270e-4f + y * (2.7557319e-6f - y * 2.5052108e-8f)))));
+    const float c =
+        1.0f + y * (-0.5f + y * (4.1666667e-2f +
+                                 y * (-1.3888889e-3f +
+                                      y * (2.4801587e-5f + y * (-2.7557319e-7f + y * 2.0876757e-9f)))));
+    // sin(2 pi u) = -sin(2 x), cos(2 pi u) = -cos(2 x).
+    sine = -2.0f * s * c;
+    cosine = s * s - c * c;
+}
+
+/// sample_lambertian about the unit vector (nx, ny, nz) in single precision, in the form of loops that compilers vectorise.
+inline void lambert(float nx, float ny, float nz, float u1, float u2, float& dx, float& dy, float& dz) {
+    float sine = 0.0f, cosine = 0.0f;
+    sine_cosine(u2, sine, cosine);
+    const float up = std::sqrt(u1), out = std::sqrt(1.0f - u1);
+    const float s = out * cosine, t = out * sine;
+    const auto [sx, sy, sz, tx, ty, tz] = tangents_of(nx, ny, nz, nz < 0.0f ? -1.0f : 1.0f);
+    dx = s * sx + t * tx + up * nx;
+    dy = s * sy + t * ty + up * ny;
+    dz = up * nz + s * sz + t * tz;
+}
+
+/// A direction about \p axis and an energy (eV) from a tabulated source: a bin by its share, then uniform
+/// over its angles and energies. Numbers uniform in (0, 1).
 inline std::pair<Vec3, double> sample_bins(std::span<const SourceBin> bins, const Vec3& axis, double u1,
                                            double u2, double u3) {
     const auto bin = std::upper_bound(bins.begin(), bins.end() - 1, u1,
@@ -93,18 +118,6 @@ inline std::pair<std::uint32_t, std::uint32_t> hilbert_cell(std::uint32_t index)
     const std::uint32_t flip = (index & swap) ^ complement;
     const std::uint32_t cell = index ^ odd ^ flip ^ (flip << 1);
     return {even_bits(cell >> 1), even_bits(cell)};
-}
-
-/// A point of the unit square for sample \p i of \p count: sample i is uniform over the i-th of \p count
-/// equal pieces of a Hilbert curve. So all samples together cover the square evenly, and consecutive ones lie
-/// close to each other, which keeps the ray tracer's cache warm. \p u uniform in (0, 1), \p jitter 32 random
-/// bits.
-inline std::pair<double, double> sample_square(std::uint64_t i, std::uint64_t count, double u,
-                                               std::uint32_t jitter) {
-    const double along = (static_cast<double>(i) + u) / static_cast<double>(count) * 0x1p32;
-    const auto [x, y] = hilbert_cell(static_cast<std::uint32_t>(std::min(along, 0x1p32 - 1.0)));
-    return {(x + ((jitter >> 16) + 0.5) * 0x1p-16) * 0x1p-16,
-            (y + ((jitter & 0xffffu) + 0.5) * 0x1p-16) * 0x1p-16};
 }
 
 /// The bits of \p word in reverse order.

@@ -14,7 +14,7 @@ struct Shares {
     std::function<void(std::span<std::uint64_t>)> sum{};
 };
 
-/// What rank 0 holds, for all ranks; none returns before all have called.
+/// The \p value of rank 0 on all ranks; none returns before all have called.
 inline std::uint64_t of_first(const Shares& shares, std::uint64_t value) {
     if (shares.ranks == 1) return value;
     if (shares.rank != 0) value = 0;

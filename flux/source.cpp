@@ -4,10 +4,8 @@
 #include <cmath>
 #include <tuple>
 
-#include "flux/lambert8.hpp"
 #include "flux/reflection.hpp"
 #include "flux/sampling.hpp"
-#include "flux/weight.hpp"
 
 namespace sidewall::flux {
 namespace {
@@ -30,19 +28,20 @@ inline Pair direction_numbers(const Batch& batch, std::uint32_t i) {
             owen_scrambled(sobol_second(i), batch.scramble[2], batch.scramble[3])};
 }
 
-// Of eight places along all that is sent: those of the plane's part become places along the plane, the others
-// are how far they are along what the surface sends, from 0 to 1; kOnPlane for those of the plane.
+// Divides eight places along the whole emission between plane and surface: those of the plane's part become
+// places along the plane; the others become places along the surface's emission, from 0 to 1, kOnPlane for
+// the plane's.
 void share_out(double surface_share, std::uint32_t* along, double* on_surface) {
     const double plane = 1.0 - surface_share;
     for (std::size_t i = 0; i < kLanes; ++i) {
-        const double at = (along[i] + 0.5) * 0x1p-32;
+        const double at = unit_double(along[i]);
         on_surface[i] = at < plane ? kOnPlane : std::min((at - plane) / surface_share, 1.0);
         along[i] = static_cast<std::uint32_t>(std::min(at / plane, 1.0) * 0xffffffffp0);
     }
 }
 
-// The particles that start on the surface, each from the triangle at its place: at a point as likely as the
-// emission there, which is linear, and by Lambert's law. Their directions are strata of the batch like the
+// Starts particles on the surface, each on the triangle at its place, at points by the density of the
+// emission, which is linear there, and by Lambert's law. Their directions are strata of the batch like the
 // plane's.
 void emit_from_surface(const Geometry& geometry, const SurfaceSource& surface, RandomKey key,
                        const Batch& batch, const Column<double>& place, Rays& rays) {
@@ -53,8 +52,8 @@ void emit_from_surface(const Geometry& geometry, const SurfaceSource& surface, R
         const Triangle& triangle = geometry.mesh.triangles[t];
         const std::uint32_t* wedge = &surface.corner[3 * std::size_t{t}];
         Stream random(key, {.ray = rays.ray[row], .batch = batch.number, .bounce = 0, .generation = 1});
-        // A mixture of three densities, each that of a corner's hat function: two of the four gaps between
-        // three sorted numbers add up to that corner's barycentric weight.
+        // A mixture of the densities of the three corners' hat functions: two of the four gaps between three
+        // sorted numbers add up to a corner's barycentric weight.
         const double e0 = surface.emission[wedge[0]], e1 = surface.emission[wedge[1]],
                      e2 = surface.emission[wedge[2]];
         const double pick = random.uniform() * (e0 + e1 + e2);
@@ -117,10 +116,6 @@ void emit_thermal(const Batch& batch, Rays& rays) {
             lambert(0.0f, 0.0f, -1.0f, unit_float(pair.first), unit_float(pair.second), rays.dx[row + i],
                     rays.dy[row + i], rays.dz[row + i]);
         }
-}
-
-double unit_double(std::uint32_t word) {
-    return (word + 0.5) * 0x1p-32;
 }
 
 // Any beam, in double precision.

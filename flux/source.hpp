@@ -5,9 +5,8 @@
 #include <vector>
 
 #include "flux/random.hpp"
-#include "flux/rays.hpp"
 #include "flux/species.hpp"
-#include "flux/tracer/flight.hpp"
+#include "flux/tracer/packets.hpp"
 #include "flux/wedges.hpp"
 
 namespace sidewall::flux {
@@ -20,7 +19,7 @@ struct Batch {
     std::uint32_t number = 0;
     std::uint32_t count = 0;
     std::uint64_t stride = 0;               ///< 2^64 / count: the curve's length of a particle
-    std::array<std::uint32_t, 4> scramble;  ///< of the directions
+    std::array<std::uint32_t, 4> scramble;  ///< Owen scrambling of the directions
 };
 
 /// A batch's bins and counters hold this many particles whatever they do; more rays make more batches.
@@ -29,12 +28,11 @@ constexpr std::uint64_t kMostBatchRays = std::uint64_t{1} << 24;
 /// \pre count >= 1.
 Batch make_batch(RandomKey key, std::uint32_t number, std::uint32_t count);
 
-/// What starts on the surface beside what the source plane sends. Every particle stands for as much, so that they are shared
-/// out by what either sends.
+/// Emission from the surface beside that from the source plane. All particles stand for the same amount, so that both get
+/// particles in proportion to what they send.
 struct SurfaceSource {
-    double share = 0.0;  ///< of all particles; 0: none starts on the surface
-    std::vector<double> until =
-        {};  ///< by triangle: what it and those before it send, as a share of the surface's
+    double share = 0.0;                      ///< of all particles; 0: none starts on the surface
+    std::vector<double> until = {};          ///< by triangle: cumulative share of what the surface sends
     std::vector<double> emission = {};       ///< by wedge
     std::vector<std::uint32_t> corner = {};  ///< Wedges::corner
 };

@@ -9,9 +9,8 @@
 
 #include "surface/vec3.hpp"
 
-// What a process model says about its particles: plain data, no code. Angles in radian, energies in eV,
-// fluxes relative to an open horizontal plane. "By material" is a value for every material id, or one for
-// all.
+// Particles of a process model: plain data, no code. Angles in radian, energies in eV, fluxes relative to an
+// open horizontal plane. "By material" is a value for every material id, or one for all.
 namespace sidewall::flux {
 
 /// Energy at the source: normal(mean, sigma) truncated to positive values. Mean 0: a species without energy,
@@ -21,7 +20,7 @@ struct Energy {
     double sigma = 0.0;
 };
 
-/// What becomes of a particle that does not stick.
+/// Direction of a particle that does not stick.
 enum class Reemission : unsigned char {
     diffuse,   ///< Lambert about the surface normal: thermal neutrals
     specular,  ///< mirrored
@@ -42,7 +41,7 @@ struct Reflection {
     double spread = 0.1;
 };
 
-/// How a yield depends on the incidence theta.
+/// Dependence of a yield on the incidence theta.
 enum class Angular : unsigned char {
     none,        ///< 1
     cosine,      ///< cos theta
@@ -69,8 +68,8 @@ struct Yield {
     double energy_top = 0.0;  ///< eV
 };
 
-/// What a hit sputters flies on as a second generation, of weight `yield`, and sticks at each of its hits with
-/// probability `sticking`, else it is re-emitted diffusely.
+/// Sputtered particles: a second generation of weight `yield`, which sticks at each of its hits with probability
+/// `sticking`, else is re-emitted diffusely.
 struct Redeposition {
     Yield yield;
     Reemission direction =
@@ -78,7 +77,8 @@ struct Redeposition {
     std::vector<double> sticking{1.0};  ///< by material
 };
 
-/// A share of what a source sends: even over angles from `beam` and over energies, which are 0 for a species without.
+/// A bin of a tabulated source: uniform over angles from `beam` and over energies, which are 0 for a species
+/// without.
 struct SourceBin {
     double angle_from = 0.0, angle_to = 0.0;    ///< radian, below pi/2
     double energy_from = 0.0, energy_to = 0.0;  ///< eV
@@ -116,7 +116,7 @@ inline std::size_t tally_count(const Species& species) {
     return 1 + species.yields.size() + (species.redeposition ? 1 : 0);
 }
 
-/// Their names: the species' own, then "species_yield", then "species_redeposited".
+/// Names of a species' fluxes: its own, then "species_yield", then "species_redeposited".
 inline std::vector<std::string> tally_names(const Species& species) {
     std::vector<std::string> names{species.name};
     for (const Yield& yield : species.yields) names.push_back(species.name + "_" + yield.name);
@@ -124,8 +124,8 @@ inline std::vector<std::string> tally_names(const Species& species) {
     return names;
 }
 
-/// Whether what does not stick always goes on diffusely and does nothing else: neutrals without energy,
-/// yields or redeposition. Only the sticking decides how much of such a particle goes on.
+/// Whether particles of a species do nothing but stick or get re-emitted diffusely: neutrals without energy, yields
+/// or redeposition, whose sticking alone decides how much is re-emitted.
 inline bool goes_on_diffusely(const Species& species) {
     return species.reflection.kind == Reemission::diffuse && !(species.reflection.to > 0.0) &&
            species.energy.mean == 0.0 && species.yields.empty() && !species.redeposition;
@@ -136,8 +136,8 @@ inline bool is_untilted(const Species& species) {
     return (species.beam + Vec3::UnitZ()).norm() <= 1e-9;
 }
 
-/// Whether particles of both take the same paths as likely, so that one pass can trace them together:
-/// neutrals from the same source alone that differ in their sticking alone.
+/// Whether paths of both species have the same distribution, so that one pass can trace them together: neutrals
+/// from the same source that differ in their sticking alone.
 inline bool same_paths(const Species& a, const Species& b) {
     return goes_on_diffusely(a) && goes_on_diffusely(b) && a.source_exponent == b.source_exponent &&
            a.beam == b.beam && a.rotating == b.rotating && !a.desorbs && !b.desorbs && a.bins == b.bins &&

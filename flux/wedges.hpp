@@ -20,6 +20,11 @@ struct Wedges {
     std::size_t count() const { return area.size(); }
 };
 
+/// A flux and its standard error, by triangle, wedge or vertex. Relative: 1 on an open horizontal plane.
+struct FluxField {
+    std::vector<double> flux, error;
+};
+
 /// Groups the corners of \p mesh into wedges.
 ///
 /// Corners of two triangles that share an edge belong together if the triangles' normals differ by less than

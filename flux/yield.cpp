@@ -6,7 +6,7 @@ namespace sidewall::flux {
 
 namespace {
 
-// Of a tabulated source: over the middles of parts of its bins.
+// The mean over a tabulated source, by the middles of parts of its bins.
 double mean_of_bins(const Species& species, const Yield& yield) {
     constexpr int kParts = 16;
     const int azimuths = species.beam.z() == -1.0 ? 1 : 64;

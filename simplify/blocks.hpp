@@ -6,8 +6,8 @@
 
 namespace sidewall::simplify {
 
-/// Parts of a mesh in which edges collapse independently of each other. Vertices between blocks are the
-/// seams, left for a pass over the whole mesh.
+/// Parts of a mesh in which edges collapse independently of each other. Vertices between blocks are the seams, left
+/// for a pass over the whole mesh.
 struct Blocks {
     static constexpr std::uint32_t kSeam = 0xffffffffu;
     std::uint32_t count = 0;

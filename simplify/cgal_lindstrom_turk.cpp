@@ -14,8 +14,8 @@
 #include <span>
 #include <vector>
 
+#include "simplify/frozen_vertices.hpp"
 #include "simplify/halfedges.hpp"
-#include "simplify/material_borders.hpp"
 #include "simplify/vertex_kind.hpp"
 #include "surface/infinity.hpp"
 
@@ -31,7 +31,7 @@ using Vertex = Mesh::Vertex_index;
 
 constexpr std::uint32_t kMoved = 0xffffffffu;
 
-/// What the policies share; arrays are by vertex index.
+/// State shared by the policies; arrays are by vertex index.
 struct State {
     const Mesh* mesh = nullptr;
     double max_length = 0.0;   ///< only shorter edges collapse
@@ -41,11 +41,11 @@ struct State {
     Vector low, high;          ///< no vertex goes beyond: side planes that hold boundary edges, or infinity
     std::vector<VertexConstraint> constraint;
     std::vector<std::uint8_t>
-        crowded;  ///< has so many neighbours that its edges stay: CGAL looks at all for each
+        crowded;  ///< has so many neighbours that its edges stay, which CGAL visits for each
     std::vector<std::uint32_t> source;  ///< input vertex whose position it has, or kMoved
     std::uint32_t next_source = kMoved;
 
-    /// Where an edge may collapse to; nowhere if it is too long for the pass.
+    /// The place that an edge may collapse to; nowhere if it is too long for the pass.
     MergedPlace place(Vertex a, Vertex b, const Point& p, const Point& q, bool boundary_edge) const {
         if (!(CGAL::squared_distance(p, q) < max_length * max_length)) return MergedPlace::nowhere;
         return merged_place(constraint[a], constraint[b], boundary_edge);
@@ -248,7 +248,7 @@ struct Engine {
         for (const Triangle& t : input.triangles)
             for (const std::uint32_t v : t) ++triangles[v];
         constexpr std::uint32_t kCrowd =
-            1000;  // collapses at a vertex take time in proportion to its triangles
+            1000;  // a collapse at a vertex takes time in proportion to its triangles
         state.crowded.resize(n);
         for (std::size_t v = 0; v < n; ++v) state.crowded[v] = triangles[v] > kCrowd;
         const std::vector<std::uint8_t> frozen = frozen_vertices(input, fixed);

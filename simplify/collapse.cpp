@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "simplify/collapse_impl.hpp"
-#include "simplify/material_borders.hpp"
+#include "simplify/frozen_vertices.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
@@ -106,20 +106,15 @@ std::size_t CollapseEngine::vertex_count() const {
     return impl_->vertices;
 }
 
-double CollapseEngine::shortest_transition_edge() const {
-    double shortest = kInfinity;
+std::pair<double, double> CollapseEngine::transition_edges() const {
+    double shortest = kInfinity, longest = 0.0;
     impl_->each_edge([&](std::uint32_t h) {
-        if (impl_->transition_edge(h)) shortest = std::min(shortest, impl_->edge_length(h));
+        if (!impl_->transition_edge(h)) return;
+        const double length = impl_->edge_length(h);
+        shortest = std::min(shortest, length);
+        longest = std::max(longest, length);
     });
-    return shortest;
-}
-
-double CollapseEngine::longest_transition_edge() const {
-    double longest = 0.0;
-    impl_->each_edge([&](std::uint32_t h) {
-        if (impl_->transition_edge(h)) longest = std::max(longest, impl_->edge_length(h));
-    });
-    return longest;
+    return {shortest, longest};
 }
 
 TriangleMesh CollapseEngine::take_mesh() const {

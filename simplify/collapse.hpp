@@ -5,13 +5,14 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "simplify/simplify_options.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::simplify {
 
-/// What one pass of edge collapses may do.
+/// Rules for one pass of edge collapses.
 struct CollapsePass {
     double max_length = 0.0;          ///< only edges shorter than this collapse
     std::size_t target_vertices = 0;  ///< the pass ends when no more than this many are left
@@ -77,10 +78,8 @@ class CollapseEngine {
 
     /// Vertices left, those no triangle uses not counted.
     std::size_t vertex_count() const;
-    /// Shortest and longest edge of the transition region: with no end in the region. Infinity and 0 if there
-    /// is none.
-    double shortest_transition_edge() const;
-    double longest_transition_edge() const;
+    /// Lengths of the shortest and the longest edge with no end in the region. Infinity and 0 if there is none.
+    std::pair<double, double> transition_edges() const;
 
     /// The mesh as it is now: vertices and triangles in the input's order, unmoved vertices bit for bit,
     /// per-triangle `material` carried along, other attributes and unused vertices left out.

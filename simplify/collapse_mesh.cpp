@@ -9,7 +9,7 @@ namespace {
 
 /// A power of two that brings the mean edge near to one.
 double unit_scale(const TriangleMesh& mesh) {
-    // A thousand edges tell the magnitude.
+    // A thousand edges give the magnitude.
     const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / 1000);
     double sum = 0.0, count = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {

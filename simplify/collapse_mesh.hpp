@@ -57,8 +57,8 @@ struct CollapseMesh {
     /// \throws GeometryError as connect() does.
     explicit CollapseMesh(const TriangleMesh& input);
 
-    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-    static std::uint32_t previous(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+    static std::uint32_t next(std::uint32_t h) { return next_in_triangle(h); }
+    static std::uint32_t previous(std::uint32_t h) { return previous_in_triangle(h); }
     std::uint32_t start(std::uint32_t h) const { return corner[h]; }
     std::uint32_t end(std::uint32_t h) const { return corner[next(h)]; }
     bool removed(std::uint32_t h) const { return corner[h] == kNoHalfedge; }

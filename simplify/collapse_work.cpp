@@ -86,7 +86,7 @@ void CollapseEngine::Impl::collapse(std::uint32_t h, const Vec3& place, const Su
 }
 
 bool CollapseEngine::Impl::refused_too_many(const CollapseWorker& worker, std::size_t removed) const {
-    constexpr std::size_t kFew = 200;  // too few to tell how many are refused
+    constexpr std::size_t kFew = 200;  // too few to judge by
     return pass.stop_when_refused && worker.refused > worker.removed + removed + kFew;
 }
 

@@ -14,10 +14,10 @@ struct MovedTriangle {
     std::uint32_t u, w;  ///< the corners that stay, in order after the one that moves
 };
 
-/// How far a mesh has come away from what it was: every vertex of the original keeps to a triangle of the
-/// simplified mesh that it is near to, every vertex of the simplified mesh to one of the original. A collapse
-/// is measured before it is made, in both directions, at the vertices. The distances are those to the
-/// triangles around, and so never less than those to the whole surface.
+/// Distance between a mesh and its original: every vertex of the original is kept with a near triangle of the
+/// simplified mesh, every vertex of the simplified mesh with one of the original. A collapse is measured before it
+/// is made, in both directions, at the vertices. The distances are those to the triangles around, and so never less
+/// than those to the whole surface.
 class Deviation {
   public:
     /// Scratch of one worker.
@@ -34,7 +34,7 @@ class Deviation {
     bool within(double limit, const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3& place,
                 std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone, Plan& plan) const;
 
-    /// Points that keep to those triangles: what within() has to look at.
+    /// Number of points that keep to those triangles, which within() has to measure.
     std::size_t points_at(std::span<const MovedTriangle> moved, std::span<const std::uint32_t> gone) const;
 
     /// Follows the collapse that within() has just measured; \p a is the vertex that is left.

@@ -18,7 +18,7 @@ constexpr double kTieBreak = 1e-11;
 constexpr double kNeedle = 0.0871557 * 0.0871557;
 /// Squared ratio of edges above which it is none: spares the test.
 constexpr double kShort = 0.03;
-/// What an edge costs that is the short one of a needle. Anything from a tenth to a thousandth does the same.
+/// Factor on the cost of the short edge of a needle. Anything from a tenth to a thousandth does the same.
 constexpr double kNeedleCost = 1.0 / 16.0;
 
 /// The quadratic form x H x - 2 g x + c, x relative to the edge's start: the sum of the squared volumes swept

@@ -4,7 +4,7 @@
 
 namespace sidewall::simplify {
 
-/// Where an edge's vertex would go and what that costs; positions and lengths as CollapseMesh has them.
+/// A collapse's place and cost; positions and lengths as CollapseMesh has them.
 struct Candidate {
     Vec3 place;
     double cost = 0.0;
@@ -21,7 +21,7 @@ struct Candidate {
 /// decides between edges of flat parts, which all cost nothing; and edges that take a needle along cost less,
 /// or creases would keep those that marching cubes leave there.
 ///
-/// Constant time, from the sums of both ends; only edges on the boundary look at their neighbours there.
+/// Constant time, from the sums of both ends; only edges on the boundary visit their neighbours there.
 /// \pre the edge may collapse: its merged_place() is not `nowhere`.
 Candidate edge_cost(const CollapseMesh& mesh, std::uint32_t halfedge, const Weights& weights);
 

@@ -69,14 +69,6 @@ OutgoingRows outgoing_halfedges(const TriangleMesh& mesh) {
     return out;
 }
 
-std::uint32_t next_in_triangle(std::uint32_t h) {
-    return h % 3 == 2 ? h - 2 : h + 1;
-}
-
-std::uint32_t previous_in_triangle(std::uint32_t h) {
-    return h % 3 == 0 ? h + 2 : h - 1;
-}
-
 [[noreturn]] void refuse_edge(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, int triangles) {
     const std::string edge = fmt::format("edge between {} and {}", place(mesh, a), place(mesh, b));
     if (triangles > 2)

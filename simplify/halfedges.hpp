@@ -8,7 +8,15 @@ namespace sidewall::simplify {
 
 inline constexpr std::uint32_t kNoHalfedge = 0xffffffffu;
 
-/// Which triangles share an edge. Halfedge 3 t + k runs from corner k of triangle t to its next corner.
+/// Halfedges of the same triangle.
+inline std::uint32_t next_in_triangle(std::uint32_t h) {
+    return h % 3 == 2 ? h - 2 : h + 1;
+}
+inline std::uint32_t previous_in_triangle(std::uint32_t h) {
+    return h % 3 == 0 ? h + 2 : h - 1;
+}
+
+/// Connectivity of triangles across edges. Halfedge 3 t + k runs from corner k of triangle t to its next corner.
 struct Halfedges {
     /// Per halfedge: the same edge in the other triangle, or kNoHalfedge.
     std::vector<std::uint32_t> opposite;

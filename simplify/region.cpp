@@ -53,7 +53,7 @@ std::size_t run_schedule(CollapseEngine& engine, const Schedule& s, std::vector<
     double length = s.l0 + s.growth;
     while (engine.vertex_count() > s.target) {
         const double limit = std::min(length, s.l_max);
-        const double shortest = engine.shortest_transition_edge();
+        const double shortest = engine.transition_edges().first;
         const bool can_collapse = shortest < limit;
         const std::size_t removed = can_collapse ? run(limit, true) : 0;
         if (limit >= s.l_max || (can_collapse && removed == 0) || std::isinf(shortest)) break;
@@ -84,7 +84,7 @@ Result simplify_regions(const TriangleMesh& mesh, std::span<const std::uint8_t> 
             const std::size_t removed = run_schedule(engine, schedule, result.passes);
             if (engine.vertex_count() <= schedule.target) break;
             engine.reset_region();
-            if (removed == 0 && schedule.l0 + schedule.growth > engine.longest_transition_edge()) break;
+            if (removed == 0 && schedule.l0 + schedule.growth > engine.transition_edges().second) break;
             schedule.l0 *= kLonger;
             schedule.growth *= kLonger;
         }

@@ -1,4 +1,4 @@
-#include <fmt/format.h>
+#include "simplify/region_bounded.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "simplify/collapse.hpp"
-#include "simplify/region.hpp"
-#include "surface/error.hpp"
 #include "surface/infinity.hpp"
 #include "surface/topology.hpp"
 
@@ -59,8 +57,8 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
     if (!options.target_vertices) {
         run({.max_length = options.l_max, .max_error = options.max_error});
     } else {
-        // As much as the removal of four fifths takes on a rough surface; of less, by the square of its
-        // share.
+        // The first bound is what the removal of four fifths takes on a rough surface; for less, it falls
+        // with the square of the share.
         constexpr double kFirstError = 0.008, kMuch = 0.8, kMuchLooser = 1.5, kLooser = 1.25,
                          kLittleLooser = 1.08;
         const double share = 1.0 - static_cast<double>(*options.target_vertices) /
@@ -80,7 +78,7 @@ Result simplify_regions_bounded(const TriangleMesh& mesh, std::span<const std::u
             if (engine.vertex_count() <= *options.target_vertices) break;
             const bool stuck = result.passes.back().removed == 0 && error >= options.max_error;
             if (stuck && !has_features) break;
-            // While it is small by itself, in large steps.
+            // Grow in large steps while the bound is small by itself.
             if (error < usual) {
                 error = std::min({options.max_error, usual, kMuchLooser * error});
                 continue;

@@ -5,6 +5,7 @@
 #include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"
 #include "simplify/region.hpp"
+#include "simplify/region_bounded.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::simplify {

@@ -22,7 +22,7 @@ constexpr std::array<std::pair<Method, std::string_view>, 5> kMethods{
 // Longer edges remove little more (simplify_bench: 97.2, 98.3, 98.7 % at 2, 3, 5) at twice the distance, and
 // flux varies along them.
 constexpr double kRegionLengths = 3.0;
-// Every corner is treated alike, so that little more than the features' own resolution may go.
+// No corner is spared, so that little more than the features' own resolution may go.
 constexpr double kLindstromTurkLengths = 2.0;
 
 void check_length(std::string_view key, double value, bool zero_allowed, bool infinite_allowed) {

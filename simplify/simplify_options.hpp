@@ -75,7 +75,7 @@ struct RegionOptions {
     Progress progress{};
 };
 
-/// What a recipe or command line says; what is absent is "auto". Lengths are in the mesh's own unit.
+/// Options of a recipe or command line; what is absent is "auto". Lengths are in the mesh's own unit.
 struct Options {
     Method method = Method::region_bounded;
     std::optional<double> l0{};    ///< auto: the base length

@@ -7,7 +7,7 @@
 
 namespace sidewall::simplify {
 
-/// What one pass over the mesh did.
+/// Result of one pass over the mesh.
 struct PassReport {
     double length = 0.0;      ///< only edges shorter than this could collapse
     std::size_t removed = 0;  ///< vertices

@@ -7,8 +7,7 @@
 
 namespace sidewall::simplify {
 
-/// What holds a vertex in an edge collapse, the weaker before the stronger: a merged vertex is of the
-/// stronger kind of the two.
+/// Constraint of a vertex in an edge collapse, from weak to strong: a merged vertex has the stronger of the two.
 enum class VertexKind : std::uint8_t {
     interior,  ///< off the open boundary: nothing holds it
     boundary,  ///< on the open boundary, in no side plane, e.g. around a hole: it may move along the boundary
@@ -25,7 +24,7 @@ struct VertexConstraint {
     std::uint8_t planes = 0;  ///< SidePlanes it must not leave; none off the boundary
 };
 
-/// Where the vertex that an edge collapses into may lie.
+/// The place allowed for the vertex that an edge collapses into.
 enum class MergedPlace : std::uint8_t {
     nowhere,   ///< the edge must not collapse
     start,     ///< at the edge's start, as it is
@@ -56,9 +55,9 @@ inline constexpr MergedPlace kMergedPlace[5][5] = {
 
 }  // namespace detail
 
-/// Where the vertex that an edge collapses into may lie, by what holds the edge's ends. Nowhere, too, if both
-/// lie on the boundary but the edge runs through the interior, where the collapse would pinch the surface;
-/// and if no end lies in all the planes that hold either, e.g. across from one side to the next.
+/// The place allowed for the vertex that an edge collapses into, by the constraints of its ends. It is nowhere,
+/// too, if both lie on the boundary but the edge runs through the interior, where the collapse would pinch the
+/// surface; and if no end lies in all the planes that hold either, e.g. across from one side to the next.
 /// \param boundary_edge  the edge itself is one of the open boundary.
 inline MergedPlace merged_place(const VertexConstraint& start, const VertexConstraint& end,
                                 bool boundary_edge) {
@@ -69,12 +68,12 @@ inline MergedPlace merged_place(const VertexConstraint& start, const VertexConst
     return boundary_edge && (start.planes | end.planes) == kept ? place : MergedPlace::nowhere;
 }
 
-/// What holds the vertex that two were merged into.
+/// The constraint of the vertex that two were merged into.
 inline VertexConstraint merged(const VertexConstraint& a, const VertexConstraint& b) {
     return {std::max(a.kind, b.kind), static_cast<std::uint8_t>(a.planes | b.planes)};
 }
 
-/// What holds a vertex on the open boundary of a mesh of the given box.
+/// The constraint of a vertex on the open boundary of a mesh of the given box.
 inline VertexConstraint boundary_constraint(const Vec3& p, const Box3& box) {
     const bool min_x = p.x() == box.min.x(), max_x = p.x() == box.max.x();
     const bool min_y = p.y() == box.min.y(), max_y = p.y() == box.max.y();

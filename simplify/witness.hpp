@@ -13,13 +13,13 @@ struct Witness {
     double distance2 = 0.0;  ///< to the triangles around
 };
 
-/// Which of two witnesses would be the farther one after a collapse to \p place. Those nearer than
+/// The farther of two witnesses after a collapse to \p place. Those nearer than
 /// \p enough2, squared, are not measured any closer. O(degree).
 Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<const MovedTriangle> moved,
                         const Vec3& first, const Vec3& second, double enough2);
 
-/// A running mean of how far the latest collapses moved the surface, which tells outliers. Not a bound in
-/// lengths: it grows as the mesh gets coarser.
+/// Running mean of the distances by which recent collapses moved the surface, to recognise outliers. It grows as
+/// the mesh gets coarser.
 struct RecentDistances {
     double mean2 = 0.0;  ///< squared distance, a running mean
     double count = 0.0;

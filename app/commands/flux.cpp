@@ -18,9 +18,8 @@
 #include "app/common/text.hpp"
 #include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/single_flux.hpp"
-#include "flux/tracer/leaks.hpp"
 #include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
@@ -62,29 +61,29 @@ const char* name_of(Boundary boundary) {
     return boundary == Boundary::open ? "open" : boundary == Boundary::periodic ? "periodic" : "reflective";
 }
 
-TriangleMesh read_mended(const std::string& path) {
+TriangleMesh read_repaired(const std::string& path) {
     TriangleMesh mesh = surface::read_mesh(path);
-    const flux::Mending mending = flux::mend(mesh);
-    if (mending.unused > 0)
+    const flux::Repairs repairs = flux::repair(mesh);
+    if (repairs.unused > 0)
         fmt::print(stderr, "sidewall flux: {}: {} vertices that no triangle uses were dropped\n", path,
-                   mending.unused);
-    if (mending.repeated > 0)
+                   repairs.unused);
+    if (repairs.repeated > 0)
         fmt::print(stderr, "sidewall flux: {}: {} triangles that are listed again were dropped\n", path,
-                   mending.repeated);
-    if (mending.welded > 0)
+                   repairs.repeated);
+    if (repairs.welded > 0)
         fmt::print(stderr,
                    "sidewall flux: {}: {} vertices of the same position as another were merged with it\n",
-                   path, mending.welded);
-    if (mending.turned == mesh.triangles.size())
+                   path, repairs.welded);
+    if (repairs.turned == mesh.triangles.size())
         fmt::print(stderr,
                    "sidewall flux: {}: the surface was inside out: all {} triangles were turned over\n", path,
-                   mending.turned);
-    else if (mending.turned > 0)
+                   repairs.turned);
+    else if (repairs.turned > 0)
         fmt::print(
             stderr,
             "sidewall flux: {}: {} of {} triangles were turned over, so that all agree and show the source "
             "their front\n",
-            path, mending.turned, mesh.triangles.size());
+            path, repairs.turned, mesh.triangles.size());
     return mesh;
 }
 
@@ -175,7 +174,8 @@ Outcome solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice, 
 // The faster method.
 // \param json  gets why.
 flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& exchange, Json& json) {
-    flux::MethodChoice choice = flux::choose_method(asked, exchange);
+    flux::MethodChoice choice =
+        flux::choose_method(exchange, asked.species, asked.materials, asked.options, true);
     json["auto"] = {{"relative_error", choice.target},
                     {"monte_carlo_cost", choice.monte_carlo_cost},
                     {"radiosity_cost", choice.radiosity_cost},
@@ -208,7 +208,7 @@ Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& cho
 
 void run_flux(const FluxArguments& arguments) {
     check_arguments(arguments);
-    const TriangleMesh mesh = read_mended(arguments.mesh);
+    const TriangleMesh mesh = read_repaired(arguments.mesh);
     const FluxMaterials materials = read_materials(mesh, arguments.mesh);
     const flux::Species species = species_of(arguments.source, mesh, materials, arguments.mesh);
     const flux::LateralBox box = find_box(mesh, arguments);
@@ -226,13 +226,13 @@ void run_flux(const FluxArguments& arguments) {
                                  scene,
                                  species,
                                  {.rays = parse_rays(arguments),
+                                  .relative_error = arguments.relative_error,
                                   .seed = parse_number<std::uint64_t>(arguments.seed, "--seed"),
                                   .progress =
                                       [&](double fraction) {
                                           if (!choosing) bar->update(100.0 * fraction);
                                       },
                                   .stop = interrupted},
-                                 arguments.relative_error,
                                  arguments.rays.has_value()};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
     Json why;

@@ -72,7 +72,7 @@ Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& resu
     add_rates(json, exchange.rays(), exchange.segments(), exchange.seconds());
     json["seconds"]["solve"] = result.seconds;
     json["unknowns"] = exchange.unknowns();
-    json["nonzeros"] = exchange.links();
+    json["nonzeros"] = exchange.samples();
     json["iterations"] = result.iterations;
     json["escaped_fraction"] = result.escaped;
     json["leaked"] = exchange.leaked();
@@ -89,9 +89,9 @@ void print_summary(const Json& json) {
                json["rays"].get<std::uint64_t>(), json["segments"].get<std::uint64_t>(),
                json["seconds"]["trace"].get<double>(), json["rays_per_second"].get<double>());
     if (json.contains("iterations"))
-        fmt::print("{} unknowns, {} links, {} iterations in {:.3g} s\n", json["unknowns"].get<std::size_t>(),
-                   json["nonzeros"].get<std::uint64_t>(), json["iterations"].get<std::uint32_t>(),
-                   json["seconds"]["solve"].get<double>());
+        fmt::print("{} unknowns, {} exchange samples, {} iterations in {:.3g} s\n",
+                   json["unknowns"].get<std::size_t>(), json["nonzeros"].get<std::uint64_t>(),
+                   json["iterations"].get<std::uint32_t>(), json["seconds"]["solve"].get<double>());
     fmt::print(
         "flux (1 on an open plane): mean {:.4g}, least {:.4g}, largest {:.4g} of a triangle; "
         "relative error of vertex flux {:.3g}{}\n",

@@ -13,7 +13,7 @@
 #include "app/evaluation/flux_runs.hpp"
 #include "app/evaluation/study_flux.hpp"
 #include "flux/radiosity/exchange_samples.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {

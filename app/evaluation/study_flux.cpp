@@ -11,7 +11,7 @@
 #include <limits>
 #include <utility>
 
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "flux/wedges.hpp"
 #include "surface/ray_scene.hpp"

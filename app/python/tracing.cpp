@@ -14,7 +14,6 @@
 #include "app/python/interruptible.hpp"
 #include "app/python/module.hpp"
 #include "flux/radiosity/single_flux.hpp"
-#include "flux/tracer/leaks.hpp"
 #include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
 
@@ -121,7 +120,8 @@ flux::FluxResult find(const std::string& method, const flux::SingleFlux& asked) 
     if (method == "monte-carlo") return flux::follow(asked);
     flux::Exchange exchange = flux::exchange_of(asked);
     const flux::MethodChoice choice =
-        method == "auto" ? flux::choose_method(asked, exchange) : flux::as_asked(asked);
+        method == "auto" ? flux::choose_method(exchange, asked.species, asked.materials, asked.options, true)
+                         : flux::as_asked(asked);
     return choice.radiosity ? solved(asked, choice, exchange) : flux::follow(asked);
 }
 
@@ -135,13 +135,14 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
     std::vector<std::int32_t> materials = materials_of(material, *mesh);
     const flux::Species species{"flux", source_exponent, sticking_of(sticking, materials)};
     const flux::LateralBox box = box_of(*mesh, boundary);
-    flux::TraceOptions options{.rays = rays_of(rays, relative_error.has_value()), .seed = seed};
+    flux::TraceOptions options{
+        .rays = rays_of(rays, relative_error.has_value()), .relative_error = relative_error, .seed = seed};
     Traced traced = interruptible([&](const std::function<bool()>& stop) {
         options.stop = stop;
         const surface::RayScene scene(*mesh);
         const flux::Wedges wedges = flux::make_wedges(*mesh, materials);
-        const flux::SingleFlux asked{*mesh,          materials,       box, wedges, scene, species, options,
-                                     relative_error, rays.has_value()};
+        const flux::SingleFlux asked{*mesh, materials, box,     wedges,
+                                     scene, species,   options, rays.has_value()};
         Traced done;
         done.result = find(method, asked);
         for (std::size_t t = 0; t < mesh->triangles.size(); ++t) done.area.push_back(triangle_area(*mesh, t));
@@ -159,9 +160,9 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
     return traced;
 }
 
-std::shared_ptr<TriangleMesh> mended(const py::object& points, const py::object& triangles) {
+std::shared_ptr<TriangleMesh> repaired(const py::object& points, const py::object& triangles) {
     auto mesh = mesh_of(points, triangles);
-    interruptible([&](const std::function<bool()>&) { return flux::mend(*mesh); });
+    interruptible([&](const std::function<bool()>&) { return flux::repair(*mesh); });
     return mesh;
 }
 
@@ -233,7 +234,7 @@ takes the one that costs less. Of radiosity rays, absorbed and escaped stand for
 
 Returns a Flux, the same bits for the same seed on any number of threads.
 Raises GeometryError for a surface that cannot be traced, NumericsError if particles go through it.)");
-    module.def("mend", &mended, "points"_a, "triangles"_a,
+    module.def("mend", &repaired, "points"_a, "triangles"_a,
                R"(A mesh of another program made fit for flux(), where only one repair is right.
 
 Points of the very same position become one, points without triangle go, a triangle that is listed again goes, and all

@@ -8,7 +8,7 @@
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/exchange.hpp"
 
 namespace sidewall::app {
 namespace {

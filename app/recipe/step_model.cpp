@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "app/schema/units.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -1,20 +1,19 @@
+#include "flux/radiosity/exchange.hpp"
+
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 #include "flux/radiosity/gatherer.hpp"
 #include "flux/radiosity/shared_samples.hpp"
 #include "flux/random.hpp"
-#include "flux/tracer/leaks.hpp"
+#include "flux/tracer/monitor.hpp"
+#include "flux/tracer/tracer.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
@@ -41,95 +40,90 @@ std::vector<Job> jobs_of(const RayCounts& counts, std::size_t exponents, std::ui
     return jobs;
 }
 
-// Adds a block's finds to its group, as if its rays were one.
-void book(Exchange::State& s, const Job& job, Found& found, double rays) {
-    LinkGroup& group = s.groups[job.group];
+// Adds a block's samples to its group, as if its rays were one.
+void book(Exchange::State& s, const Job& job, BlockSamples& found, double rays) {
+    SampleGroup& group = s.groups[job.group];
     const auto scale = static_cast<float>(rays);
-    for (Link& link : found.links) link.weight *= scale;
-    for (Exit& exit : found.exits) exit.weight *= scale;
-    group.links.insert(group.links.end(), found.links.begin(), found.links.end());
+    for (PairSample& pair : found.pairs) pair.weight *= scale;
+    for (ExitSample& exit : found.exits) exit.weight *= scale;
+    group.pairs.insert(group.pairs.end(), found.pairs.begin(), found.pairs.end());
     group.exits.insert(group.exits.end(), found.exits.begin(), found.exits.end());
     s.segments += found.flights.segments;
     s.leaked += found.leaked;
 }
 
-std::vector<Found> trace_all(const Exchange::State& s, const std::vector<Job>& jobs, RandomKey key,
-                             bool pilot) {
-    std::vector<Found> found(jobs.size());
+std::vector<BlockSamples> trace_all(const Exchange::State& s, const std::vector<Job>& jobs, RandomKey key,
+                                    bool pilot) {
+    std::vector<BlockSamples> found(jobs.size());
     const Shares& shares = s.options.shares;
-    std::atomic<bool> stopped = false;
-    std::atomic<std::size_t> done = 0;
-    std::mutex mutex;
-    double told = 0.0;
+    static const std::function<void(double)> kSilent;
+    Monitor monitor(pilot ? kSilent : s.options.progress, s.options.stop);
+    monitor.expect(jobs.size());
     const Gatherer gatherer(s, key, s.gathers);
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, jobs.size(), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
-                if (!stopped && s.options.stop && s.options.stop()) stopped = true;
-                if (stopped) return;
+                if (monitor.stop()) return;
                 // Ranks take turns; what a pilot's few rays find is not worth a message.
                 if (pilot || i % shares.ranks == shares.rank) found[i] = gatherer.trace(jobs[i], pilot);
-                const double part = static_cast<double>(++done) / static_cast<double>(jobs.size());
-                if (!s.options.progress || pilot) continue;
-                const std::unique_lock lock(mutex, std::try_to_lock);
-                if (lock) s.options.progress(told = std::max(told, part));
+                monitor.finished(1);
             }
         },
         tbb::simple_partitioner{});
-    if (stopped) throw Interrupted("interrupted while tracing rays between points of the surface");
-    if (!pilot) share_finds(shares, found);
+    if (monitor.stop()) throw Interrupted("interrupted while tracing rays between points of the surface");
+    if (!pilot) share_samples(shares, found);
     return found;
 }
 
-// Numbers of links and exits of the groups.
-using Sizes = std::array<std::pair<std::size_t, std::size_t>, kLinkGroups>;
+// Numbers of pairs and exits of the groups.
+using Sizes = std::array<std::pair<std::size_t, std::size_t>, kSampleGroups>;
 
 Sizes sizes_of(const Exchange::State& s) {
     Sizes sizes;
-    for (std::size_t g = 0; g < kLinkGroups; ++g)
-        sizes[g] = {s.groups[g].links.size(), s.groups[g].exits.size()};
+    for (std::size_t g = 0; g < kSampleGroups; ++g)
+        sizes[g] = {s.groups[g].pairs.size(), s.groups[g].exits.size()};
     return sizes;
 }
 
-// Adds what came since \p before between the pieces, in the groups' order.
-void add_to_pieces(Exchange::State& s, const Sizes& before) {
-    tbb::parallel_for(std::size_t{0}, s.piece_links.size(), [&](std::size_t pair) {
+// Adds the samples since \p before to the exchange between aggregates, in the groups' order.
+void add_to_aggregates(Exchange::State& s, const Sizes& before) {
+    tbb::parallel_for(std::size_t{0}, s.aggregate_exchange.size(), [&](std::size_t pair) {
         for (const std::size_t g : {2 * pair, 2 * pair + 1})
-            add_links(s.pieces, s.strip.unknowns, s.groups[g], before[g].first, before[g].second,
-                      s.piece_links[pair]);
+            add_exchange(s.aggregates, s.profile.unknowns, s.groups[g], before[g].first, before[g].second,
+                         s.aggregate_exchange[pair]);
     });
 }
 
-// What gathers and solves need besides links.
+// Makes what gathers and solves need besides samples.
 void prepare(Exchange::State& s) {
     if (s.densities) return;
-    s.mass = mass_matrix(s.geometry.mesh, s.strip.unknowns);
-    s.pieces = make_pieces(s.geometry.mesh, s.strip.unknowns);
-    const auto count = static_cast<Eigen::Index>(s.pieces.count);
-    s.piece_links.fill(Eigen::MatrixXd::Zero(count, count));
-    s.densities.emplace(s.geometry, s.strip, s.source_exponents);
+    s.mass = mass_matrix(s.geometry.mesh, s.profile.unknowns);
+    s.aggregates = make_aggregates(s.geometry.mesh, s.profile.unknowns);
+    const auto count = static_cast<Eigen::Index>(s.aggregates.count);
+    s.aggregate_exchange.fill(Eigen::MatrixXd::Zero(count, count));
+    s.densities.emplace(s.geometry, s.profile, s.source_exponents);
 }
 
-// Where rays from the surface and from the source go, by a few that are not kept.
-void look_around(Exchange::State& s, RandomKey key, std::uint64_t rays) {
-    const auto looks = static_cast<std::uint32_t>(std::clamp<std::size_t>(
+// Sets the densities by a pilot: a few rays from the surface and from the source, which are not kept.
+void trace_pilot(Exchange::State& s, RandomKey key, std::uint64_t rays) {
+    const auto few = static_cast<std::uint32_t>(std::clamp<std::size_t>(
         std::min<std::size_t>(4 * s.geometry.mesh.triangles.size(), rays / 4), 1024, 16384));
-    s.densities->set_counts({.cosine = looks, .source = looks});
-    const std::vector<Found> found = trace_all(s, jobs_of(s.densities->counts(), 1, 1), key, true);
+    s.densities->set_counts({.cosine = few, .source = few});
+    const std::vector<BlockSamples> found = trace_all(s, jobs_of(s.densities->counts(), 1, 1), key, true);
     const std::size_t items = s.geometry.mesh.triangles.size();
     std::vector<double> images(std::size_t{kImageRow} * kImageRow, 0.0), lit(items, 0.0), started(items, 0.0),
         kept(items, 0.0);
-    for (const Found& part : found) {
+    for (const BlockSamples& part : found) {
         for (std::size_t i = 0; i < images.size(); ++i) images[i] += part.images[i];
         for (const std::uint32_t t : part.lit) lit[s.densities->item_of(t)] += 1.0;
         for (const std::uint32_t t : part.started) started[s.densities->item_of(t)] += 1.0;
-        for (const Link& link : part.links) kept[s.densities->item_of(link.a)] += 1.0;
+        for (const PairSample& pair : part.pairs) kept[s.densities->item_of(pair.a)] += 1.0;
         s.segments += part.flights.segments;
     }
     const std::vector<double> share = s.densities->share_kept(started, kept);
     std::vector<double> openings(RayDensities::kCells * RayDensities::kCells, 0.0);
-    for (const Found& part : found)
+    for (const BlockSamples& part : found)
         for (std::size_t i = 0; i < part.openings.size(); ++i)
             openings[part.openings[i]] += share[s.densities->item_of(part.lit[i])];
     s.densities->set_images(images);
@@ -139,27 +133,9 @@ void look_around(Exchange::State& s, RandomKey key, std::uint64_t rays) {
 
 }  // namespace
 
-double Exchange::State::scale(std::uint32_t bits) const {
-    return 1.0 / (static_cast<double>(group_rays) * std::popcount(bits));
-}
-
-const BalancedLinks& Exchange::State::balanced(std::uint32_t bits) const {
-    const std::lock_guard lock(mutex_);
-    const auto found = balanced_.find(bits);
-    if (found != balanced_.end()) return found->second;
-    std::vector<const LinkGroup*> chosen;
-    for (std::size_t g = 0; g < groups.size(); ++g)
-        if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
-    // Isolated: while it waits for its own tasks, this thread must not take one that comes here, too.
-    const auto make = [&] {
-        return balanced_.try_emplace(bits, strip.unknowns, std::move(chosen), scale(bits)).first;
-    };
-    return tbb::this_task_arena::isolate(make)->second;
-}
-
 std::uint64_t exchange_bytes(std::uint64_t rays) {
-    return 2 * sizeof(Link) *
-           rays;  // a gather holds its blocks beside the groups, a solve weights of its own
+    // A gather holds its blocks beside the groups, a solve weights of its own.
+    return 2 * sizeof(PairSample) * rays;
 }
 
 Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
@@ -173,10 +149,10 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
         if (!(n >= 0.0 && n <= 1e6))
             throw RecipeError(fmt::format("source_exponent = {}: must be in [0, 1e6]", n));
     Geometry geometry = make_geometry(mesh, scene, box);
-    Strip strip = make_strip(geometry, wedges);
-    geometry.straight = !strip.partner.empty();
+    ProfileUnknowns profile = make_profile_unknowns(geometry, wedges);
+    geometry.straight = !profile.partner.empty();
     state_ = std::unique_ptr<State>(
-        new State{geometry, wedges, std::move(strip), std::move(options), std::move(source_exponents)});
+        new State{geometry, wedges, std::move(profile), std::move(options), std::move(source_exponents)});
 }
 
 Exchange::~Exchange() = default;
@@ -196,19 +172,19 @@ void Exchange::gather(std::uint64_t rays) {
     const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
     if (s.gathers == 0) {
         prepare(s);
-        look_around(s, key, rays);  // by random numbers of its own
+        trace_pilot(s, key, rays);  // by random numbers of its own
     }
     ++s.gathers;
     const std::size_t exponents = s.densities->exponents().size();
-    const double group_rays = static_cast<double>(rays) / kLinkGroups;
+    const double group_rays = static_cast<double>(rays) / kSampleGroups;
     const auto share = [&](double part) {
         return std::max<std::uint32_t>(1, static_cast<std::uint32_t>(std::lround(part * group_rays)));
     };
     s.densities->set_counts({share(kCosineShare), share(kConnectShare),
                              share((1.0 - kCosineShare - kConnectShare) / static_cast<double>(exponents))});
     const RayCounts& counts = s.densities->counts();
-    const std::vector<Job> jobs = jobs_of(counts, exponents, kLinkGroups);
-    std::vector<Found> found = trace_all(s, jobs, key, false);
+    const std::vector<Job> jobs = jobs_of(counts, exponents, kSampleGroups);
+    std::vector<BlockSamples> found = trace_all(s, jobs, key, false);
     const std::uint64_t in_group = counts.cosine + counts.connect + exponents * counts.source;
     const Sizes before = sizes_of(s);
     s.forget_balanced();
@@ -216,12 +192,12 @@ void Exchange::gather(std::uint64_t rays) {
         book(s, jobs[i], found[i], static_cast<double>(in_group));
         found[i] = {};
     }
-    add_to_pieces(s, before);
+    add_to_aggregates(s, before);
     const std::uint64_t segments = s.residual.segments;
     trace_residual(s.geometry, *s.densities, key, s.gathers, rays, s.residual);
     s.segments += s.residual.segments - segments;
     s.group_rays += in_group;
-    s.rays += in_group * kLinkGroups;
+    s.rays += in_group * kSampleGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (leaks_too_much(s.leaked, s.rays, 3.0))
         throw NumericsError(fmt::format(
@@ -230,19 +206,19 @@ void Exchange::gather(std::uint64_t rays) {
             s.leaked, s.rays));
 }
 
-void Exchange::start_where(std::span<const double> variance) {
+void Exchange::set_start_variance(std::span<const double> variance) {
     prepare(*state_);
     state_->densities->set_starts(variance);
-    state_->focused = true;
+    state_->has_importance = true;
 }
 
-void Exchange::look_where(std::span<const double> error) {
+void Exchange::set_residual_error(std::span<const double> error) {
     prepare(*state_);
     state_->residual.share = shares_of_edges(*state_->densities, error);
 }
 
-bool Exchange::is_focused() const {
-    return state_->focused;
+bool Exchange::has_importance() const {
+    return state_->has_importance;
 }
 
 std::uint64_t Exchange::rays() const {
@@ -261,24 +237,21 @@ double Exchange::seconds() const {
     return state_->seconds;
 }
 std::size_t Exchange::unknowns() const {
-    return state_->strip.unknowns.count();
+    return state_->profile.unknowns.count();
 }
 
-std::uint64_t Exchange::links() const {
-    std::uint64_t links = 0;
-    for (const LinkGroup& group : state_->groups) links += group.links.size() + group.exits.size();
-    return links;
+std::uint64_t Exchange::fewest_rays() const {
+    return static_cast<std::uint64_t>(kFirstRays) * unknowns();
 }
 
-std::uint64_t Exchange::bytes() const {
-    std::uint64_t bytes = 0;
-    for (const LinkGroup& group : state_->groups)
-        bytes += group.links.capacity() * sizeof(Link) + group.exits.capacity() * sizeof(Exit);
-    return bytes;
+std::uint64_t Exchange::samples() const {
+    std::uint64_t samples = 0;
+    for (const SampleGroup& group : state_->groups) samples += group.pairs.size() + group.exits.size();
+    return samples;
 }
 
 std::uint64_t Exchange::rays_left() const {
-    const std::uint64_t most = state_->options.most_bytes / (2 * sizeof(Link));
+    const std::uint64_t most = state_->options.most_bytes / (2 * sizeof(PairSample));
     return most > state_->rays ? most - state_->rays : 0;
 }
 

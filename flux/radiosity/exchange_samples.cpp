@@ -27,7 +27,7 @@ struct Ends {
     void add(double amount, double* y) const {
         for (int k = 0; k < 3; ++k) y[corner[k]] += amount * weight[k];
     }
-    // Corners of a strip's triangle may be one unknown.
+    // Corners of a profile's triangle may be one unknown.
     void add_squares(double amount, double* y) const {
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
@@ -37,10 +37,10 @@ struct Ends {
 
 }  // namespace
 
-// What two neighbours share is the smaller 1 / (1 - s) less 1,
-// which solves an open plane to within the square of the difference, and less the more they differ: where all
-// sticks nothing but the neighbour's own absorption counts. Never above their harmonic mean, so that the
-// matrix is not negative; the diagonal keeps what each absorbs of a constant emission.
+// Neighbours share the smaller of their 1 / (1 - s), less 1, which solves an open plane to within the square
+// of the difference, and less the more they differ: where all sticks, only a wedge's own absorption counts.
+// The share never exceeds their harmonic mean, so that the matrix is not negative; the diagonal keeps the
+// absorption of a constant emission.
 std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
                                       std::span<const double> ratio) {
     std::vector<double> value(mass.value.size(), 0.0);
@@ -108,22 +108,22 @@ MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
     return mass;
 }
 
-// Links and exits of half a group: what one task sums up.
-struct BalancedLinks::Part {
-    std::size_t group = 0, link = 0, links = 0, exit = 0, exits = 0;  // from link up to links, exit to exits
+// Samples of half a group, which one task sums up.
+struct BalancedSamples::Part {
+    std::size_t group = 0, pair = 0, pairs = 0, exit = 0, exits = 0;
 };
 
 template <class Use>
-void BalancedLinks::for_links(const Part& part, const Use& use) const {
-    const std::vector<Link>& links = groups_[part.group]->links;
-    for (std::size_t n = part.link; n < part.links; ++n)
-        use(n, Ends(wedges_, links[n].a, links[n].au, links[n].av),
-            Ends(wedges_, links[n].b, links[n].bu, links[n].bv));
+void BalancedSamples::for_pairs(const Part& part, const Use& use) const {
+    const std::vector<PairSample>& pairs = groups_[part.group]->pairs;
+    for (std::size_t n = part.pair; n < part.pairs; ++n)
+        use(n, Ends(wedges_, pairs[n].a, pairs[n].au, pairs[n].av),
+            Ends(wedges_, pairs[n].b, pairs[n].bu, pairs[n].bv));
 }
 
 template <class Use>
-void BalancedLinks::for_exits(const Part& part, const Use& use) const {
-    const std::vector<Exit>& exits = groups_[part.group]->exits;
+void BalancedSamples::for_exits(const Part& part, const Use& use) const {
+    const std::vector<ExitSample>& exits = groups_[part.group]->exits;
     for (std::size_t n = part.exit; n < part.exits; ++n)
         use(n, Ends(wedges_, exits[n].a, exits[n].au, exits[n].av));
 }
@@ -131,7 +131,7 @@ void BalancedLinks::for_exits(const Part& part, const Use& use) const {
 // Calls use(part, sums) for every part of every group, each with sums of its own, and adds them, scaled, to
 // \p y in their order: the parts do not depend on the threads.
 template <class Use>
-void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
+void BalancedSamples::sum_parts(std::span<double> y, const Use& use) const {
     const std::size_t parts = kPartsOfGroup * groups_.size();
     std::vector<std::vector<double>> sums(parts);
     tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t number) {
@@ -140,8 +140,8 @@ void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
         const auto cut = [half](std::size_t size, std::size_t end) {
             return size * (half + end) / kPartsOfGroup;
         };
-        const std::size_t links = groups_[g]->links.size(), exits = groups_[g]->exits.size();
-        use(Part{g, cut(links, 0), cut(links, 1), cut(exits, 0), cut(exits, 1)}, sums[number].data());
+        const std::size_t pairs = groups_[g]->pairs.size(), exits = groups_[g]->exits.size();
+        use(Part{g, cut(pairs, 0), cut(pairs, 1), cut(exits, 0), cut(exits, 1)}, sums[number].data());
     });
     tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
         for (std::size_t i = range.begin(); i < range.end(); ++i) {
@@ -152,14 +152,14 @@ void BalancedLinks::sum_parts(std::span<double> y, const Use& use) const {
     });
 }
 
-// Factors of both ends of a link, found by Sinkhorn's iteration, keep the balance symmetric.
-BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale)
+// Factors of both ends of a sample, found by Sinkhorn's iteration, keep the balance symmetric.
+BalancedSamples::BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale)
     : wedges_(wedges), groups_(std::move(groups)), scale_(scale), diagonal_(wedges.count(), 0.0) {
-    for (const LinkGroup* group : groups_) {
-        std::ranges::transform(group->links, weights_.emplace_back(group->links.size()).begin(),
-                               &Link::weight);
+    for (const SampleGroup* group : groups_) {
+        std::ranges::transform(group->pairs, weights_.emplace_back(group->pairs.size()).begin(),
+                               &PairSample::weight);
         std::ranges::transform(group->exits, exit_weights_.emplace_back(group->exits.size()).begin(),
-                               &Exit::weight);
+                               &ExitSample::weight);
     }
     std::vector<double> sum(wedges_.count()), factor;
     // Multiplies the weights by the factors so far.
@@ -176,7 +176,7 @@ BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*>
     for (int pass = 0; pass < kBalancings; ++pass) {
         std::ranges::fill(sum, 0.0);
         sum_parts(sum, [&](const Part& part, double* y) {
-            for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+            for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
                 const double w = weigh(part.group, n, a, b);
                 a.add(w, y);
                 b.add(w, y);
@@ -188,7 +188,7 @@ BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*>
             factor[i] = sum[i] > 0.0 ? std::clamp(std::sqrt(wedges_.area[i] / sum[i]), 0.5, 2.0) : 1.0;
     }
     sum_parts(diagonal_, [&](const Part& part, double* y) {
-        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+        for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
             const double w = weigh(part.group, n, a, b);
             a.add_squares(w, y);
             b.add_squares(w, y);
@@ -202,9 +202,9 @@ BalancedLinks::BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*>
     });
 }
 
-void BalancedLinks::add(std::span<const double> x, std::span<double> y) const {
+void BalancedSamples::add(std::span<const double> x, std::span<double> y) const {
     sum_parts(y, [&](const Part& part, double* sums) {
-        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+        for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
             const double amount =
                 static_cast<double>(weights_[part.group][n]) * (a.value(x.data()) - b.value(x.data()));
             a.add(amount, sums);
@@ -216,7 +216,7 @@ void BalancedLinks::add(std::span<const double> x, std::span<double> y) const {
     });
 }
 
-std::vector<double> BalancedLinks::direct(double exponent, bool straight) const {
+std::vector<double> BalancedSamples::direct(double exponent, bool straight) const {
     const double scale = lobe_scale(exponent, straight);
     std::vector<double> y(wedges_.count(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
@@ -231,10 +231,10 @@ std::vector<double> BalancedLinks::direct(double exponent, bool straight) const 
     return y;
 }
 
-std::vector<double> BalancedLinks::arrivals(std::span<const double> x) const {
+std::vector<double> BalancedSamples::arrivals(std::span<const double> x) const {
     std::vector<double> y(x.size(), 0.0);
     sum_parts(y, [&](const Part& part, double* sums) {
-        for_links(part, [&](std::size_t n, const Ends& a, const Ends& b) {
+        for_pairs(part, [&](std::size_t n, const Ends& a, const Ends& b) {
             const auto w = static_cast<double>(weights_[part.group][n]);
             a.add(w * b.value(x.data()), sums);
             b.add(w * a.value(x.data()), sums);
@@ -243,11 +243,11 @@ std::vector<double> BalancedLinks::arrivals(std::span<const double> x) const {
     return y;
 }
 
-Balance::Balance(const BalancedLinks& links, const MassMatrix& mass, std::span<const double> absorption)
-    : links_(links),
+Balance::Balance(const BalancedSamples& samples, const MassMatrix& mass, std::span<const double> absorption)
+    : samples_(samples),
       mass_(mass),
       absorption_(absorption),
-      diagonal_(links.diagonal().begin(), links.diagonal().end()) {
+      diagonal_(samples.diagonal().begin(), samples.diagonal().end()) {
     for (std::size_t i = 0; i < diagonal_.size(); ++i)
         for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
             if (mass_.column[n] == i) diagonal_[i] += absorption_[n];
@@ -262,7 +262,7 @@ void Balance::apply(std::span<const double> x, std::span<double> y) const {
             y[i] = sum;
         }
     });
-    links_.add(x, y);
+    samples_.add(x, y);
 }
 
 }  // namespace sidewall::flux

@@ -19,7 +19,7 @@
 // leaves the domain adds w b_a to e if it comes from the source. All of a point's rays together see
 // everything once, so M is the sum of w b b' over all ends of rays, and
 //
-//     M - G = sum over links of w (b_a - b_b)(b_a - b_b)' + sum over exits of w b_a b_a'.
+//     M - G = sum over pairs of w (b_a - b_b)(b_a - b_b)' + sum over exits of w b_a b_a'.
 //
 // This form is symmetric and never negative whatever the noise, conserves particles exactly, and its noise
 // moves a flux somewhere else by w times the difference of the flux between the ray's ends times that of the
@@ -28,14 +28,14 @@ namespace sidewall::flux {
 
 /// A ray that joins two points of the surface: triangles and barycentric weights of their second and third
 /// corners. The weight is an area.
-struct Link {
+struct PairSample {
     std::uint32_t a, b;
     float au, av, bu, bv;
     float weight;
 };
 
 /// A ray from a point of the surface out of the domain.
-struct Exit {
+struct ExitSample {
     std::uint32_t a;
     float au, av;
     float weight;
@@ -49,13 +49,13 @@ inline double lobe(double exponent, double cosine) {
 }
 double lobe_scale(double exponent, bool straight);
 
-/// Independent parts, of which halves tell standard errors, and, half of each, what one task sums up.
-constexpr std::size_t kLinkGroups = 8;
+/// Independent groups of samples, whose halves give standard errors.
+constexpr std::size_t kSampleGroups = 8;
 
-/// One of the independent randomisations.
-struct LinkGroup {
-    std::vector<Link> links;
-    std::vector<Exit> exits;
+/// Samples of one of the independent randomisations.
+struct SampleGroup {
+    std::vector<PairSample> pairs;
+    std::vector<ExitSample> exits;
 };
 
 /// Sparse symmetric matrix of the wedges of shared triangles.
@@ -67,18 +67,18 @@ struct MassMatrix {
 /// M of piecewise linear elements. O(n).
 MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
 
-/// What the wedges absorb of an emission, as a symmetric matrix: by entry of \p mass.
+/// Absorption of an emission by the wedges as a symmetric matrix, by entry of \p mass.
 /// \param ratio  s / (1 - s) by wedge.
 std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
                                       std::span<const double> ratio);
 
-/// The rays of some groups, weighted so that what leaves each wedge's part of the surface is its area, whatever the rays that
-/// tell where it goes. No sticking is in it: one serves all species and coverages. Parallel, in a fixed order.
-class BalancedLinks {
+/// Samples of some groups with balanced weights: exactly its area leaves each wedge's part of the surface.
+/// Independent of sticking, so that one serves all species and coverages. Parallel, in a fixed order.
+class BalancedSamples {
   public:
     /// \param wedges  and the groups must outlive it.
-    /// \param scale   of the links' weights.
-    BalancedLinks(const Wedges& wedges, std::vector<const LinkGroup*> groups, double scale);
+    /// \param scale   of the samples' weights.
+    BalancedSamples(const Wedges& wedges, std::vector<const SampleGroup*> groups, double scale);
     /// Adds M - G times \p x to \p y.
     void add(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
@@ -90,30 +90,30 @@ class BalancedLinks {
   private:
     struct Part;
     template <class Use>
-    void for_links(const Part& part, const Use& use) const;  // use(n, its ends)
+    void for_pairs(const Part& part, const Use& use) const;  // use(n, its ends)
     template <class Use>
     void for_exits(const Part& part, const Use& use) const;  // use(n, its end)
     template <class Use>
     void sum_parts(std::span<double> y, const Use& use) const;
     const Wedges& wedges_;
-    std::vector<const LinkGroup*> groups_;
+    std::vector<const SampleGroup*> groups_;
     double scale_;
-    std::vector<std::vector<float>> weights_;  // of the links of each group, balanced
+    std::vector<std::vector<float>> weights_;  // of the pairs of each group, balanced
     std::vector<std::vector<float>> exit_weights_;
     std::vector<double> diagonal_;
 };
 
-/// The matrix of `absorption + links + exits`.
+/// The matrix of the balance: absorption + M - G.
 class Balance {
   public:
     /// \param absorption  of absorption_matrix, by entry of \p mass. All must outlive the balance.
-    Balance(const BalancedLinks& links, const MassMatrix& mass, std::span<const double> absorption);
+    Balance(const BalancedSamples& samples, const MassMatrix& mass, std::span<const double> absorption);
     /// \p y = the matrix times \p x.
     void apply(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
 
   private:
-    const BalancedLinks& links_;
+    const BalancedSamples& samples_;
     const MassMatrix& mass_;
     std::span<const double> absorption_;
     std::vector<double> diagonal_;

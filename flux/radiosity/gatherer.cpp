@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "flux/radiosity/exit_rays.hpp"
 #include "flux/sampling.hpp"
 #include "flux/source.hpp"
 
@@ -20,12 +19,7 @@ namespace {
 
 constexpr std::uint32_t kScrambles = 0xffffffffu;  // a number that no ray has
 
-double fraction(std::uint32_t word) {
-    return (word + 0.5) * 0x1p-32;
-}
-
-// The straightened end of a path to \p hit: through all sides it crossed, its length and the image it lies
-// in.
+// The straightened end of a path through all sides it crossed, its length and the image it lies in.
 struct Path {
     double length = 0.0;
     int image = kNoImage;
@@ -55,7 +49,7 @@ void barycentric(const Facet& facet, const Vec3& point, float& u, float& v) {
     v = static_cast<float>(std::clamp((b * aa - a * ab) / determinant, 0.0, 1.0 - static_cast<double>(u)));
 }
 
-// Particles from the source, as the plane of x and z sees them.
+// Projects directions of particles from the source into the plane of x and z.
 void turn_into_plane(Rays& rays) {
     for (std::size_t i = 0; i < rays.count; ++i) {
         const float share = std::sqrt(rays.dx[i] * rays.dx[i] + rays.dz[i] * rays.dz[i]);
@@ -84,7 +78,7 @@ struct Gatherer::Ray {
 };
 
 std::uint32_t Gatherer::number(const Job& job) const {
-    return (gather_ * static_cast<std::uint32_t>(kLinkGroups) + job.group) * 64 +
+    return (gather_ * static_cast<std::uint32_t>(kSampleGroups) + job.group) * 64 +
            static_cast<std::uint32_t>(job.kind) * 16 + job.exponent;
 }
 
@@ -108,8 +102,8 @@ void Gatherer::draw(const Job& job, Block& block) const {
                         s_.geometry.skin * facet.normal;
         for (int axis = 0; axis < 2; ++axis)
             position[axis] = std::clamp(position[axis], box.min[axis], box.max[axis]);
-        const double first = fraction(owen_scrambled(reversed_bits(i), words[0], words[1]));
-        const double second = fraction(owen_scrambled(sobol_second(i), words[2], words[3]));
+        const double first = unit_double(owen_scrambled(reversed_bits(i), words[0], words[1]));
+        const double second = unit_double(owen_scrambled(sobol_second(i), words[2], words[3]));
         const std::size_t row = r.count;
         Vec3 direction;
         if (job.kind == RayKind::cosine) {
@@ -131,14 +125,14 @@ void Gatherer::draw(const Job& job, Block& block) const {
 }
 
 // A ray that left: through the source plane, or past a side or the rim.
-void Gatherer::join_exit(const Ray& ray, Found& found) const {
+void Gatherer::join_exit(const Ray& ray, BlockSamples& found) const {
     if (ray.aimed && ray.target != surface::kNoTriangle) return;
     const RayDensities& densities = *s_.densities;
     const Facet& facet = densities.facets()[ray.from];
-    Exit exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
+    ExitSample exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
     barycentric(facet, ray.start, exit.au, exit.av);
     const double rise = ray.direction.z();
-    const auto [out, travelled, end] = way_out(s_.geometry, ray.start, ray.direction);
+    const auto [out, travelled, end] = domain_exit(s_.geometry, ray.start, ray.direction);
     double weight = 0.0;
     if (out) {
         const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;
@@ -155,7 +149,7 @@ void Gatherer::join_exit(const Ray& ray, Found& found) const {
 }
 
 // A ray from the source that hit: the surface's point sees the source there.
-void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
+void Gatherer::join_source(const Ray& ray, bool pilot, BlockSamples& found) const {
     const RayDensities& densities = *s_.densities;
     if (pilot) {
         found.lit.push_back(ray.triangle);
@@ -173,7 +167,7 @@ void Gatherer::join_source(const Ray& ray, bool pilot, Found& found) const {
 }
 
 // A ray from one point of the surface to another.
-void Gatherer::join_link(const Ray& ray, bool pilot, Found& found) const {
+void Gatherer::join_pair(const Ray& ray, bool pilot, BlockSamples& found) const {
     const RayDensities& densities = *s_.densities;
     if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;
     const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
@@ -181,19 +175,20 @@ void Gatherer::join_link(const Ray& ray, bool pilot, Found& found) const {
     const Facet& facet = densities.facets()[ray.from];
     const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
     const double form = densities.form(path.length, ray.direction.dot(facet.normal) * arrival);
-    Link link{ray.from,
-              ray.triangle,
-              0.0f,
-              0.0f,
-              ray.u,
-              ray.v,
-              static_cast<float>(densities.link_weight(ray.from, ray.triangle, path.image, form))};
-    barycentric(facet, ray.start, link.au, link.av);
-    found.links.push_back(link);
+    PairSample pair{ray.from,
+                    ray.triangle,
+                    0.0f,
+                    0.0f,
+                    ray.u,
+                    ray.v,
+                    static_cast<float>(densities.pair_weight(ray.from, ray.triangle, path.image, form))};
+    barycentric(facet, ray.start, pair.au, pair.av);
+    found.pairs.push_back(pair);
     if (pilot && path.image != kNoImage) found.images[static_cast<std::size_t>(path.image)] += 1.0;
 }
 
-void Gatherer::join(const Job& job, const Block& block, std::size_t row, bool pilot, Found& found) const {
+void Gatherer::join(const Job& job, const Block& block, std::size_t row, bool pilot,
+                    BlockSamples& found) const {
     const Rays& r = block.rays;
     if (r.triangle[row] == kLeaked) {
         ++found.leaked;
@@ -219,13 +214,13 @@ void Gatherer::join(const Job& job, const Block& block, std::size_t row, bool pi
     if (job.kind == RayKind::source)
         join_source(ray, pilot, found);
     else
-        join_link(ray, pilot, found);
+        join_pair(ray, pilot, found);
 }
 
-Found Gatherer::trace(const Job& job, bool pilot) const {
+BlockSamples Gatherer::trace(const Job& job, bool pilot) const {
     static thread_local Block block;  // too large for a stack frame
     Rays& r = block.rays;
-    Found found;
+    BlockSamples found;
     if (pilot) {
         found.images.assign(std::size_t{kImageRow} * kImageRow, 0.0);
     }
@@ -242,7 +237,7 @@ Found Gatherer::trace(const Job& job, bool pilot) const {
     keep(block.x, r.x), keep(block.y, r.y), keep(block.z, r.z);
     keep(block.dx, r.dx), keep(block.dy, r.dy), keep(block.dz, r.dz);
     fly_block(s_.geometry, r, found.flights);
-    found.links.reserve(r.count);
+    found.pairs.reserve(r.count);
     for (std::size_t row = 0; row < r.count; ++row) join(job, block, row, pilot, found);
     return found;
 }

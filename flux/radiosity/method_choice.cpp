@@ -1,12 +1,15 @@
-// Which method a species takes, and what radiosity asks of it.
+// The choice between paths and radiosity, and radiosity to an error. Costs are fitted to the programs of
+// tests/bench/.
+#include "flux/radiosity/method_choice.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "flux/radiosity/adjoint_importance.hpp"
 #include "flux/radiosity/exchange_state.hpp"
-#include "flux/radiosity/radiosity.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
@@ -16,8 +19,7 @@ namespace {
 // to 0.2 microseconds, and more in a program that solves once and touches all its memory for the first time.
 // And rays of an exchange's pilot.
 constexpr double kRayCost = 6.0, kRayCostOnce = 8.0, kPilotRays = 4096.0;
-constexpr double kFirstRays = 12.0;  // an unknown: with fewer, halves of the rays tell no errors
-constexpr double kMargin = 1.1;      // rays more than errors ask for, which scatter
+constexpr double kMargin = 1.1;  // rays more than errors ask for, which scatter
 // Error from three halvings of the rays to that from one: the means of the roots of three squares and of one.
 constexpr double kOneHalving = 1.155;
 constexpr double kSeldomLess = 1.5;  // times the first rays that a target takes; they are lost if paths win
@@ -28,16 +30,13 @@ double tolerance_to(double target, const SolveOptions& options) {
     return std::clamp(target / kCloser, options.tolerance, std::max(1e-3, options.tolerance));
 }
 
-// The statistical error that leaves \p target of both, or, where hardly any would, that target.
-double target_of_rays(double target, double discretisation) {
-    return discretisation < kElementsAlone * target
-               ? std::sqrt(target * target - discretisation * discretisation)
-               : target;
-}
-
-// What is left to the rays of \p target.
-double bound_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
-    return options.of_rays ? target : target_of_rays(target, flux.discretisation_error);
+// The part of \p target that the rays' error may take beside the elements'; all of it where those leave
+// hardly any.
+double target_of_rays(double target, const RadiosityFlux& flux, const SolveOptions& options) {
+    const double elements = flux.discretisation_error;
+    return options.of_rays || elements >= kElementsAlone * target
+               ? target
+               : std::sqrt(target * target - elements * elements);
 }
 
 double rays_of_unknown(const Exchange& exchange) {
@@ -93,17 +92,14 @@ std::vector<double> sticking_by_wedge(const Wedges& wedges, std::span<const std:
     return sticking;
 }
 
-std::uint64_t Exchange::fewest_rays() const {
-    return static_cast<std::uint64_t>(kFirstRays) * unknowns();
-}
-
 void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std::uint64_t rays,
                 const SolveOptions& options) {
     constexpr std::uint64_t kFirstPart = 4;
     const auto left = [&] { return rays > exchange.rays() ? rays - exchange.rays() : 0; };
     if (left() == 0) return;
-    if (rays < kFirstPart * exchange.fewest_rays() || left() > exchange.rays_left() || exchange.is_focused())
-        return exchange.gather(left());  // too few to tell, or refused
+    if (rays < kFirstPart * exchange.fewest_rays() || left() > exchange.rays_left() ||
+        exchange.has_importance())
+        return exchange.gather(left());  // too few for an importance, or refused
     if (exchange.rays() < rays / kFirstPart) exchange.gather(rays / kFirstPart - exchange.rays());
     SolveOptions rough = options;
     rough.errors = rough.unbiased = false;
@@ -111,7 +107,7 @@ void gather_for(std::span<const DiffuseSpecies> species, Exchange& exchange, std
     try {
         std::vector<RadiosityFlux> fluxes;
         for (const DiffuseSpecies& one : species) fluxes.push_back(solve_flux(exchange, one, rough));
-        focus(exchange, species, fluxes, options);
+        set_importance(exchange, species, fluxes, options);
     } catch (const NumericsError&) {  // so few rays may leave a pocket without a way out: even starts will do
     }
     exchange.gather(std::min(left(), exchange.rays_left()));
@@ -131,11 +127,11 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
     close.tolerance = tolerance_to(*std::ranges::min_element(targets), options);
     while (true) {
         std::vector<RadiosityFlux> fluxes;
-        double worst = 0.0;  // of what was asked
+        double worst = 0.0;  // error over its target
         for (std::size_t k = 0; k < species.size(); ++k) {
             fluxes.push_back(solve_flux(exchange, species[k], close));
             worst = std::max(
-                worst, fluxes.back().statistical_error / bound_of_rays(targets[k], fluxes.back(), options));
+                worst, fluxes.back().statistical_error / target_of_rays(targets[k], fluxes.back(), options));
         }
         const std::uint64_t rays = exchange.rays();
         const std::uint64_t left = std::min(most_rays > rays ? most_rays - rays : 0, exchange.rays_left());
@@ -143,15 +139,15 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
         const double now = rays_of_unknown(exchange);
         const double more = std::clamp(rays_needed(1.0, worst, now) / now - 1.0, 0.25, 3.0);
         try {
-            if (!exchange.is_focused() && more == 3.0) focus(exchange, species, fluxes, options);
+            if (!exchange.has_importance() && more == 3.0) set_importance(exchange, species, fluxes, options);
         } catch (const NumericsError&) {
         }
-        look_where_expected(exchange, fluxes);
+        place_residual_rays(exchange, fluxes);
         exchange.gather(std::min(left, static_cast<std::uint64_t>(more * static_cast<double>(rays)) + 1));
     }
 }
 
-MethodChoice choose_method(double target, Exchange& exchange, const Species& species,
+MethodChoice choose_method(Exchange& exchange, const Species& species,
                            std::span<const std::int32_t> materials, const TraceOptions& options, bool once) {
     MethodChoice choice;
     if (const std::string why = why_not_radiosity(species); !why.empty()) {
@@ -162,12 +158,13 @@ MethodChoice choose_method(double target, Exchange& exchange, const Species& spe
     const Wedges& wedges = s.wedges;
     TraceOptions pilot = options;
     pilot.rays = std::min<std::uint64_t>(options.rays, 4096 + s.geometry.mesh.triangles.size() / 4);
+    pilot.relative_error.reset();
     pilot.progress = nullptr;
     const FluxResult result =
         trace_flux(s.geometry.mesh, s.geometry.scene, s.geometry.box, species, materials, wedges, pilot);
     // Errors and segments are the same on every machine, and so is the choice.
     const double growth = static_cast<double>(options.rays) / static_cast<double>(result.emitted);
-    choice.target = target > 0.0 ? target : result.relative_error / std::sqrt(growth);
+    choice.target = options.relative_error.value_or(result.relative_error / std::sqrt(growth));
     const double more = std::max(1.0, std::pow(result.relative_error / choice.target, 2.0));
     choice.monte_carlo_cost = more * static_cast<double>(result.segments);
     const auto cost = [&](double rays) {
@@ -175,7 +172,8 @@ MethodChoice choose_method(double target, Exchange& exchange, const Species& spe
                (rays * static_cast<double>(exchange.unknowns()) + kPilotRays);
     };
     choice.radiosity_cost = kSeldomLess * cost(kFirstRays);
-    const bool allowed = target == 0.0 || exchange.rays() > 0 || exchange.fewest_rays() <= options.rays;
+    const bool allowed =
+        !options.relative_error || exchange.rays() > 0 || exchange.fewest_rays() <= options.rays;
     if (!allowed) choice.radiosity_cost = std::max(choice.radiosity_cost, choice.monte_carlo_cost);
     if (choice.radiosity_cost < choice.monte_carlo_cost) try {
             const std::vector<double> sticking =

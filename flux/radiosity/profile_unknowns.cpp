@@ -57,27 +57,27 @@ std::optional<std::vector<std::uint32_t>> lowest_twins(const TriangleMesh& mesh,
 
 }  // namespace
 
-Strip make_strip(const Geometry& geometry, const Wedges& wedges) {
-    Strip strip;
-    strip.unknown.resize(wedges.count());
-    std::iota(strip.unknown.begin(), strip.unknown.end(), 0u);
+ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& wedges) {
+    ProfileUnknowns profile;
+    profile.unknown.resize(wedges.count());
+    std::iota(profile.unknown.begin(), profile.unknown.end(), 0u);
     if (geometry.straight) {
         auto lowest = lowest_twins(geometry.mesh, wedges);
         auto partner = partners(geometry.mesh);
         if (lowest && partner) {
             std::uint32_t count = 0;
             for (std::uint32_t w = 0; w < lowest->size(); ++w)
-                strip.unknown[w] = (*lowest)[w] == w ? count++ : strip.unknown[(*lowest)[w]];
-            strip.partner = std::move(*partner);
+                profile.unknown[w] = (*lowest)[w] == w ? count++ : profile.unknown[(*lowest)[w]];
+            profile.partner = std::move(*partner);
         }
     }
     std::uint32_t unknowns = 0;
-    for (const std::uint32_t u : strip.unknown) unknowns = std::max(unknowns, u + 1);
-    strip.unknowns.area.assign(unknowns, 0.0);
-    for (std::size_t w = 0; w < strip.unknown.size(); ++w)
-        strip.unknowns.area[strip.unknown[w]] += wedges.area[w];
-    for (const std::uint32_t w : wedges.corner) strip.unknowns.corner.push_back(strip.unknown[w]);
-    return strip;
+    for (const std::uint32_t u : profile.unknown) unknowns = std::max(unknowns, u + 1);
+    profile.unknowns.area.assign(unknowns, 0.0);
+    for (std::size_t w = 0; w < profile.unknown.size(); ++w)
+        profile.unknowns.area[profile.unknown[w]] += wedges.area[w];
+    for (const std::uint32_t w : wedges.corner) profile.unknowns.corner.push_back(profile.unknown[w]);
+    return profile;
 }
 
 }  // namespace sidewall::flux

@@ -7,17 +7,19 @@
 
 namespace sidewall::flux {
 
-/// The wedges of a strip that is the same at all y, for an exchange in the plane of x and z: the two ends of an edge
-/// along y are one unknown, and the two triangles of the rectangle between two such edges one facet.
-struct Strip {
+/// Unknowns of a profile, a surface that is the same at all y, for an exchange in the plane of x and z: the two
+/// ends of an edge along y are one unknown, and the two triangles of the rectangle between two such edges one
+/// facet.
+struct ProfileUnknowns {
     Wedges unknowns;                     ///< corner and area by unknown; `first` is left empty
     std::vector<std::uint32_t> unknown;  ///< by wedge
     std::vector<std::uint32_t>
-        partner;  ///< the other triangle of the rectangle; empty if the mesh is no strip
+        partner;  ///< the other triangle of the rectangle; empty if the mesh is no profile
 };
 
-/// \returns every wedge as an unknown of its own, and no partners, unless \p geometry is straight and its triangles pair up.
+/// \returns every wedge as an unknown of its own, and no partners, unless \p geometry is straight and its triangles
+///        pair up.
 /// \note O(n log n).
-Strip make_strip(const Geometry& geometry, const Wedges& wedges);
+ProfileUnknowns make_profile_unknowns(const Geometry& geometry, const Wedges& wedges);
 
 }  // namespace sidewall::flux

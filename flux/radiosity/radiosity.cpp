@@ -41,8 +41,7 @@ Values over_vertices(const Exchange::State& s, const Values& wedge) {
 // complement.
 constexpr std::uint32_t kHalves[] = {0x0f, 0x33, 0x55};
 
-// Standard errors of the whole's flux from parts of the rays: the root of what the squares of their
-// differences come to.
+// Standard errors of the flux of all rays, from squared differences between halves of them.
 struct ErrorSums {
     Values wedge, triangle, vertex;
     void add(const Exchange::State& s, const Values& difference) {
@@ -79,7 +78,7 @@ double statistical_error(const Wedges& wedges, const FluxField& vertex) {
     return flux > 0.0 ? error / flux : error > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
 }
 
-// What linear elements are off by, relative to the flux. \p one, other: from two halves of the rays.
+// Error of the linear elements relative to the flux. \p one, other: from two halves of the rays.
 double discretisation_error(const Exchange::State& s, const DiffuseSpecies& species, const Solver& solver,
                             const Values& flux, const Values& one, const Values& other) {
     const TriangleMesh& mesh = s.geometry.mesh;
@@ -92,14 +91,14 @@ double discretisation_error(const Exchange::State& s, const DiffuseSpecies& spec
         for (std::size_t i = 0; i < own.size(); ++i) by[i] += own[i];
         return by;
     };
-    const double factor = bend_factor(s.geometry, s.strip, s.residual, bends, emitted(one), emitted(other),
+    const double factor = bend_factor(s.geometry, s.profile, s.residual, bends, emitted(one), emitted(other),
                                       species.source, species.source_exponent);
     const Values expected = errors_of(bends);
     const Values absorption = solver.absorption_error(by_unknown(s, flux));
     double bent = 0.0, absorbed = 0.0, sum = 0.0;
     for (std::size_t t = 0; t < expected.size(); ++t) bent += triangle_area(mesh, t) * expected[t];
     for (std::size_t w = 0; w < flux.size(); ++w) {
-        absorbed += s.wedges.area[w] * std::abs(absorption[s.strip.unknown[w]]);
+        absorbed += s.wedges.area[w] * std::abs(absorption[s.profile.unknown[w]]);
         sum += s.wedges.area[w] * flux[w];
     }
     return sum > 0.0 ? std::hypot(factor * bent, absorbed) / sum : 0.0;
@@ -138,7 +137,7 @@ RadiosityFlux solve_flux(const Exchange& exchange, const DiffuseSpecies& species
         if (k == 0) halves = {std::move(one), std::move(other)};
     }
     for (double& flux : result.wedge.flux) flux = std::max(0.0, flux);
-    // Half of a difference is off as the whole is.
+    // Half of a difference has the error of the whole.
     if (options.errors) sums.put(0.25 / static_cast<double>(halvings), result);
     result.triangle.flux = over_triangles(s, result.wedge.flux);
     result.vertex.flux = over_vertices(s, result.wedge.flux);

@@ -10,10 +10,10 @@
 namespace sidewall::flux {
 namespace {
 
-// Shares of the connections that aim at the source plane and at what relays its particles; the rest aim at
-// the surface by area.
+// Shares of the connections that aim at the source plane and at the relays; the rest aim at the surface by
+// area.
 constexpr double kPlaneShare = 1.0 / 3.0, kRelayShare = 1.0 / 3.0;
-// Triangles along the curve whose relaying a pilot tells together.
+// Triangles along the curve over which a pilot averages.
 constexpr std::size_t kRelayRun = 64;
 
 // The lowest ten bits of \p word, two zeros after each.
@@ -67,15 +67,16 @@ Distribution::Pick Distribution::pick(double u) const {
     return {item, width > 0.0 ? std::clamp((at - cumulative_[item]) / width, 0.0, 1.0 - 1e-9) : 0.5};
 }
 
-RayDensities::RayDensities(const Geometry& geometry, const Strip& strip, std::vector<double> exponents)
+RayDensities::RayDensities(const Geometry& geometry, const ProfileUnknowns& profile,
+                           std::vector<double> exponents)
     : box_(geometry.box),
       top_(geometry.top),
       straight_(geometry.straight),
       width_(geometry.box.max[1] - geometry.box.min[1]),
       exponents_(std::move(exponents)),
-      partner_(strip.partner) {
+      partner_(profile.partner) {
     const TriangleMesh& mesh = geometry.mesh;
-    const Wedges& wedges = strip.unknowns;
+    const Wedges& wedges = profile.unknowns;
     for (const double exponent : exponents_) lobes_.push_back(lobe_scale(exponent, straight_));
     facets_.resize(mesh.triangles.size());
     for (std::size_t t = 0; t < facets_.size(); ++t) {
@@ -92,7 +93,7 @@ RayDensities::RayDensities(const Geometry& geometry, const Strip& strip, std::ve
     order_ = along_curve(mesh, bounding_box(mesh));
     item_of_.resize(order_.size());
     for (std::size_t i = 0; i < order_.size(); ++i) item_of_[order_[i]] = static_cast<std::uint32_t>(i);
-    // As many rays from every wedge, spread over its fan by area.
+    // Every wedge gets equally many rays, spread over its fan by area.
     even_share_.assign(facets_.size(), 0.0);
     double wedges_used = 0.0;
     for (const double area : wedges.area) wedges_used += area > 0.0 ? 1.0 : 0.0;
@@ -112,7 +113,7 @@ RayDensities::RayDensities(const Geometry& geometry, const Strip& strip, std::ve
 
 void RayDensities::set_starts(std::span<const double> variance) {
     start_share_ = even_share_;
-    // Runs of neighbours together: what single triangles tell is noise.
+    // Averaged over runs of neighbours: the variance of a single triangle is noise.
     constexpr std::size_t kRun = 16;
     std::vector<double> best(order_.size(), 0.0);
     double total = 0.0;
@@ -146,7 +147,7 @@ void RayDensities::make_targets() {
         if (relayed > 0.0 && facets_[t].area > 0.0)
             target_density_[t] += relayed * relay_[i] / facets_[t].area;
     }
-    // A path in the plane ends in either triangle of a facet: they must not differ.
+    // Over a profile the two triangles of a facet must not differ: a path ends in either.
     if (straight_)
         for (std::uint32_t t = 0; t < partner_.size(); ++t)
             if (const std::uint32_t other = partner_[t]; t < other)
@@ -228,7 +229,7 @@ void RayDensities::set_images(std::span<const double> hits) {
 }
 
 void RayDensities::set_openings(std::span<const double> exits) {
-    // What the pilot did not see may still be seen: a tenth everywhere.
+    // A tenth goes everywhere: the pilot may have missed cells.
     const double total = std::accumulate(exits.begin(), exits.end(), 0.0);
     const double even = 1.0 / static_cast<double>(opening_.size());
     for (std::size_t i = 0; i < opening_.size(); ++i)

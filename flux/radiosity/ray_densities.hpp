@@ -11,9 +11,8 @@
 #include "flux/tracer/flight.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// Which rays a gather traces, and how densely each kind samples a pair of points: multiple importance
-// sampling by the balance heuristic (Veach and Guibas, SIGGRAPH 1995) weighs every ray by one over the sum of
-// them.
+// Densities with which the three kinds of rays of a gather sample a pair of points. Multiple importance
+// sampling by the balance heuristic (Veach and Guibas, SIGGRAPH 1995) weighs every ray by one over their sum.
 namespace sidewall::flux {
 
 /// The three kinds of rays.
@@ -29,12 +28,12 @@ struct RayCounts {
     std::uint32_t cosine = 0, connect = 0, source = 0;
 };
 
-/// Which copy of the domain, across reflective or periodic sides, a straightened path ends in: 0 is the
-/// domain's own; number of one of (2 kImages + 1)^2, or kNoImage.
+/// Images of the domain across reflective or periodic sides, in one of which a straightened path ends: (2 kImages +
+/// 1)^2, numbered by rows, the domain itself in the middle; or kNoImage.
 constexpr int kImages = 2;
 constexpr int kImageRow = 2 * kImages + 1;
 constexpr int kNoImage = -1;
-/// A path this level that crosses sides has no image: its length is not known well.
+/// A path less steep than this that crosses sides has no image: its length is not known well.
 constexpr double kLevel = 0.01;
 
 /// A triangle as rays start from it; single precision as Embree's.
@@ -47,8 +46,6 @@ struct Facet {
 class Distribution {
   public:
     void assign(std::vector<double> weights);
-    bool empty() const { return cumulative_.empty() || !(total_ > 0.0); }
-    double total() const { return total_; }
     double share(std::size_t i) const { return (cumulative_[i + 1] - cumulative_[i]) / total_; }
     struct Pick {
         std::size_t item;
@@ -66,7 +63,7 @@ class Distribution {
 class RayDensities {
   public:
     /// \param exponents  of the sources.
-    RayDensities(const Geometry& geometry, const Strip& strip, std::vector<double> exponents);
+    RayDensities(const Geometry& geometry, const ProfileUnknowns& profile, std::vector<double> exponents);
 
     /// Starts half of the rays evenly, half in proportion to the square root of the \p variance, by triangle, that an even
     /// start has there.
@@ -74,14 +71,14 @@ class RayDensities {
     /// Sets how many rays of each kind a group traces from now on.
     void set_counts(const RayCounts& counts);
     const RayCounts& counts() const { return counts_; }
-    /// How often the paths of cosine rays end in each image; sampled connections follow it.
+    /// Sets how often paths of cosine rays end in each image; sampled connections follow it.
     void set_images(std::span<const double> hits);
-    /// Where on the source plane what rises from the surface leaves; \p cells: kCells x kCells.
+    /// Sets how often rays from the surface leave through each of the kCells x kCells cells of the source plane.
     void set_openings(std::span<const double> exits);
-    /// Of rays that start on the surface, by item of starts(), the share that ends there, over runs of the curve.
+    /// The share of the rays from the surface that end on it, by item of starts(), over runs of the curve.
     std::vector<double> share_kept(std::span<const double> started, std::span<const double> kept) const;
-    /// Which parts of the surface see the source and other parts of the surface, too: most of what deep places
-    /// get comes from there.
+    /// Sets the relays: parts of the surface that see both the source and other parts. Deep places get most of
+    /// their flux from there.
     /// \param lit   source rays that end there, by item of starts().
     /// \param kept  from share_kept.
     void set_relays(std::span<const double> lit, std::span<const double> kept);
@@ -109,14 +106,14 @@ class RayDensities {
     /// Image that the straightened point lies in.
     int image_of(const Vec3& point) const;
 
-    /// Area that a point sees under as much of Lambert's law as a point of the surface at distance \p length with this
-    /// product of \p cosines: pi r^2 / (cos cos), of a strip, whose width is w, 2 r w / (cos cos).
+    /// The inverse of the exchange K between two points at distance \p length with this product of \p cosines: pi
+    /// r^2 / (cos cos), or 2 r w / (cos cos) over a profile of width w.
     double form(double length, double cosines) const {
         const double around = straight_ ? 2.0 * width_ : std::numbers::pi * length;
         return around * length / std::max(1e-12, cosines);
     }
     /// Weight of a ray between two triangles, see form.
-    double link_weight(std::uint32_t a, std::uint32_t b, int image, double form) const {
+    double pair_weight(std::uint32_t a, std::uint32_t b, int image, double form) const {
         const double connect =
             image == kNoImage
                 ? 0.0
@@ -143,7 +140,7 @@ class RayDensities {
     std::vector<double> exponents_, lobes_;  // lobe_scale of each
     std::vector<Facet> facets_;
     std::vector<std::uint32_t> order_, item_of_;    // triangles along a space-filling curve, and back
-    std::vector<std::uint32_t> partner_;            // see Strip
+    std::vector<std::uint32_t> partner_;            // see ProfileUnknowns
     std::vector<double> even_share_, start_share_;  // of a triangle, of the rays that start on the surface
     std::vector<double> cosine_density_, start_density_, target_density_;  // by triangle
     std::vector<double> cell_density_;

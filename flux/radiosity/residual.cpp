@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "flux/radiosity/exchange_samples.hpp"
-#include "flux/radiosity/exit_rays.hpp"
 #include "flux/sampling.hpp"
 #include "flux/tracer/packets.hpp"
 
@@ -42,13 +41,12 @@ void aim(const Geometry& geometry, const RayDensities& densities, RandomKey key,
     const Facet& facet = densities.facets()[edge.triangle];
     const std::array<Vec3, kPoints> points = points_of(geometry, facet, edge.edge);
     Stream words(key, {.ray = number, .batch = gather, .bounce = kEdgeStream, .generation = 1});
-    const auto part = [](std::uint32_t word) { return (word + 0.5) * 0x1p-32; };
     for (int set = 0; set < 2; ++set) {
         std::array<std::uint32_t, 4> scramble;
         for (std::uint32_t& word : scramble) word = words.next();
         for (std::uint32_t i = 0; i < kResidualDirections; ++i) {
-            const double first = part(owen_scrambled(reversed_bits(i), scramble[0], scramble[1])),
-                         second = part(owen_scrambled(sobol_second(i), scramble[2], scramble[3]));
+            const double first = unit_double(owen_scrambled(reversed_bits(i), scramble[0], scramble[1])),
+                         second = unit_double(owen_scrambled(sobol_second(i), scramble[2], scramble[3]));
             const Vec3 direction = densities.straight() ? sample_lambertian_in_plane(facet.normal, first)
                                                         : sample_lambertian(facet.normal, first, second);
             for (const Vec3& point : points) {
@@ -80,12 +78,12 @@ std::vector<ResidualEdge> draw_edges(const RayDensities& densities, RandomKey ke
     return edges;
 }
 
-// The second difference of what arrives along an edge, by one of its sets of rays.
-double bend_of(const Strip& strip, std::span<const ResidualRay> rays, std::span<const double> emitted,
-               double source, double exponent) {
+// The second difference of the arrivals along an edge, by one of its sets of rays.
+double bend_of(const ProfileUnknowns& profile, std::span<const ResidualRay> rays,
+               std::span<const double> emitted, double source, double exponent) {
     const auto value = [&](const ResidualRay& ray) {
         if (ray.triangle != surface::kNoTriangle)
-            return interpolate(strip.unknowns, emitted, ray.triangle, static_cast<double>(ray.u),
+            return interpolate(profile.unknowns, emitted, ray.triangle, static_cast<double>(ray.u),
                                static_cast<double>(ray.v));
         return ray.u > 0.0f ? source * lobe(exponent, static_cast<double>(ray.u)) : 0.0;
     };
@@ -114,7 +112,7 @@ Vec3 slope_of(const TriangleMesh& mesh, const Wedges& wedges, std::span<const do
 void trace_residual(const Geometry& geometry, const RayDensities& densities, RandomKey key,
                     std::uint32_t gather, std::uint64_t rays, Residual& residual) {
     const auto wanted = static_cast<std::size_t>(kResidualShare * static_cast<double>(rays) / kRaysOfEdge);
-    const std::size_t count = std::min(wanted, kMostLooks - residual.edges.size());
+    const std::size_t count = std::min(wanted, kMostResidualEdges - residual.edges.size());
     if (count == 0) return;
     const std::vector<ResidualEdge> edges = draw_edges(densities, key, gather, count, residual.share);
     const std::size_t first = residual.edges.size();
@@ -140,7 +138,7 @@ void trace_residual(const Geometry& geometry, const RayDensities& densities, Ran
                 return Vec3(static_cast<double>(begun[k][row]), static_cast<double>(begun[k + 1][row]),
                             static_cast<double>(begun[k + 2][row]));
             };
-            const bool lit = ray.triangle != kLeaked && way_out(geometry, at(0), at(3)).to_source;
+            const bool lit = ray.triangle != kLeaked && domain_exit(geometry, at(0), at(3)).to_source;
             ray = {surface::kNoTriangle, lit ? begun[5][row] : 0.0f, 0.0f};
         }
     });
@@ -205,7 +203,7 @@ std::vector<double> errors_of(std::span<const double> bends) {
 
 // The factor's square is a ratio of means over the edges. So that few of them, or noisy ones, do not decide,
 // 1 is its prior, with a standard deviation of 1, or of what the rays show of it beyond three of their own.
-double bend_factor(const Geometry& geometry, const Strip& strip, const Residual& residual,
+double bend_factor(const Geometry& geometry, const ProfileUnknowns& profile, const Residual& residual,
                    std::span<const double> bends, std::span<const double> one, std::span<const double> other,
                    double source, double exponent) {
     constexpr std::size_t kFewest = 16;
@@ -218,7 +216,7 @@ double bend_factor(const Geometry& geometry, const Strip& strip, const Residual&
         const ResidualEdge& edge = residual.edges[i];
         const auto bend = [&](std::span<const double> emitted, std::size_t set) {
             const std::span rays(&residual.rays[i * kRaysOfEdge + set * kRaysOfSet], kRaysOfSet);
-            return bend_of(strip, rays, emitted, source, exponent);
+            return bend_of(profile, rays, emitted, source, exponent);
         };
         const double area = triangle_area(geometry.mesh, edge.triangle);
         seen[i] = area * bend(one, 0) * bend(other, 1) / edge.density;

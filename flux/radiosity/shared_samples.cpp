@@ -7,7 +7,7 @@
 namespace sidewall::flux {
 namespace {
 
-enum Size : std::size_t { kLinkCount, kExitCount, kSegmentCount, kRescuedCount, kLeakedCount, kCounts };
+enum Size : std::size_t { kPairCount, kExitCount, kSegmentCount, kRescuedCount, kLeakedCount, kCounts };
 
 template <class T>
 std::size_t words_of(std::size_t count) {
@@ -24,34 +24,34 @@ std::uint64_t* move_list(std::vector<T>& list, std::size_t count, bool own, std:
     return words + words_of<T>(count);
 }
 
-// How much each job found.
-std::vector<std::uint64_t> sizes_of(std::span<const Found> found) {
+// The numbers that each job found.
+std::vector<std::uint64_t> sizes_of(std::span<const BlockSamples> found) {
     std::vector<std::uint64_t> sizes;
     sizes.reserve(kCounts * found.size());
-    for (const Found& one : found)
-        sizes.insert(sizes.end(), {one.links.size(), one.exits.size(), one.flights.segments,
+    for (const BlockSamples& one : found)
+        sizes.insert(sizes.end(), {one.pairs.size(), one.exits.size(), one.flights.segments,
                                    one.flights.rescued, one.leaked});
     return sizes;
 }
 
 // Some jobs at once; the first is number \p first.
-void share_lists(const Shares& shares, std::span<Found> found, std::size_t first,
+void share_lists(const Shares& shares, std::span<BlockSamples> found, std::size_t first,
                  std::span<const std::uint64_t> sizes) {
     std::size_t total = 0;
     for (std::size_t i = 0; i < found.size(); ++i)
-        total +=
-            words_of<Link>(sizes[kCounts * i + kLinkCount]) + words_of<Exit>(sizes[kCounts * i + kExitCount]);
+        total += words_of<PairSample>(sizes[kCounts * i + kPairCount]) +
+                 words_of<ExitSample>(sizes[kCounts * i + kExitCount]);
     std::vector<std::uint64_t> words(total, 0);
     const auto move = [&](bool own) {
         std::uint64_t* at = words.data();
         for (std::size_t i = 0; i < found.size(); ++i) {
-            const std::size_t links = sizes[kCounts * i + kLinkCount],
+            const std::size_t pairs = sizes[kCounts * i + kPairCount],
                               exits = sizes[kCounts * i + kExitCount];
             if (own == ((first + i) % shares.ranks == shares.rank)) {
-                std::uint64_t* rest = move_list(found[i].links, links, own, at);
+                std::uint64_t* rest = move_list(found[i].pairs, pairs, own, at);
                 move_list(found[i].exits, exits, own, rest);
             }
-            at += words_of<Link>(links) + words_of<Exit>(exits);
+            at += words_of<PairSample>(pairs) + words_of<ExitSample>(exits);
         }
     };
     move(true);
@@ -61,7 +61,7 @@ void share_lists(const Shares& shares, std::span<Found> found, std::size_t first
 
 }  // namespace
 
-void share_finds(const Shares& shares, std::span<Found> found) {
+void share_samples(const Shares& shares, std::span<BlockSamples> found) {
     if (shares.ranks == 1) return;
     std::vector<std::uint64_t> sizes = sizes_of(found);
     shares.sum(sizes);

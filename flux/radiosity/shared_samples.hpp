@@ -6,8 +6,8 @@
 
 namespace sidewall::flux {
 
-/// Gives every rank what all have found: of job i, that of rank i modulo the ranks. The links and exits lie in sums whose
-/// other terms are zero.
-void share_finds(const Shares& shares, std::span<Found> found);
+/// Gives every rank the samples of all: job i is traced by rank i modulo the ranks, and added to zeros of the
+/// others.
+void share_samples(const Shares& shares, std::span<BlockSamples> found);
 
 }  // namespace sidewall::flux

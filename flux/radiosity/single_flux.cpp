@@ -6,18 +6,11 @@
 namespace sidewall::flux {
 
 MethodChoice as_asked(const SingleFlux& asked) {
-    return {.radiosity = true, .target = asked.relative_error.value_or(0.0)};
-}
-
-MethodChoice choose_method(const SingleFlux& asked, Exchange& exchange) {
-    return choose_method(asked.relative_error.value_or(0.0), exchange, asked.species, asked.materials,
-                         asked.options, true);
+    return {.radiosity = true, .target = asked.options.relative_error.value_or(0.0)};
 }
 
 FluxResult follow(const SingleFlux& a) {
-    return a.relative_error ? trace_flux_to(*a.relative_error, a.mesh, a.scene, a.box, a.species, a.materials,
-                                            a.wedges, a.options)
-                            : trace_flux(a.mesh, a.scene, a.box, a.species, a.materials, a.wedges, a.options);
+    return trace_flux(a.mesh, a.scene, a.box, a.species, a.materials, a.wedges, a.options);
 }
 
 Exchange exchange_of(const SingleFlux& a) {
@@ -36,9 +29,9 @@ RadiosityFlux solve(const SingleFlux& asked, const MethodChoice& choice, Exchang
                                  .source_exponent = asked.species.source_exponent,
                                  .sticking = sticking,
                                  .guess = choice.guess};
-    const SolveOptions options{.of_rays = !asked.relative_error, .stop = asked.options.stop};
+    const SolveOptions options{.of_rays = !asked.options.relative_error, .stop = asked.options.stop};
     if (choice.target > 0.0) {
-        const std::uint64_t most = asked.relative_error
+        const std::uint64_t most = asked.options.relative_error
                                        ? asked.options.rays
                                        : std::max(kMostOfAuto * asked.options.rays, exchange.fewest_rays());
         const double estimated = choice.rays * static_cast<double>(exchange.unknowns());

@@ -14,12 +14,11 @@ namespace {
 
 using Values = std::vector<double>;
 
-// Where all sticks nothing is re-emitted, and the flux is what is emitted of it over a share that must not be
-// 0.
+// The least re-emitted share: the flux is the emission over it, which must not be 0 where all sticks.
 constexpr double kLeastReemitted = 1e-6;
 // Fluxes below this share of the largest that arrives directly are not resolved any further.
 constexpr double kFaint = 1e-7;
-// Ten times what the deepest holes of the tests take with a coarse correction.
+// Ten times what the deepest holes of the tests take with the coarse-grid correction.
 constexpr std::uint32_t kMostCorrected = 300;
 
 double dot(const Values& a, const Values& b) {
@@ -47,8 +46,8 @@ struct Solved {
 // what each changes relative to itself: a norm of all residuals would not see the deep places that little
 // arrives at, nor those where all sticks. What lies below \p faint is compared with that instead: rounding
 // bounds the rest.
-Solved conjugate_gradients(const Balance& balance, const CoarseSolver* coarse, const Values& right, Values x,
-                           const Values& faint, double tolerance, const SolveOptions& options,
+Solved conjugate_gradients(const Balance& balance, const CoarseGridSolver* coarse, const Values& right,
+                           Values x, const Values& faint, double tolerance, const SolveOptions& options,
                            const std::string& name) {
     const std::size_t n = right.size();
     const std::span<const double> diagonal = balance.diagonal();
@@ -106,7 +105,8 @@ Solved conjugate_gradients(const Balance& balance, const CoarseSolver* coarse, c
     return {std::move(x), iteration};
 }
 
-// Below \p share of the largest that \p right alone would give, by unknown.
+// The emission by unknown below which it counts as dark: \p share of the largest that \p right alone would
+// give.
 Values faint_below(double share, const Balance& balance, const Values& right,
                    std::span<const double> reemitted) {
     const std::span<const double> diagonal = balance.diagonal();
@@ -122,10 +122,10 @@ Values faint_below(double share, const Balance& balance, const Values& right,
 }  // namespace
 
 std::vector<double> by_unknown(const Exchange::State& s, std::span<const double> wedge) {
-    Values mean(s.strip.unknowns.count(), 0.0);
+    Values mean(s.profile.unknowns.count(), 0.0);
     for (std::size_t i = 0; i < wedge.size(); ++i) {
-        const std::uint32_t u = s.strip.unknown[i];
-        const double area = s.strip.unknowns.area[u];
+        const std::uint32_t u = s.profile.unknown[i];
+        const double area = s.profile.unknowns.area[u];
         mean[u] += area > 0.0 ? s.wedges.area[i] / area * wedge[i] : wedge[i];
     }
     return mean;
@@ -149,22 +149,22 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
         reemitted_.push_back(std::max(kLeastReemitted, 1.0 - s));
         ratio.push_back(s / reemitted_.back());
     }
-    absorption_ = absorption_matrix(state.mass, state.strip.unknowns.area, ratio);
-    Eigen::MatrixXd links = state.piece_links.front();
-    for (std::size_t k = 1; k < state.piece_links.size(); ++k) links += state.piece_links[k];
-    coarse_.emplace(state.pieces, state.scale(kAllGroups) * links, state.mass, absorption_);
+    absorption_ = absorption_matrix(state.mass, state.profile.unknowns.area, ratio);
+    Eigen::MatrixXd exchange = state.aggregate_exchange.front();
+    for (std::size_t k = 1; k < state.aggregate_exchange.size(); ++k) exchange += state.aggregate_exchange[k];
+    coarse_.emplace(state.aggregates, state.scale(kAllGroups) * exchange, state.mass, absorption_);
 }
 
 Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const {
-    // A single group may leave parts of the surface with hardly a way out, where the pieces of all do not
+    // A single group may leave parts of the surface with hardly an exit, where the aggregates of all do not
     // help.
-    const CoarseSolver* coarse = std::popcount(groups) > 1 ? &*coarse_ : nullptr;
-    const BalancedLinks& links = s_.balanced(groups);
-    const Balance balance(links, s_.mass, absorption_);
-    Values right = links.direct(species_.source_exponent, s_.geometry.straight);
+    const CoarseGridSolver* coarse = std::popcount(groups) > 1 ? &*coarse_ : nullptr;
+    const BalancedSamples& samples = s_.balanced(groups);
+    const Balance balance(samples, s_.mass, absorption_);
+    Values right = samples.direct(species_.source_exponent, s_.geometry.straight);
     for (double& value : right) value *= species_.source;
     if (!emission_.empty()) {
-        const Values arriving = links.arrivals(emission_);
+        const Values arriving = samples.arrivals(emission_);
         for (std::size_t i = 0; i < right.size(); ++i) right[i] += arriving[i];
     }
     Values start(right.size(), 0.0);
@@ -175,7 +175,7 @@ Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess
                                               options_, species_.name);
     Values flux(s_.wedges.count());
     for (std::size_t i = 0; i < flux.size(); ++i) {
-        const std::uint32_t u = s_.strip.unknown[i];
+        const std::uint32_t u = s_.profile.unknown[i];
         flux[i] = solved.emitted[u] / reemitted_[u];
     }
     return {std::move(flux), solved.iterations};
@@ -201,7 +201,7 @@ std::vector<Values> Solver::respond(const std::vector<Values>& rights, double to
 std::vector<double> Solver::absorption_error(std::span<const double> flux) const {
     constexpr int kRelaxations = 4;  // M and its lumped form differ by a factor of 4 at most
     const MassMatrix& mass = s_.mass;
-    const std::span<const double> area = s_.strip.unknowns.area;
+    const std::span<const double> area = s_.profile.unknowns.area;
     Values left(flux.size(), 0.0), error(flux.size(), 0.0);
     for (std::size_t i = 0; i < left.size(); ++i)
         for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n) {

@@ -10,7 +10,7 @@
 
 namespace sidewall::flux {
 
-/// Means over the wedges that are one unknown, of a quantity by wedge.
+/// A quantity by wedge as means over the wedges that are one unknown.
 std::vector<double> by_unknown(const Exchange::State& s, std::span<const double> wedge);
 
 /// The balance of one species on the rays of an exchange.
@@ -30,13 +30,13 @@ class Solver {
     /// \throws as solve_flux.
     Answer solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const;
 
-    /// What all rays make of an emission: the solutions of the balance, which is symmetric, for any \p rights, by
-    /// unknown.
+    /// Solutions of the balance of all rays for any right-hand sides, by unknown. It is symmetric: they are
+    /// adjoint, too.
     std::vector<std::vector<double>> respond(const std::vector<std::vector<double>>& rights,
                                              double tolerance) const;
 
-    /// What the absorption is off by where sticking varies over an element, as a flux by unknown: what arrives by the
-    /// balance, emission and absorption together, less \p flux, both by unknown. 0 where sticking is the same.
+    /// Error of the absorption where sticking varies over an element, as a flux by unknown: arrivals by the
+    /// balance, emission and absorption together, less \p flux by unknown. 0 where sticking is uniform.
     std::vector<double> absorption_error(std::span<const double> flux) const;
 
     /// 1 - s, by unknown, never 0.
@@ -48,7 +48,7 @@ class Solver {
     const SolveOptions& options_;
     std::vector<double> reemitted_, emission_;  // by unknown
     std::vector<double> absorption_;            // by entry of the mass matrix
-    std::optional<CoarseSolver> coarse_;        // of all groups: close enough for some of them
+    std::optional<CoarseGridSolver> coarse_;    // of all groups: close enough for some of them
 };
 
 }  // namespace sidewall::flux

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "flux/radiosity/exit_rays.hpp"
-
 namespace sidewall::flux {
 namespace {
 
@@ -14,22 +12,23 @@ constexpr double kLeastExponent = 50.0;
 
 constexpr std::uint32_t kCorners = 3;
 
-// As each has looks on every triangle, standard errors may have to come from few batches.
+// Every batch has paths from every triangle, so that standard errors may have to come from few batches.
 constexpr std::uint64_t kLeastBatches = 4;
 
 std::uint64_t fewest_of_batch(const TriangleMesh& mesh) {
     return std::uint64_t{kCorners} * mesh.triangles.size();
 }
 
-// Beside the rays that look, by row: where they start, at which barycentric weights, which way they go, and
-// what they weigh if they get to the source.
-struct Looks {
+// The starts of adjoint paths beside their rays, by row: position, barycentric weights, direction, and the
+// weight of the particle if the path gets to the source.
+struct AdjointStarts {
     Column<float> x, y, z, u, v, dx, dy, dz;
     Column<double> weight;
 };
 
-// Places and directions of looks, in place of what emit has drawn; those into the surface are left out.
-void draw_looks(const Trace& trace, const Batch& batch, Rays& r, Looks& looks) {
+// Replaces the particles that emit has drawn by starts on the surface in the opposite direction; those into
+// the surface are left out.
+void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts& starts) {
     const Geometry& geometry = trace.geometry;
     const auto triangles = static_cast<std::uint32_t>(geometry.mesh.triangles.size());
     const std::uint32_t each = batch.count / triangles;
@@ -48,71 +47,73 @@ void draw_looks(const Trace& trace, const Batch& batch, Rays& r, Looks& looks) {
         const std::array weights{1.0 - root, root * (1.0 - part), root * part};
         const double u = weights[(turn + 1) % kCorners], v = weights[(turn + 2) % kCorners];
         const Vec3& a = geometry.mesh.vertices[corner[0]];
-        Vec3 start = a + u * (geometry.mesh.vertices[corner[1]] - a) +
+        Vec3 place = a + u * (geometry.mesh.vertices[corner[1]] - a) +
                      v * (geometry.mesh.vertices[corner[2]] - a) + geometry.skin * area.normalized();
         for (int axis = 0; axis < 2; ++axis)
-            start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
-        set_flight(r, kept, start, -down);
+            place[axis] = std::clamp(place[axis], geometry.box.min[axis], geometry.box.max[axis]);
+        set_flight(r, kept, place, -down);
         r.from[kept] = triangle;
         r.ray[kept] = ray;
         r.energy[kept] = r.energy[row];
-        looks.x[kept] = r.x[kept], looks.y[kept] = r.y[kept], looks.z[kept] = r.z[kept];
-        looks.dx[kept] = r.dx[kept], looks.dy[kept] = r.dy[kept], looks.dz[kept] = r.dz[kept];
-        looks.u[kept] = static_cast<float>(u), looks.v[kept] = static_cast<float>(v);
-        looks.weight[kept] = share * across / -down.z();
+        starts.x[kept] = r.x[kept], starts.y[kept] = r.y[kept], starts.z[kept] = r.z[kept];
+        starts.dx[kept] = r.dx[kept], starts.dy[kept] = r.dy[kept], starts.dz[kept] = r.dz[kept];
+        starts.u[kept] = static_cast<float>(u), starts.v[kept] = static_cast<float>(v);
+        starts.weight[kept] = share * across / -down.z();
         ++kept;
     }
     r.count = kept;
 }
 
-// The particle that a look sees, as it arrives.
-void place_arrival(const Trace& trace, const Looks& looks, std::size_t row, std::size_t kept, Rays& r) {
+// Turns the path from a row's start to the source into a particle that arrives at the start.
+void place_arrival(const Trace& trace, const AdjointStarts& starts, std::size_t row, std::size_t kept,
+                   Rays& r) {
     const Vec3 normal = area_vector(trace.geometry.mesh, r.from[row]);
     const Vec3 skin = trace.geometry.skin * normal.normalized();
-    set_flight(r, kept, vector_at(looks.x, looks.y, looks.z, row) - skin,
-               -vector_at(looks.dx, looks.dy, looks.dz, row));
+    set_flight(r, kept, vector_at(starts.x, starts.y, starts.z, row) - skin,
+               -vector_at(starts.dx, starts.dy, starts.dz, row));
     r.distance[kept] = 0.0f;
     r.triangle[kept] = r.from[row];
-    r.u[kept] = looks.u[row], r.v[kept] = looks.v[row];
+    r.u[kept] = starts.u[row], r.v[kept] = starts.v[row];
     r.nx[kept] = static_cast<float>(normal.x());
     r.ny[kept] = static_cast<float>(normal.y());
     r.nz[kept] = static_cast<float>(normal.z());
     r.ray[kept] = r.ray[row];
     r.energy[kept] = r.energy[row];
-    r.weight[kept] = static_cast<std::uint64_t>(looks.weight[row] * static_cast<double>(kOne) + 0.5);
+    r.weight[kept] = static_cast<std::uint64_t>(starts.weight[row] * static_cast<double>(kOne) + 0.5);
 }
 
 }  // namespace
 
-bool can_look(const Species& species) {
+bool allows_adjoint(const Species& species) {
     return species.source_exponent >= kLeastExponent && species.bins.empty() && species.source_beta == 0.0 &&
            is_untilted(species) && !std::isfinite(species.mean_free_path) && !species.desorbs;
 }
 
-std::uint64_t fewest_looks(const TriangleMesh& mesh) {
+std::uint64_t fewest_adjoint_paths(const TriangleMesh& mesh) {
     return kLeastBatches * fewest_of_batch(mesh);
 }
 
-std::pair<std::uint64_t, std::uint32_t> batches_of_looks(std::uint64_t rays, std::uint64_t most,
-                                                         const TriangleMesh& mesh) {
+std::pair<std::uint64_t, std::uint32_t> adjoint_batches(std::uint64_t rays, std::uint64_t most,
+                                                        const TriangleMesh& mesh) {
     const std::uint64_t least = fewest_of_batch(mesh);
     const std::uint64_t batches =
         std::max((rays + kMostBatchRays - 1) / kMostBatchRays, std::clamp(rays / least, kLeastBatches, most));
     return {batches, static_cast<std::uint32_t>(std::max<std::uint64_t>(1, rays / batches / least) * least)};
 }
 
-bool starts_bottom_up(std::span<const Species> pass, const TriangleMesh& mesh, const TraceOptions& options) {
-    const std::uint64_t fewest = fewest_looks(mesh);
-    return options.bottom_up && pass.size() == 1 && can_look(pass.front()) && fewest <= options.rays &&
+bool uses_adjoint(std::span<const Species> pass, const TriangleMesh& mesh, const TraceOptions& options) {
+    const std::uint64_t fewest = fewest_adjoint_paths(mesh);
+    return options.adjoint && pass.size() == 1 && allows_adjoint(pass.front()) && fewest <= options.rays &&
            fewest <= kLeastBatches * kMostBatchRays;
 }
 
-void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count, Worker& w) {
-    static thread_local Looks looks;  // too large for a stack frame
+void emit_adjoint(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,
+                  Worker& w) {
+    static thread_local AdjointStarts starts;  // too large for a stack frame
     Rays& r = w.rays;
     Counts& counts = w.counts.front();
     emit(trace.geometry, trace.species, {}, trace.key, batch, first, count, r);
-    draw_looks(trace, batch, r, looks);
+    draw_starts(trace, batch, r, starts);
     counts.escaped += count - r.count;
     fly_block(trace.geometry, r, w.flights);
     std::size_t kept = 0;
@@ -120,10 +121,10 @@ void look(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint
         if (r.triangle[row] == kLeaked) {
             ++counts.leaked;
         } else if (r.triangle[row] == surface::kNoTriangle &&
-                   way_out(trace.geometry, vector_at(looks.x, looks.y, looks.z, row),
-                           vector_at(looks.dx, looks.dy, looks.dz, row))
+                   domain_exit(trace.geometry, vector_at(starts.x, starts.y, starts.z, row),
+                               vector_at(starts.dx, starts.dy, starts.dz, row))
                        .to_source) {
-            place_arrival(trace, looks, row, kept, r);
+            place_arrival(trace, starts, row, kept, r);
             counts.ledger.emitted += r.weight[kept++];
         } else {
             ++counts.escaped;

@@ -68,7 +68,7 @@ void add_images(const LateralBox& box, double radius, std::vector<Sample>& sampl
 class Cubes {
   public:
     Cubes(std::vector<Sample> samples, double width) : width_(width) {
-        // Vertices lie up to a cube below all samples, and look a cube farther.
+        // Vertices lie up to a cube below all samples, and search a cube farther.
         for (const Sample& sample : samples) origin_ = origin_.cwiseMin(sample.point);
         origin_.array() -= 2.0 * width_;
         std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
@@ -112,7 +112,7 @@ class Cubes {
     std::vector<Sample> samples_;
 };
 
-// Where wedges are, and which way they face.
+// Positions, normals and materials of wedges.
 struct Places {
     std::vector<Vec3> point, normal;
     std::vector<std::int32_t> material;
@@ -131,8 +131,8 @@ Places places_of(const TriangleMesh& mesh, const Wedges& wedges, std::span<const
     return places;
 }
 
-// What samples say of every triangle around a wedge: weights, and their moments over its corners, so that a
-// flux is read once a triangle and not once a sample.
+// Weights of the samples around a wedge by triangle, and their moments over its corners, so that a flux is
+// read once a triangle and not once a sample.
 class TriangleShares {
   public:
     struct Share {

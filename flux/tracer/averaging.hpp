@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "flux/flux_field.hpp"
 #include "flux/lateral.hpp"
 #include "flux/wedges.hpp"
 #include "surface/triangle_mesh.hpp"

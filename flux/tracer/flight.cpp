@@ -14,7 +14,7 @@ constexpr double kSkin = 0x1p-20;
 // A flight of more segments than this does not end because of rounding: the particle counts as leaked.
 constexpr std::uint32_t kMaxSegments = 1'000'000;
 
-// Where the flight's latest segments began: a slip through the surface happened at one of them.
+// The starts of the flight's latest segments: a slip through the surface happened at one of them.
 struct Trail {
     std::array<Vec3, 8> start;
     std::uint32_t count = 0;
@@ -103,6 +103,17 @@ Geometry make_geometry(const TriangleMesh& mesh, const surface::RayScene& scene,
     // sides.
     const double margin = 2.0 * kOverlap * skin;
     return {mesh, scene, box, bounds.max.z() + margin, bounds.min.z() - margin, skin, is_straight(mesh, box)};
+}
+
+DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& direction) {
+    const double length = direction.z() > 0.0 ? (geometry.top - start.z()) / direction.z() : -1.0;
+    DomainExit exit{length >= 0.0, length, start + length * direction};
+    const LateralBox& box = geometry.box;
+    for (int axis = 0; axis < 2; ++axis)
+        if (box.boundary[axis] == Boundary::open)
+            exit.to_source =
+                exit.to_source && exit.end[axis] >= box.min[axis] && exit.end[axis] <= box.max[axis];
+    return exit;
 }
 
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle) {

@@ -8,8 +8,7 @@
 
 namespace sidewall::flux {
 
-/// What all particles of a trace share: the surface, the box they fly in, and its rounding. Lengths in world
-/// units.
+/// The surface, the box that particles fly in, and its rounding. Lengths in world units.
 struct Geometry {
     const TriangleMesh& mesh;
     const surface::RayScene& scene;
@@ -17,7 +16,7 @@ struct Geometry {
     double top = 0.0;     ///< height of the source plane; a particle above it has escaped
     double bottom = 0.0;  ///< below the surface; a particle that gets there slipped through
     double skin = 0.0;    ///< distance that single precision resolves safely anywhere on the surface
-    /// The surface is a periodic strip that is the same at all y: particles fly in the plane of x and z, their y stays.
+    /// The surface is a profile, the same at all y and periodic: particles fly in the plane of x and z, their y stays.
     bool straight = false;
 };
 
@@ -33,7 +32,7 @@ struct Particle {
 
 enum class FlightEnd { hit, escaped, leaked, collided };
 
-/// How a flight ended; where, if it hit.
+/// The end of a flight, and the place that it hit.
 struct Flight {
     FlightEnd end = FlightEnd::leaked;
     std::uint32_t triangle = surface::kNoTriangle;
@@ -55,6 +54,16 @@ struct Flight {
 /// \param free_path  it collides if it gets this far, through sides, without a hit.
 Flight fly(const Geometry& geometry, Particle particle,
            double free_path = std::numeric_limits<double>::infinity());
+
+/// The exit of a ray that hits nothing from the domain.
+struct DomainExit {
+    bool to_source = false;  ///< through the source plane, not past an open side
+    double length = 0.0;     ///< to the plane
+    Vec3 end;                ///< on the plane, on the straight path through all sides
+};
+
+/// \param start, direction  of the ray before any side it crossed.
+DomainExit domain_exit(const Geometry& geometry, const Vec3& start, const Vec3& direction);
 
 /// Outward unit normal of the triangle, double precision; the zero vector if it has no area.
 Vec3 outward_normal(const Geometry& geometry, std::uint32_t triangle);

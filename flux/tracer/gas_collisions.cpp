@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "flux/tracer/packets.hpp"
-
 namespace sidewall::flux {
 namespace {
 
@@ -15,11 +13,7 @@ RandomKey gas_key(RandomKey key) {
     return {{mixed[0], mixed[1]}};
 }
 
-double unit_double(std::uint32_t word) {
-    return (word + 0.5) * 0x1p-32;
-}
-
-// Where a straight path along one axis is after mirrors or wraps at the sides.
+// The coordinate of a straight path after mirrors or wraps at the sides.
 double folded(double at, double low, double high, Boundary boundary) {
     const double width = high - low;
     double offset = at - low;
@@ -96,7 +90,7 @@ void collide(const Geometry& geometry, std::size_t row, std::size_t kept, UnderW
     u.home[kept] = u.home[row];
 }
 
-// Those that hit or left go back to their rows in the block; the others go on.
+// Returns particles that hit or left to their rows in the block; the others go on.
 void settle(const Geometry& geometry, UnderWay& u, Rays& block) {
     const Rays& r = u.rays;
     std::size_t kept = 0;

@@ -1,5 +1,5 @@
 #pragma once
-#include "flux/tracer/hits.hpp"
+#include "flux/tracer/particle_history.hpp"
 
 namespace sidewall::flux {
 

@@ -5,6 +5,7 @@
 
 #include "flux/reflection.hpp"
 #include "flux/sampling.hpp"
+#include "flux/tracer/hits.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::flux {
@@ -47,8 +48,8 @@ Vec3 reemitted(Reemission kind, const Reflection& reflection, const Hit& hit, St
     return sample_lambertian(hit.normal, u, random.uniform());
 }
 
-// Y of a hit. In a hollow corner the facet must not run ahead of the faces that it stands for, nor of a face
-// that would open between them towards the particle, were they to run ahead of that.
+// Yield of a hit. In a hollow corner the facet must not run ahead of the faces that it stands for, nor of a
+// face that would open between them towards the particle, were they to run ahead of that.
 double yield_at(const Trace& trace, const Yield& yield, const Hit& hit, std::uint32_t triangle) {
     const bool has_energy = trace.species.energy.mean > 0.0;
     const auto yield_at_cosine = [&](double cosine) {
@@ -71,7 +72,7 @@ std::uint64_t weight_of(std::uint64_t weight, double factor) {
     return static_cast<std::uint64_t>(static_cast<double>(weight) * factor + 0.5);
 }
 
-// What a hit of the given weight sputters starts off from it.
+// Starts the particles that a hit of the given weight sputters.
 void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint32_t triangle,
              std::uint32_t ray, Stream& random, Rays& secondaries, Counts& counts) {
     const Redeposition& re = *trace.species.redeposition;
@@ -85,7 +86,7 @@ void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint
     counts.redeposited.emitted += sputtered;
 }
 
-// Of incidences with a cosine above this none is reflected.
+// The cosine of the incidence above which no particle is reflected.
 double least_reflected_cosine(const Reflection& reflection) {
     constexpr double kRounding = 1e-9;
     return reflection.to > 0.0 ? std::cos(std::max(0.0, reflection.from - kRounding)) : 1.0;
@@ -99,8 +100,8 @@ double energy_left(const Reflection& reflection, const Hit& hit, Stream& random)
 
 }  // namespace
 
-void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
-              const std::vector<Tally>& tallies) {
+void react_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
+                const std::vector<Tally>& tallies) {
     Rays& r = w.rays;
     const Species& species = trace.species;
     const bool has_energy = species.energy.mean > 0.0;
@@ -143,7 +144,7 @@ void hit_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& event,
         // Roulette.
         if (rest > 0) rest = play_roulette(rest, trace.roulette, roulette, *bundle.ledger);
         if (rest == 0) continue;
-        // Go on.
+        // Re-emit.
         set_flight(r, kept, hit.point, reemitted(species.reflection.kind, species.reflection, hit, random));
         r.ray[kept] = ray;
         r.from[kept] = triangle;

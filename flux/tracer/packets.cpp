@@ -59,7 +59,7 @@ struct alignas(64) Crossing {
     Column<std::uint32_t> row;
 };
 
-// One by one, from the start of the flight, which the row still holds.
+// Flies one particle by fly(), from the start of its flight, which the row still holds.
 void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double free_path,
                FlightCounts& counts) {
     const auto wide = [](float a, float b, float c) {
@@ -110,7 +110,8 @@ inline bool cross(const Bounds& b, const Reach& reach, std::size_t i, float& x, 
     return true;
 }
 
-// Whether free paths end is known when this is compiled, so that it costs nothing where they do not.
+// The flights of a block in packets of eight. \tparam kWithin  free paths end in collisions; costs nothing
+// where not.
 template <bool kWithin>
 class PacketFlight {
   public:
@@ -176,11 +177,12 @@ class PacketFlight {
         }
     }
 
-    // Whether lane i's ray has left the domain through its top, or its bottom where the sides are open.
-    enum class Way { out, side, unclear };
-    Way way_of(std::size_t i, float dz) const {
-        if (std::min(reach_.side_x[i], reach_.side_y[i]) < reach_.exit[i]) return Way::side;
-        return dz > 0.0f || b_.open_x || b_.open_y ? Way::out : Way::unclear;
+    // What comes next for lane i's ray, which hit no triangle: a side; the end, through the top, or through
+    // the bottom where the sides are open; or, below the surface, what fly() finds out.
+    enum class NoHit { side, escape, unclear };
+    NoHit no_hit(std::size_t i, float dz) const {
+        if (std::min(reach_.side_x[i], reach_.side_y[i]) < reach_.exit[i]) return NoHit::side;
+        return dz > 0.0f || b_.open_x || b_.open_y ? NoHit::escape : NoHit::unclear;
     }
 
     void start_packet(std::size_t first, Crossing& crossing) {
@@ -214,12 +216,11 @@ class PacketFlight {
         for (std::size_t i = 0; i < lanes; ++i) {
             if (unclear[i] == 0) continue;
             const std::size_t row = first + i;
-            const Way way = way_of(i, r.dz[row]);
-            if (r.triangle[row] != surface::kNoTriangle || way == Way::unclear) {
+            if (r.triangle[row] != surface::kNoTriangle || no_hit(i, r.dz[row]) == NoHit::unclear) {
                 alone(row);
                 continue;
             }
-            float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];
+            float x = r.x[row], y = r.y[row], z = r.z[row], dx = r.dx[row], dy = r.dy[row];  // side hit
             if (!cross(b_, reach_, i, x, y, z, dx, dy, r.dz[row])) continue;
             push(crossing, row, x, y, z, dx, dy, r.dz[row], std::min(reach_.side_x[i], reach_.side_y[i]));
         }
@@ -240,7 +241,7 @@ class PacketFlight {
                     r.triangle[row] = kCollided;
                     continue;
                 }
-            if (triangle != surface::kNoTriangle) {
+            if (triangle != surface::kNoTriangle) {  // surface hit
                 if (behind_[i]) {
                     alone(row);
                     continue;
@@ -253,11 +254,11 @@ class PacketFlight {
                 store_hit(row, i);
                 continue;
             }
-            const Way way = way_of(i, dz);
+            const NoHit next = no_hit(i, dz);
             const float travelled = kWithin ? c.travelled[at] : 0.0f;
-            if (way == Way::unclear)
+            if (next == NoHit::unclear)
                 alone(row);
-            else if (way == Way::out || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
+            else if (next == NoHit::escape || !cross(b_, reach_, i, x, y, z, dx, dy, dz))
                 r.triangle[row] = surface::kNoTriangle;
             else
                 push(c, row, x, y, z, dx, dy, dz, travelled + std::min(reach_.side_x[i], reach_.side_y[i]));
@@ -312,12 +313,13 @@ class PacketFlight {
     Reach reach_;
 };
 
-// Directions before fly_straight turned them into the plane of x and z.
+// Directions before turn_into_plane.
 struct Straightened {
     Column<float> along;  // y of the direction
     Column<float> share;  // length of the rest
 };
 
+// Turns flights over a profile that is the same at all y into the plane of x and z.
 void turn_into_plane(const Geometry& geometry, Rays& rays, Straightened& kept) {
     // Nearly along y a path in the plane is of rounding only.
     constexpr float kLeastShare = 1e-6f;
@@ -343,36 +345,35 @@ void turn_back(Rays& rays, const Straightened& kept) {
         rays.dz[i] *= kept.share[i];
         rays.dy[i] = kept.along[i];
         rays.distance[i] /= kept.share[i];
-        // So that the end of the path, start + distance * direction, has the y that it began with.
+        // The end of the path, start + distance * direction, keeps the y that it began with.
         rays.y[i] -= rays.distance[i] * rays.dy[i];
     }
+}
+
+template <bool kWithin>
+void fly_packets(const Geometry& geometry, Rays& rays, const Column<float>* free_path, FlightCounts& counts) {
+    if (!geometry.straight) {
+        PacketFlight<kWithin>(geometry, rays, free_path, counts).fly();
+        return;
+    }
+    static thread_local Straightened kept;  // too large for a stack frame
+    static thread_local Column<float> in_plane;
+    turn_into_plane(geometry, rays, kept);
+    if constexpr (kWithin)
+        for (std::size_t i = 0; i < rays.count; ++i) in_plane[i] = (*free_path)[i] * kept.share[i];
+    PacketFlight<kWithin>(geometry, rays, &in_plane, counts).fly();
+    turn_back(rays, kept);
 }
 
 }  // namespace
 
 void fly_block(const Geometry& geometry, Rays& rays, FlightCounts& counts) {
-    if (!geometry.straight) {
-        PacketFlight<false>(geometry, rays, nullptr, counts).fly();
-        return;
-    }
-    static thread_local Straightened kept;  // too large for a stack frame
-    turn_into_plane(geometry, rays, kept);
-    PacketFlight<false>(geometry, rays, nullptr, counts).fly();
-    turn_back(rays, kept);
+    fly_packets<false>(geometry, rays, nullptr, counts);
 }
 
 void fly_block_within(const Geometry& geometry, Rays& rays, const Column<float>& free_path,
                       FlightCounts& counts) {
-    if (!geometry.straight) {
-        PacketFlight<true>(geometry, rays, &free_path, counts).fly();
-        return;
-    }
-    static thread_local Straightened kept;
-    static thread_local Column<float> in_plane;
-    turn_into_plane(geometry, rays, kept);
-    for (std::size_t i = 0; i < rays.count; ++i) in_plane[i] = free_path[i] * kept.share[i];
-    PacketFlight<true>(geometry, rays, &in_plane, counts).fly();
-    turn_back(rays, kept);
+    fly_packets<true>(geometry, rays, &free_path, counts);
 }
 
 }  // namespace sidewall::flux

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -6,7 +7,6 @@
 #include <vector>
 
 #include "flux/random.hpp"
-#include "flux/rays.hpp"
 #include "flux/source.hpp"
 #include "flux/species.hpp"
 #include "flux/tracer/cut_corners.hpp"
@@ -15,9 +15,8 @@
 #include "flux/tracer/tally.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "flux/wedges.hpp"
-#include "flux/weight.hpp"
 
-// What particle histories read and write. Internal to the tracer; history.cpp tells a particle's life.
+// The data that particle histories read and write. Internal to the tracer.
 namespace sidewall::flux {
 
 /// Sticking probabilities.
@@ -40,18 +39,17 @@ struct Trace {
     CutCorners cut_corners;                   ///< where yields are those of the faces
     std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;
-    bool bottom_up = false;      ///< first arrivals are looked for from the surface, see looks.hpp
+    bool adjoint = false;        ///< first arrivals are sampled from the surface, see adjoint.hpp
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 
-/// What became of a species' particles, summed.
+/// Numbers of a species' particles by their end, and their weights' balance.
 struct Counts {
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0, arrivals = 0;
     Ledger ledger, redeposited;
-    void add(const Counts& other);
 };
 
-/// The same of all species of a pass, and their flights.
+/// Counts of all species of a pass, and of their flights.
 struct PassCounts {
     std::vector<Counts> species;
     FlightCounts flights;
@@ -73,6 +71,45 @@ struct Worker {
     std::vector<Counts> counts;      ///< by species of the pass
     FlightCounts flights;            ///< of the pass
 };
+
+/// The particles of one species in a block, or of what its hits sputter: their weights, their sticking, and where they
+/// are tallied and counted. Species that share paths have a bundle each over the same rays.
+struct Bundle {
+    std::size_t species;    ///< of the pass
+    std::uint64_t* weight;  ///< by row of the rays, 2^-28 particles
+    const Sticking* sticking;
+    const Tally* tally;
+    Tally::Bins* bins;
+    Ledger* ledger;
+    Counts* counts;              ///< null for what hits sputter, which is no history of its own
+    std::uint64_t arrived = 0;   ///< hits of this bounce with any of its weight
+    std::uint64_t survived = 0;  ///< those of them that go on with any of it
+};
+
+/// Sticking probability at a hit, in units of 1 / kOne.
+inline std::uint64_t sticking_at(const Trace& trace, const Sticking& sticking, std::uint32_t triangle,
+                                 float u, float v) {
+    if (sticking.by_wedge.empty())
+        return sticking.by_triangle[sticking.by_triangle.size() == 1 ? 0 : triangle];
+    const std::uint32_t* corner = &trace.wedges.corner[3 * std::size_t{triangle}];
+    const float s = (1.0f - u - v) * sticking.by_wedge[corner[0]] + u * sticking.by_wedge[corner[1]] +
+                    v * sticking.by_wedge[corner[2]];
+    return static_cast<std::uint64_t>(std::clamp(s, 0.0f, 1.0f) * static_cast<float>(kOne));
+}
+
+/// \p weight, of any number of particles, times a probability in units of 1 / kOne; rounded.
+inline std::uint64_t part_of(std::uint64_t weight, std::uint64_t probability) {
+    return (weight >> 28) * probability + (((weight & (kOne - 1)) * probability + kOne / 2) >> 28);
+}
+
+/// Russian roulette: a weight below the threshold becomes a whole one or 0, by 28 random bits.
+inline std::uint64_t play_roulette(std::uint64_t weight, std::uint64_t threshold, std::uint32_t word,
+                                   Ledger& ledger) {
+    const bool safe = weight >= threshold, wins = (word >> 4) < weight;
+    ledger.gained += !safe & wins ? kOne - weight : 0;
+    ledger.lost += !safe & !wins ? weight : 0;
+    return safe ? weight : wins ? kOne : 0;
+}
 
 /// Traces particles [first, first + count) of a batch to their ends. Deterministic, whatever the worker did
 /// before.

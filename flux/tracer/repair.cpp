@@ -25,7 +25,7 @@ std::size_t single_edges(const TriangleMesh& mesh) {
     return count;
 }
 
-// Of each vertex, the first one of the same position.
+// By vertex, the first one of the same position.
 std::vector<std::uint32_t> first_of_position(const TriangleMesh& mesh) {
     const auto key = [&](std::uint32_t v) {
         const Vec3& p = mesh.vertices[v];
@@ -242,14 +242,14 @@ std::size_t orient(TriangleMesh& mesh) {
 
 }  // namespace
 
-Mending mend(TriangleMesh& mesh) {
+Repairs repair(TriangleMesh& mesh) {
     require_traceable(mesh);
-    Mending mending;
-    mending.unused = drop_unused(mesh);
-    mending.welded = weld(mesh);
-    mending.repeated = drop_repeated(mesh);
-    mending.turned = orient(mesh);
-    return mending;
+    Repairs done;
+    done.unused = drop_unused(mesh);
+    done.welded = weld(mesh);
+    done.repeated = drop_repeated(mesh);
+    done.turned = orient(mesh);
+    return done;
 }
 
 }  // namespace sidewall::flux

@@ -5,8 +5,8 @@
 
 namespace sidewall::flux {
 
-/// What mend() did.
-struct Mending {
+/// The repairs that repair() made.
+struct Repairs {
     std::size_t unused = 0;    ///< vertices that no triangle names, dropped
     std::size_t welded = 0;    ///< vertices merged into another of the same position
     std::size_t repeated = 0;  ///< triangles of the same three vertices as one before, dropped
@@ -25,6 +25,6 @@ struct Mending {
 /// \throws GeometryError for a one-sided surface, for a piece that shows front and back, and as
 ///         require_traceable.
 /// \note O(n log n).
-Mending mend(TriangleMesh& mesh);
+Repairs repair(TriangleMesh& mesh);
 
 }  // namespace sidewall::flux

@@ -7,7 +7,7 @@
 namespace sidewall::flux {
 namespace {
 
-// What arrives on some triangles, and their area.
+// Arrivals on some triangles, and their area.
 struct Arrivals {
     double arrivals = 0.0, area = 0.0;
     void add(const Arrivals& other) {
@@ -17,7 +17,8 @@ struct Arrivals {
     double mean() const { return area > 0.0 ? arrivals / area : 0.0; }
 };
 
-// Around every vertex: its own triangles, and where those are smaller than `enough`, rings around them.
+// Arrivals around every vertex: on its own triangles, and where those are smaller than `enough`, on rings
+// around them.
 std::vector<Arrivals> arrivals_around(const TriangleMesh& mesh, const std::vector<Arrivals>& triangle,
                                       double enough) {
     std::vector<Arrivals> around(mesh.vertices.size());

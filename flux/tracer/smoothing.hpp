@@ -2,7 +2,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "flux/flux_field.hpp"
 #include "flux/wedges.hpp"
 
 namespace sidewall::flux {

@@ -9,7 +9,7 @@
 namespace sidewall::flux {
 namespace {
 
-constexpr std::size_t kGroup = 8;  // bins looked at together: in a sparse batch nearly all are empty
+constexpr std::size_t kGroup = 8;  // bins checked together: in a sparse batch nearly all are empty
 
 // Takes the elements of [first, last) out of all threads' bins and hands them over, summed; zeros among
 // others come along: a branch on each costs more.
@@ -17,7 +17,7 @@ template <class Use>
 void take(const std::vector<std::uint64_t*>& bins, std::size_t first, std::size_t last, const Use& use) {
     for (std::size_t group = first; group < last; group += kGroup) {
         const std::size_t end = std::min(last, group + kGroup);
-        std::uint64_t any = end < group + kGroup ? 1 : 0;  // the rest is looked at one by one
+        std::uint64_t any = end < group + kGroup ? 1 : 0;  // the rest is checked one by one
         if (any == 0)
             for (const std::uint64_t* bin : bins)
                 for (std::size_t k = 0; k < kGroup; ++k) any |= bin[group + k];

@@ -7,12 +7,13 @@
 #include <span>
 #include <vector>
 
-#include "flux/flux_field.hpp"
 #include "flux/wedges.hpp"
-#include "flux/weight.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::flux {
+
+/// Hits of whole particles whose weight 64 bits hold.
+constexpr std::uint64_t kMostHits = std::uint64_t{1} << 36;
 
 /// Sums arrivals on triangles and, by barycentric weights, on wedges and vertices, batch by batch. Every
 /// thread has bins of its own, and bins are integers: neither locks nor the order of arrivals nor the threads

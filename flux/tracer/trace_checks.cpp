@@ -16,14 +16,9 @@ namespace {
 constexpr double kRight = std::numbers::pi / 2.0 + 1e-12;
 constexpr double kMostYield = 100.0;  // particles a hit; weights and bins hold more
 
-[[noreturn]] void refuse(const std::string& name, const std::string& what, double value,
-                         const std::string& rule) {
-    throw RecipeError(fmt::format("{}: {} = {}: must be {}", name, what, value, rule));
-}
-
 void require(bool holds, const std::string& name, const std::string& what, double value,
              const std::string& rule) {
-    if (!holds) refuse(name, what, value, rule);
+    if (!holds) throw RecipeError(fmt::format("{}: {} = {}: must be {}", name, what, value, rule));
 }
 
 void check_sticking(const std::string& name, const std::vector<double>& sticking) {
@@ -127,6 +122,8 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
 void check_options(const TraceOptions& options) {
     if (options.rays < 1 || options.rays > 1'000'000'000'000)
         throw RecipeError(fmt::format("rays = {}: must be 1 to 1e12", options.rays));
+    if (options.relative_error && !(*options.relative_error > 0.0))
+        throw RecipeError(fmt::format("relative_error = {}: must be above 0", *options.relative_error));
     if (options.batches < 16 || options.batches > 65536)
         throw RecipeError(fmt::format("batches = {}: must be 16 to 65536", options.batches));
     if (options.task_rays < 1 || options.max_bounces < 1 || options.max_bounces > 1'000'000)
@@ -135,11 +132,24 @@ void check_options(const TraceOptions& options) {
         throw RecipeError(fmt::format("roulette = {}: must be above 0, at most 1", options.roulette));
 }
 
-}  // namespace
+std::vector<std::span<const double>> parts(std::span<const double> all, const char* what, std::size_t species,
+                                           const Wedges& wedges) {
+    std::vector<std::span<const double>> each(species);
+    if (all.empty()) return each;
+    if (all.size() != species * wedges.count())
+        throw GeometryError(
+            species == 1
+                ? fmt::format("{} {} for {} wedges: give one a wedge", all.size(), what, wedges.count())
+                : fmt::format("{} {} for {} species on {} wedges: give each species one "
+                              "a wedge",
+                              all.size(), what, species, wedges.count()));
+    for (std::size_t k = 0; k < species; ++k) each[k] = all.subspan(k * wedges.count(), wedges.count());
+    return each;
+}
 
-void check(const TriangleMesh& mesh, const LateralBox& box, const Species& species,
-           std::span<const double> sticking_by_wedge, std::span<const std::int32_t> materials,
-           const Wedges& wedges, const TraceOptions& options) {
+void check_one(const TriangleMesh& mesh, const LateralBox& box, const Species& species,
+               std::span<const double> sticking_by_wedge, std::span<const std::int32_t> materials,
+               const Wedges& wedges, const TraceOptions& options) {
     std::size_t ids = 0;
     for (const std::int32_t id : materials)
         ids = std::max(ids, static_cast<std::size_t>(std::max(id, 0)) + 1);
@@ -165,41 +175,21 @@ void check(const TriangleMesh& mesh, const LateralBox& box, const Species& speci
                             species.name, t, materials[t]));
 }
 
-namespace {
-
-std::vector<std::span<const double>> parts(std::span<const double> all, const char* what, std::size_t species,
-                                           const Wedges& wedges) {
-    std::vector<std::span<const double>> each(species);
-    if (all.empty()) return each;
-    if (all.size() != species * wedges.count())
-        throw GeometryError(
-            species == 1
-                ? fmt::format("{} {} for {} wedges: give one a wedge", all.size(), what, wedges.count())
-                : fmt::format("{} {} for {} species on {} wedges: give each species one "
-                              "a wedge",
-                              all.size(), what, species, wedges.count()));
-    for (std::size_t k = 0; k < species; ++k) each[k] = all.subspan(k * wedges.count(), wedges.count());
-    return each;
-}
-
 }  // namespace
 
-std::vector<std::span<const double>> sticking_of_each(std::size_t species, const Wedges& wedges,
-                                                      const TraceOptions& options) {
-    return parts(options.sticking_by_wedge, "sticking probabilities", species, wedges);
-}
-
-// Beyond, rounding hides what comes from the plane.
-constexpr double kMostEmission = 1e9;
-
-std::vector<std::span<const double>> emission_of_each(std::span<const Species> species, const Wedges& wedges,
-                                                      const TraceOptions& options) {
-    auto each = parts(options.emission_by_wedge, "emissions", species.size(), wedges);
-    for (std::size_t k = 0; k < species.size(); ++k)
-        for (const double emission : each[k])
+WedgeValues check(const TriangleMesh& mesh, const LateralBox& box, std::span<const Species> species,
+                  std::span<const std::int32_t> materials, const Wedges& wedges,
+                  const TraceOptions& options) {
+    constexpr double kMostEmission = 1e9;  // beyond, rounding hides what comes from the plane
+    WedgeValues values{parts(options.sticking_by_wedge, "sticking probabilities", species.size(), wedges),
+                       parts(options.emission_by_wedge, "emissions", species.size(), wedges)};
+    for (std::size_t k = 0; k < species.size(); ++k) {
+        for (const double emission : values.emission[k])
             require(emission >= 0.0 && emission <= kMostEmission, species[k].name, "emission of a wedge",
                     emission, "in [0, 1e9] of the plane's flux");
-    return each;
+        check_one(mesh, box, species[k], values.sticking[k], materials, wedges, options);
+    }
+    return values;
 }
 
 }  // namespace sidewall::flux

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -7,22 +6,14 @@
 
 namespace sidewall::flux {
 
-/// What trace_flux asks of its arguments.
-/// \param sticking_by_wedge  the species' own, or empty.
-/// \throws RecipeError for a species or options out of range, GeometryError for arrays that do not fit \p
-///         mesh.
-void check(const TriangleMesh& mesh, const LateralBox& box, const Species& species,
-           std::span<const double> sticking_by_wedge, std::span<const std::int32_t> materials,
-           const Wedges& wedges, const TraceOptions& options);
+/// The values by wedge of TraceOptions divided by species; each is empty if the options have none.
+struct WedgeValues {
+    std::vector<std::span<const double>> sticking, emission;
+};
 
-/// The part of options.sticking_by_wedge that is each species'; all empty if it is.
-/// \throws GeometryError unless it has a value for each on every wedge.
-std::vector<std::span<const double>> sticking_of_each(std::size_t species, const Wedges& wedges,
-                                                      const TraceOptions& options);
-
-/// The part of options.emission_by_wedge that is each species'; all empty if it is.
-/// \throws GeometryError unless it has a value for each on every wedge; RecipeError if one is not finite or below 0.
-std::vector<std::span<const double>> emission_of_each(std::span<const Species> species, const Wedges& wedges,
-                                                      const TraceOptions& options);
+/// Checks the arguments of trace_fluxes.
+/// \throws RecipeError for a species or options out of range, GeometryError for arrays that do not fit \p mesh.
+WedgeValues check(const TriangleMesh& mesh, const LateralBox& box, std::span<const Species> species,
+                  std::span<const std::int32_t> materials, const Wedges& wedges, const TraceOptions& options);
 
 }  // namespace sidewall::flux

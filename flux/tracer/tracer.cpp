@@ -55,7 +55,7 @@ class Tracer {
         : box_(box),
           pass_(pass),
           options_(options),
-          monitor_(options),
+          monitor_(options.progress, options.stop),
           trace_{make_geometry(mesh, scene, box),
                  pass.species.front(),
                  wedges,
@@ -68,7 +68,7 @@ class Tracer {
                  {},
                  fixed_probability(options.roulette),
                  options.max_bounces,
-                 starts_bottom_up(pass.species, mesh, options),
+                 uses_adjoint(pass.species, mesh, options),
                  [this] { return monitor_.stop(); }},
           counts_{std::vector<Counts>(pass.species.size()), {}} {
         for (std::size_t k = 0; k < pass.species.size(); ++k) {
@@ -85,16 +85,18 @@ class Tracer {
     }
 
     /// The fewest rays of a round.
-    std::uint64_t least_round() const { return trace_.bottom_up ? fewest_looks(trace_.geometry.mesh) : 1; }
+    std::uint64_t least_round() const {
+        return trace_.adjoint ? fewest_adjoint_paths(trace_.geometry.mesh) : 1;
+    }
 
-    /// Traces at least \p rays more, or looks near to so many, in equal batches, for the species still active.
+    /// Traces at least \p rays more, or nearly as many adjoint paths, in equal batches, for the species still active.
     /// \pre rays >= least_round()
     void trace_round(std::uint64_t rays) {
         std::uint64_t batches =
             std::max<std::uint64_t>(options_.batches, (rays + kMostBatchRays - 1) / kMostBatchRays);
         auto batch_rays = static_cast<std::uint32_t>((rays + batches - 1) / batches);
-        if (trace_.bottom_up)
-            std::tie(batches, batch_rays) = batches_of_looks(rays, batches, trace_.geometry.mesh);
+        if (trace_.adjoint)
+            std::tie(batches, batch_rays) = adjoint_batches(rays, batches, trace_.geometry.mesh);
         const bool alone = options_.shares.ranks == 1;
         for (std::uint64_t b = 0; b < batches; ++b) {
             trace_batch(make_batch(trace_.key, batches_++, batch_rays));
@@ -148,7 +150,7 @@ class Tracer {
         result.ledger = counts.ledger;
         result.redeposited = counts.redeposited;
         result.relative_error = relative_error(result.vertex);
-        result.bottom_up = trace_.bottom_up;
+        result.adjoint = trace_.adjoint;
         result.pass_species = static_cast<std::uint32_t>(counts_.species.size());
         result.pass_place = static_cast<std::uint32_t>(k);
         return result;
@@ -167,7 +169,7 @@ class Tracer {
         return flux > 0.0 ? error / flux : std::numeric_limits<double>::infinity();
     }
 
-    // Flux 1 of the plane, and its like of the surface.
+    // The area that a particle stands for at flux 1 of the source plane.
     double area_per_ray(std::size_t k) const {
         return box_.area() / (1.0 - trace_.desorption.share) /
                static_cast<double>(counts_.species[k].emitted);
@@ -226,7 +228,7 @@ class Tracer {
         emitted_ += batch.count;
     }
 
-    // Of the batch just traced, by this rank.
+    // Counts of the batch just traced, by this rank alone.
     PassCounts take_counts() {
         PassCounts batch{std::vector<Counts>(counts_.species.size()), {}};
         for (std::unique_ptr<Worker>& worker : workers_) {
@@ -294,13 +296,15 @@ class Tracer {
     std::uint32_t held_batches_ = 0;
 };
 
-// A target of 0 is none: all rays are traced.
-std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint64_t most, Tracer& tracer) {
+// Rounds of batches until the relative error asked for is reached or all rays are spent.
+std::vector<FluxResult> trace_rounds(const TraceOptions& options, std::size_t triangles, Tracer& tracer) {
+    const std::uint64_t most = options.rays;
     tracer.expect(most);
-    if (target == 0.0) {
+    if (!options.relative_error) {
         tracer.trace_round(most);
         return tracer.results();
     }
+    const double target = *options.relative_error;
     double power = 1.75;  // of few rays the error falls faster than as 1/sqrt(rays)
     const auto growth = [&](double error) { return 1.05 * std::pow(error / target, power); };
     const std::uint64_t least = tracer.least_round();
@@ -313,47 +317,17 @@ std::vector<FluxResult> trace_to(double target, std::size_t triangles, std::uint
         const auto spent = static_cast<double>(emitted);
         if (growth(farthest) * spent < static_cast<double>(most))
             tracer.expect(static_cast<std::uint64_t>(growth(farthest) * spent));
-        // As far as the species that will reach it first. A sparse trace underestimates its error: no far
-        // leaps.
+        // Up to where the first species will reach it. A sparse trace underestimates its error: no far leaps.
         const double more = std::clamp(growth(nearest) - 1.0, 0.1, 7.0);
         rays = std::min(most - emitted, std::max(least, static_cast<std::uint64_t>(more * spent) + 1));
         power = 2.0;
     }
 }
 
-// All species in their passes.
-std::vector<FluxResult> trace_passes(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
-                                     const LateralBox& box, std::span<const Species> species,
-                                     std::span<const std::int32_t> materials, const Wedges& wedges,
-                                     const TraceOptions& options) {
-    const std::vector<std::span<const double>> by_wedge = sticking_of_each(species.size(), wedges, options);
-    const std::vector<std::span<const double>> emission = emission_of_each(species, wedges, options);
-    for (std::size_t k = 0; k < species.size(); ++k)
-        check(mesh, box, species[k], by_wedge[k], materials, wedges, options);
-    const std::vector<std::vector<std::size_t>> passes = passes_of(species);
-    std::vector<FluxResult> results(species.size());
-    for (std::size_t p = 0; p < passes.size(); ++p) {
-        Pass pass{{}, {}, {}, options.species_index + static_cast<std::uint32_t>(passes[p].front())};
-        for (const std::size_t k : passes[p]) {
-            pass.species.push_back(species[k]);
-            pass.by_wedge.push_back(by_wedge[k]);
-            if (species[k].desorbs) pass.emission = emission[k];
-        }
-        TraceOptions own = options;
-        if (options.progress)
-            own.progress = [&, p](double part) {
-                options.progress((static_cast<double>(p) + part) / static_cast<double>(passes.size()));
-            };
-        Tracer tracer(mesh, scene, box, pass, materials, wedges, own);
-        std::vector<FluxResult> traced = trace_to(target, mesh.triangles.size(), options.rays, tracer);
-        for (std::size_t i = 0; i < traced.size(); ++i) results[passes[p][i]] = std::move(traced[i]);
-    }
-    return results;
-}
-
 }  // namespace
 
 std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species) {
+    constexpr std::size_t kMostTogether = 4;
     std::vector<std::vector<std::size_t>> passes;
     for (std::size_t k = 0; k < species.size(); ++k) {
         const auto pass = std::find_if(passes.begin(), passes.end(), [&](const auto& others) {
@@ -373,28 +347,30 @@ FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, 
     return std::move(trace_fluxes(mesh, scene, box, {&species, 1}, materials, wedges, options).front());
 }
 
-FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
-                         const LateralBox& box, const Species& species,
-                         std::span<const std::int32_t> materials, const Wedges& wedges,
-                         const TraceOptions& options) {
-    return std::move(
-        trace_fluxes_to(target, mesh, scene, box, {&species, 1}, materials, wedges, options).front());
-}
-
 std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::RayScene& scene,
                                      const LateralBox& box, std::span<const Species> species,
                                      std::span<const std::int32_t> materials, const Wedges& wedges,
                                      const TraceOptions& options) {
-    return trace_passes(0.0, mesh, scene, box, species, materials, wedges, options);
-}
-
-std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
-                                        const surface::RayScene& scene, const LateralBox& box,
-                                        std::span<const Species> species,
-                                        std::span<const std::int32_t> materials, const Wedges& wedges,
-                                        const TraceOptions& options) {
-    if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
-    return trace_passes(target, mesh, scene, box, species, materials, wedges, options);
+    const WedgeValues values = check(mesh, box, species, materials, wedges, options);
+    const std::vector<std::vector<std::size_t>> passes = passes_of(species);
+    std::vector<FluxResult> results(species.size());
+    for (std::size_t p = 0; p < passes.size(); ++p) {
+        Pass pass{{}, {}, {}, options.species_index + static_cast<std::uint32_t>(passes[p].front())};
+        for (const std::size_t k : passes[p]) {
+            pass.species.push_back(species[k]);
+            pass.by_wedge.push_back(values.sticking[k]);
+            if (species[k].desorbs) pass.emission = values.emission[k];
+        }
+        TraceOptions own = options;
+        if (options.progress)
+            own.progress = [&, p](double part) {
+                options.progress((static_cast<double>(p) + part) / static_cast<double>(passes.size()));
+            };
+        Tracer tracer(mesh, scene, box, pass, materials, wedges, own);
+        std::vector<FluxResult> traced = trace_rounds(own, mesh.triangles.size(), tracer);
+        for (std::size_t i = 0; i < traced.size(); ++i) results[passes[p][i]] = std::move(traced[i]);
+    }
+    return results;
 }
 
 }  // namespace sidewall::flux

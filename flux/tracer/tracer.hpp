@@ -1,56 +1,58 @@
 #pragma once
-#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "flux/flux_field.hpp"
 #include "flux/lateral.hpp"
 #include "flux/shares.hpp"
 #include "flux/species.hpp"
 #include "flux/wedges.hpp"
-#include "flux/weight.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// The Monte Carlo tracer. history.cpp tells a particle's life, phase by phase.
+// The Monte Carlo tracer. A particle's life, phase by phase, is the table on top of particle_history.cpp.
 namespace sidewall::flux {
 
 struct TraceOptions {
     std::uint64_t rays = 1'000'000;  ///< source rays; rounded up to a multiple of the batches
+    /// Batches are added until FluxResult::relative_error is at most this or \p rays are spent, whichever comes first;
+    /// of several species, for those that have not reached it. Empty: all rays are traced.
+    std::optional<double> relative_error{};
     std::uint64_t seed = 1;
     std::uint32_t time_step = 0;      ///< other time steps and species draw other random numbers
     std::uint32_t species_index = 0;  ///< of the first species traced
     std::uint32_t batches = 32;       ///< independent parts the standard errors come from, at least 16
-    std::uint32_t task_rays = 1024;   ///< rays a parallel task, rounded down to whole blocks of kBlock, at
-                                      ///< least one; the result does not depend on it
+    std::uint32_t task_rays =
+        1024;  ///< rays a parallel task, in whole blocks; the result does not depend on it
     std::uint32_t max_bounces = 1'000'000;  ///< a particle that bounces more often counts as leaked
-    /// What does not stick goes on with its weight reduced, until that is below this threshold, in (0, 1];
-    /// then it survives with probability weight, and weight 1, or ends. 1 is analog Monte Carlo.
+    /// Russian roulette: a particle re-emitted with a weight below this threshold, in (0, 1], survives with that
+    /// probability, and weight 1, or ends. 1 is analog Monte Carlo.
     double roulette = 1.0;
-    /// A species alone in its pass that can_look starts bottom-up (looks.hpp) if rays are enough for twelve looks a triangle: as
-    /// many on every one and at most so many, in 4 to `batches` batches.
-    bool bottom_up = false;
-    /// Of the grid that the mesh comes from; length unit. Facets by which it cuts off hollow corners yield what the corners'
+    /// Adjoint sampling (adjoint.hpp) for a species alone in its pass that allows_adjoint, if rays are enough for twelve
+    /// paths a triangle: equally many from every triangle, at most so many, in 4 to `batches` batches.
+    bool adjoint = false;
+    /// Spacing of the grid that the mesh comes from. Facets by which it cuts off hollow corners yield what the corners'
     /// faces would, see CutCorner. 0: every facet is taken as it is.
     double grid_spacing = 0.0;
     /// Sticking probability by wedge, linear in between, where coverages decide it: replaces
     /// Species::sticking. Of several species: one after the other.
     std::span<const double> sticking_by_wedge{};
-    /// What starts on the surface beside what comes from above, diffusely, by wedge, linear in between: a flux in the units of
-    /// the result, at least 0. Its own start does not count as an arrival. Of several species: one after the other.
+    /// Diffuse emission from the surface beside the source, by wedge, linear in between: a flux in the units of the
+    /// result, at least 0. Its own start does not count as an arrival. Of several species: one after the other.
     std::span<const double> emission_by_wedge{};
-    std::function<void(double)> progress{};  ///< told the finished fraction, by one thread at a time
-    /// Asked often, by any thread; true ends the trace with Interrupted. Of several ranks all answer the same between two
-    /// sums of \p shares.
+    std::function<void(double)> progress{};  ///< called with the finished fraction, by one thread at a time
+    /// Asked often, by any thread; true ends the trace with Interrupted. All ranks answer the same between two sums of
+    /// \p shares.
     std::function<bool()> stop{};
     Shares shares{};  ///< other processes that trace the same; the result does not depend on them
 };
 
-/// Where the weight of all particles went, in units of 2^-28 of a particle; exact, modulo 2^64 (which 6.9e10
-/// particles fill): emitted + gained = absorbed + escaped + leaked + lost.
+/// The balance of all particles' weights, in units of 2^-28 of a particle; exact, modulo 2^64 (which 6.9e10 particles
+/// fill): emitted + gained = absorbed + escaped + leaked + lost.
 struct Ledger {
     std::uint64_t emitted = 0;
     std::uint64_t gained = 0, lost = 0;  ///< to Russian roulette
@@ -69,7 +71,7 @@ struct TallyFlux {
 /// Arrivals, what else the species tallies, and what became of the particles. Each history ends once:
 /// emitted = absorbed + escaped + leaked. One that shares its path with other species' ends as absorbed when
 /// its weight comes to 0 or the path loses at roulette, as escaped or leaked when the path does with any of
-/// its weight. Bottom-up, histories are looks: those that do not see the source escape and weigh nothing.
+/// its weight. Adjoint histories that the surface hides from the source escape and weigh nothing.
 struct FluxResult : TallyFlux {
     std::vector<TallyFlux> others;  ///< one for each of Species::yields, then redeposition if there is any
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;
@@ -79,7 +81,7 @@ struct FluxResult : TallyFlux {
     Ledger ledger, redeposited;   ///< of the species, and of what its hits sputter
     double relative_error = 0.0;  ///< sum(area * standard error) / sum(area * flux) over vertices, of the
                                   ///< arrivals; infinite without hits
-    bool bottom_up = false;       ///< see TraceOptions
+    bool adjoint = false;         ///< see TraceOptions
     double discretisation_error = 0.0;  ///< of RadiosityFlux, whose relative_error has it in it; 0 of paths
     double seconds = 0.0;               ///< wall time of the pass
     /// Species that the pass traced together, and this one's place among them: segments, rescued and seconds
@@ -106,19 +108,8 @@ FluxResult trace_flux(const TriangleMesh& mesh, const surface::RayScene& scene, 
                       const Species& species, std::span<const std::int32_t> materials, const Wedges& wedges,
                       const TraceOptions& options = {});
 
-/// Adds batches until relative_error <= \p target or options.rays are spent, whichever comes first; the
-/// result's relative_error tells which.
-/// \throws as trace_flux.
-FluxResult trace_flux_to(double target, const TriangleMesh& mesh, const surface::RayScene& scene,
-                         const LateralBox& box, const Species& species,
-                         std::span<const std::int32_t> materials, const Wedges& wedges,
-                         const TraceOptions& options);
-
-/// Species that a pass traces together, at most; more make more passes.
-constexpr std::size_t kMostTogether = 4;
-
-/// Which of \p species to trace in one pass: those with the same_paths, at most kMostTogether, in the order
-/// of the first of each.
+/// Passes over \p species, as their indices: a pass traces up to four species with the same_paths together. In the order of
+/// the first of each.
 std::vector<std::vector<std::size_t>> passes_of(std::span<const Species> species);
 
 /// trace_flux for several species, those with the same_paths together, see passes_of: a path carries a weight
@@ -134,12 +125,18 @@ std::vector<FluxResult> trace_fluxes(const TriangleMesh& mesh, const surface::Ra
                                      std::span<const std::int32_t> materials, const Wedges& wedges,
                                      const TraceOptions& options = {});
 
-/// trace_flux_to for several species: until the relative_error of every one is at most \p target. A species
-/// that has reached it is traced no further; the others of its pass go on without it.
-std::vector<FluxResult> trace_fluxes_to(double target, const TriangleMesh& mesh,
-                                        const surface::RayScene& scene, const LateralBox& box,
-                                        std::span<const Species> species,
-                                        std::span<const std::int32_t> materials, const Wedges& wedges,
-                                        const TraceOptions& options);
+/// The share of the particles that rounding may take through a surface without holes. A wide margin: 1e8 rays on
+/// the study's surfaces leak none (flux_bench --table long).
+constexpr double kRoundingLeaks = 1e-5;
+
+/// Whether more particles leaked than rounding explains, by three standard deviations, so that the surface has
+/// a hole, an overlap or a piece turned inside out.
+/// \param leaked, emitted  particles, of a FluxResult.
+/// \param allowance        leaks that are put up with besides kRoundingLeaks: a few single ones, where two
+///                         sheets of an evolving surface touch, are no reason to end a run of few rays.
+inline bool leaks_too_much(std::uint64_t leaked, std::uint64_t emitted, double allowance = 0.0) {
+    const double expected = kRoundingLeaks * static_cast<double>(emitted);
+    return static_cast<double>(leaked) > allowance + expected + 3.0 * std::sqrt(expected);
+}
 
 }  // namespace sidewall::flux

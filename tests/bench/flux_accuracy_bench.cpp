@@ -1,5 +1,5 @@
-// CPU seconds of one thread to a flux error of 2 %: the first release's tracer on the surface as extracted
-// against the engine on simplified meshes, simplification and set-up included.
+// CPU seconds of one thread to a flux error of 2 %: on the surface as extracted against simplified meshes,
+// simplification and set-up included.
 //
 //     flux_accuracy_bench [MESH=GRID_SPACING ...]
 //
@@ -10,7 +10,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <optional>
 
 #include "app/common/json.hpp"
@@ -19,7 +18,6 @@
 #include "flux/tracer/smoothing.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
-#include "tests/bench/first_light.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
@@ -55,7 +53,10 @@ std::vector<Variant> variants(const Scene& raw) {
         options.max_error = error * dx;
         return options;
     };
-    return {{"LT .4/.3/.3 90 %", lindstrom_turk(0.1, simplify::kShapeWeights)},
+    simplify::Options none;
+    none.method = Method::none;
+    return {{"extracted", none},
+            {"LT .4/.3/.3 90 %", lindstrom_turk(0.1, simplify::kShapeWeights)},
             {"LT .5/.5/0 90 %", lindstrom_turk(0.1, simplify::kVolumeWeights)},
             {"LT .5/.5/0 75 %", lindstrom_turk(0.25, simplify::kVolumeWeights)},
             {"LT 0.02 dx", bounded(Method::lindstrom_turk, 0.02)},
@@ -84,42 +85,10 @@ std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& o
     return app::resolving_lengths(field, raw.mesh, kChange, raw.spacing);
 }
 
-// Seconds to both errors; none where the mesh's own error exceeds the target.
-struct Seconds {
-    double to_noise = 0.0;
-    std::optional<double> to_error;
-    double bias = 0.0;
-};
-
+// Seconds to the error; none where the mesh's own error exceeds the target.
 std::optional<double> to_error(const app::Json& error, const app::FluxPair& pair) {
     if (error.at("rays_to_error").is_null()) return std::nullopt;
     return error.at("rays_to_error").get<double>() * pair.trace_seconds / pair.rays;
-}
-
-Seconds first_tracer(const Scene& raw, double sticking, const app::FluxTruth& truth) {
-    const first_light::EmbreeScene embree(raw.mesh);
-    app::FluxPair pair;
-    Seconds seconds;
-    for (auto* values : {&pair.first, &pair.second}) {
-        first_light::Result result;
-        const double spent = bench::cpu_seconds_of([&] {
-            result = first_light::trace(raw.mesh, embree, raw.scene, raw.box, sticking, raw.wedges, kRays / 4,
-                                        false, values == &pair.first ? 1 : 2);
-        });
-        pair.trace_seconds += spent;
-        pair.rays += static_cast<double>(result.emitted);
-        for (std::size_t v = 0; v < raw.mesh.vertices.size(); ++v) {
-            const auto foot =
-                raw.scene.closest_point(raw.mesh.vertices[v], std::numeric_limits<double>::infinity());
-            values->push_back(flux::interpolate(raw.wedges, result.wedge, foot.triangle, foot.u, foot.v));
-        }
-        // The error falls with the square root of the rays.
-        seconds.to_noise = spent * std::pow(result.relative_error / kTarget, 2.0);
-    }
-    const app::Json error = app::flux_error(pair, truth, kTarget);
-    seconds.to_error = to_error(error, pair);
-    seconds.bias = error.at("bias").get<double>();
-    return seconds;
 }
 
 std::string shown(const std::optional<double>& value, const char* format) {
@@ -129,12 +98,10 @@ std::string shown(const std::optional<double>& value, const char* format) {
 void measure(const Scene& raw, double sticking) {
     const app::FluxTruth truth =
         app::make_truth(raw.mesh, raw.box, 8.0 * static_cast<double>(kRays), sticking);
-    const Seconds first = first_tracer(raw, sticking, truth);
-    fmt::print("{:<10}{:>9}  {:<18}{:>6}{:>10}{:>8.2f}{:>8}{:>9.4f}{:>9}\n", raw.name, sticking,
-               "first, extracted", "0", "", first.to_noise, "", first.bias, shown(first.to_error, "{:.1f}"));
+    std::optional<double> extracted_to_noise, extracted_to_error;
     std::vector<Variant> list = variants(raw);
-    const std::vector<double> lengths = lengths_by_flux(raw, list[4].options, sticking);
-    list.push_back({"bounded, by flux", list[4].options});
+    const std::vector<double> lengths = lengths_by_flux(raw, list[5].options, sticking);
+    list.push_back({"bounded, by flux", list[5].options});
     list.back().options.max_length_at = lengths;
     for (const auto& [name, options] : list) {
         std::optional<Scene> coarse;
@@ -142,20 +109,21 @@ void measure(const Scene& raw, double sticking) {
             bench::cpu_seconds_of([&] { coarse.emplace(name, simplified(raw, options), raw.spacing); });
         const double to_noise =
             begin + bench::cpu_seconds_of([&] {
-                flux::trace_flux_to(kTarget, coarse->mesh, coarse->scene, coarse->box,
-                                    {"bench", 1.0, {sticking}}, {}, coarse->wedges, {.rays = 1'000'000'000});
+                flux::trace_flux(coarse->mesh, coarse->scene, coarse->box, {"bench", 1.0, {sticking}}, {},
+                                 coarse->wedges, {.rays = 1'000'000'000, .relative_error = kTarget});
             });
         const app::FluxPair pair =
             app::trace_pair(coarse->mesh, raw.mesh, raw.box, 4.0 * static_cast<double>(kRays), sticking, 20);
         const app::Json error = app::flux_error(pair, truth, kTarget);
         std::optional<double> seconds = to_error(error, pair), ratio;
         if (seconds) *seconds += begin;
-        if (seconds && first.to_error) ratio = *first.to_error / *seconds;
+        if (!extracted_to_noise) extracted_to_noise = to_noise, extracted_to_error = seconds;
+        if (seconds && extracted_to_error) ratio = *extracted_to_error / *seconds;
         fmt::print("{:<10}{:>9}  {:<18}{:>6.1f}{:>10.2f}{:>8.2f}{:>8.1f}{:>9.4f}{:>9}{:>8}\n", raw.name,
                    sticking, name,
                    100.0 - 100.0 * static_cast<double>(coarse->mesh.vertices.size()) /
                                static_cast<double>(raw.mesh.vertices.size()),
-                   begin, to_noise, first.to_noise / to_noise, error.at("bias").get<double>(),
+                   begin, to_noise, *extracted_to_noise / to_noise, error.at("bias").get<double>(),
                    shown(seconds, "{:.2f}"), shown(ratio, "{:.1f}"));
     }
 }
@@ -168,8 +136,8 @@ int main(int argc, char** argv) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
         fmt::print(
             "\nRemoved: per cent of the vertices. Seconds: to simplify and set up; to a noise of 2 % in "
-            "all, and the\nfirst tracer's over them; bias: the mesh's part of the error; seconds to an "
-            "error of 2 % in all, and the\nfirst tracer's over them.\n{:<10}{:>9}  "
+            "all, and the\nextracted surface's over them; bias: the mesh's part of the error; seconds to an "
+            "error of 2 % in all, and the\nextracted surface's over them.\n{:<10}{:>9}  "
             "{:<18}{:>6}{:>10}{:>8}{:>8}{:>9}{:>9}{:>8}\n",
             "surface", "sticking", "mesh", "gone", "simplify", "noise", "ratio", "bias", "error", "ratio");
         for (const Scene& scene : scenes)

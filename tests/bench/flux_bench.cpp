@@ -1,11 +1,9 @@
-// What the flux engine costs: against bare Embree on the same rays, against the first release's tracer, by
-// threads, and with very many rays.
+// Cost of the flux engine: against bare Embree on the same rays, by threads, and with very many rays.
 //
-//     flux_bench [--table embree|first|threads|long] [MESH=GRID_SPACING ...]
+//     flux_bench [--table embree|threads|long] [MESH=GRID_SPACING ...]
 //
 // Without meshes: the study's surfaces. All tables but the long one, 1e8 rays on each surface, unless one is
-// named. Rates are per CPU second of one thread: the best of several runs taken in turns, against the first
-// tracer the medians.
+// named. Rates are per CPU second of one thread: the best of several runs taken in turns.
 #include <dlfcn.h>
 #include <embree3/rtcore.h>
 #include <sys/resource.h>
@@ -19,14 +17,11 @@
 #include <functional>
 #include <vector>
 
-#include "tests/bench/first_light.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
 using bench::cpu_seconds;
-using bench::cpu_seconds_of;
 using bench::keep_best;
-using bench::median;
 using bench::Scene;
 
 namespace {
@@ -146,37 +141,6 @@ void against_embree(const Scene& s) {
     recorder.segments.shrink_to_fit();
 }
 
-// Medians of several turns; ratios within each, for a shared machine's speed changes from turn to turn.
-// Ordered rays come the closer together the more they are.
-void against_first_light(const Scene& s) {
-    const first_light::EmbreeScene embree(s.mesh);
-    struct Case {
-        double sticking;
-        std::uint64_t rays;
-        int turns;
-    };
-    for (const Case& c : {Case{1.0, kRays, 9}, {0.1, kRays, 5}, {1.0, 8 * kRays, 3}}) {
-        std::vector<double> random, ordered, engine, to_random, to_ordered;
-        for (int k = 0; k < c.turns; ++k) {
-            const auto first = [&](bool order) {
-                return cpu_seconds_of([&] {
-                    first_light::trace(s.mesh, embree, s.scene, s.box, c.sticking, s.wedges, c.rays, order);
-                });
-            };
-            random.push_back(first(false));
-            engine.push_back(cpu_seconds_of([&] { s.trace(c.sticking, c.rays); }));
-            ordered.push_back(first(true));
-            to_random.push_back(random.back() / engine.back());
-            to_ordered.push_back(ordered.back() / engine.back());
-        }
-        const auto rate = [&](const std::vector<double>& seconds) {
-            return static_cast<double>(c.rays) / median(seconds) * 1e-6;
-        };
-        fmt::print("{:<10}{:>9}{:>12}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.2f}\n", s.name, c.sticking,
-                   c.rays, rate(random), rate(ordered), rate(engine), median(to_random), median(to_ordered));
-    }
-}
-
 // Best wall seconds of several runs on 1 and 2 threads, taken in turns: others may be busy on this machine.
 std::array<double, 2> best_by_threads(int runs, const std::function<void()>& trace) {
     std::array<double, 2> seconds{1e9, 1e9};
@@ -240,14 +204,6 @@ int main(int argc, char** argv) {
                 "{:>10}{:>10}{:>10}{:>11}\n",
                 "surface", "sticking", "segments", "engine", "1 wide", "8 wide", "16 wide", "kept");
             for (const Scene& s : scenes) against_embree(s);
-        }
-        if (wanted("first")) {
-            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-            fmt::print(
-                "\nMillion source rays a second: the first release's tracer, random and ordered source, and "
-                "the engine\n{:<10}{:>9}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}\n",
-                "surface", "sticking", "rays", "random", "ordered", "engine", "to random", "to ordered");
-            for (const Scene& s : scenes) against_first_light(s);
         }
         if (wanted("threads")) {
             fmt::print(

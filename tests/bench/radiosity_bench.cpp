@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "tests/bench/measure.hpp"
 #include "tests/flux/cylinders.hpp"
 #include "tests/flux/extracted.hpp"

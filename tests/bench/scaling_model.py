@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-BLOCK = 1024  # rays that a rank takes at a time: flux/rays.hpp
+BLOCK = 1024  # rays that a rank takes at a time: flux/tracer/packets.hpp
 BATCHES = 32
 
 

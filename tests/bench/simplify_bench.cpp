@@ -20,6 +20,7 @@
 #include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/lindstrom_turk.hpp"
 #include "simplify/region.hpp"
+#include "simplify/region_bounded.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/quality.hpp"

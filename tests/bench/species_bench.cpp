@@ -81,7 +81,8 @@ void several_species(const Scene& s) {
         std::vector<flux::FluxResult> shared, shared_to;
         std::array<double, 2> own{1e9, 1e9}, own_to{1e9, 1e9};
         double one = 1e9, one_to = 1e9;
-        constexpr std::uint64_t kMost = 1'000'000'000;
+        flux::TraceOptions to_target = options(1'000'000'000);
+        to_target.relative_error = kTarget;
         for (int repeat = 0; repeat < 3; ++repeat) {
             keep_best(one, [&] {
                 shared = flux::trace_fluxes(s.mesh, s.scene, s.box, pair.species, {}, s.wedges,
@@ -94,13 +95,12 @@ void several_species(const Scene& s) {
                 });
         }
         keep_best(one_to, [&] {
-            shared_to = flux::trace_fluxes_to(kTarget, s.mesh, s.scene, s.box, pair.species, {}, s.wedges,
-                                              options(kMost));
+            shared_to = flux::trace_fluxes(s.mesh, s.scene, s.box, pair.species, {}, s.wedges, to_target);
         });
         for (std::size_t k = 0; k < 2; ++k)
             keep_best(own_to[k], [&] {
-                apart_to[k] = flux::trace_flux_to(kTarget, s.mesh, s.scene, s.box, pair.species[k], {},
-                                                  s.wedges, alone(k, options(kMost)));
+                apart_to[k] = flux::trace_flux(s.mesh, s.scene, s.box, pair.species[k], {}, s.wedges,
+                                               alone(k, to_target));
             });
         const auto rate = [](double seconds) { return static_cast<double>(kRays / 2) / seconds * 1e-6; };
         fmt::print("{:<6}{:<10}{:>8.2f}{:>8.2f}{:>8.2f}{:>8.2f}", s.name, pair.name, rate(own[0]),

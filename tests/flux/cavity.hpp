@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::flux {

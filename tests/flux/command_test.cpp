@@ -12,7 +12,7 @@
 #include <sstream>
 #include <string>
 
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
@@ -328,7 +328,7 @@ TEST_CASE("the flux command solves by radiosity what the library solves", "[fore
     CHECK(json["rays"] == exchange.rays());
     CHECK(json["segments"] == exchange.segments());
     CHECK(json["unknowns"] == wedges.count());
-    CHECK(json["nonzeros"] == exchange.links());
+    CHECK(json["nonzeros"] == exchange.samples());
     CHECK(json["iterations"] == expected.iterations);
     CHECK(json["relative_error"].get<double>() == expected.relative_error);
     CHECK(json["escaped_fraction"].get<double>() == expected.escaped);

@@ -7,7 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/exchange_state.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/single_flux.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/cavity.hpp"
@@ -448,7 +449,7 @@ TEST_CASE("rays that start where adjoint solutions say they count give the exact
         for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
             Exchange exchange(cavity.mesh, cavity.scene, cavity.box, cavity.wedges, {1.0}, {.seed = seed});
             gather_for({&species, 1}, exchange, 96 * exchange.unknowns());
-            CHECK(exchange.is_focused());
+            CHECK(exchange.has_importance());
             values.push_back(mean_of(cavity.mesh, solve_flux(exchange, species), where));
         }
         const Scatter s = scatter_of(values);
@@ -482,7 +483,10 @@ TEST_CASE("radiosity refuses what it cannot do and says why") {
     CHECK_THROWS_WITH(exchange.gather(1'000'000), Contains("GB allowed"));
     CHECK(exchange.rays() == 0);
     exchange.gather(10'000);
-    CHECK(exchange.bytes() <= exchange_bytes(exchange.rays()));
+    std::uint64_t bytes = 0;
+    for (const SampleGroup& group : exchange.state().groups)
+        bytes += group.pairs.capacity() * sizeof(PairSample) + group.exits.capacity() * sizeof(ExitSample);
+    CHECK(bytes <= exchange_bytes(exchange.rays()));
     CHECK_THROWS_AS(solve_flux(exchange, {.sticking = wrong}), GeometryError);
     CHECK_THROWS_WITH(solve_flux(exchange, {.sticking = above}), Contains("must be in [0, 1]"));
     CHECK_THROWS_WITH(solve_flux(exchange, {.source_exponent = 2.0, .sticking = sticking}),
@@ -503,7 +507,7 @@ TEST_CASE("radiosity refuses what it cannot do and says why") {
 TEST_CASE("auto takes radiosity for deep holes at low sticking and the tracer for open surfaces") {
     const auto chosen = [](const Cavity& cavity, double sticking) {
         Exchange exchange = cavity.gathered(0);
-        return choose_method(0.02, exchange, {"test", 1.0, {sticking}}, {}, {});
+        return choose_method(exchange, {"test", 1.0, {sticking}}, {}, {.relative_error = 0.02});
     };
     const MethodChoice deep = chosen(Cavity(ringed_hole(40.0, 16, 80), kReflective), 0.01);
     CHECK(deep.radiosity);
@@ -511,7 +515,7 @@ TEST_CASE("auto takes radiosity for deep holes at low sticking and the tracer fo
     CHECK_FALSE(chosen(Cavity(trench(0.5, 0.5, 8), kReflective), 1.0).radiosity);
     const Cavity cavity(trench(0.5, 0.5, 8), kReflective);
     Exchange exchange = cavity.gathered(0);
-    CHECK_FALSE(choose_method(0.02, exchange, ion("ion"), {}, {}).why_not.empty());
+    CHECK_FALSE(choose_method(exchange, ion("ion"), {}, {.relative_error = 0.02}).why_not.empty());
 }
 
 TEST_CASE("rays gathered to choose a method are gone on with") {
@@ -519,7 +523,8 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
     const std::vector<double> everywhere(cavity.wedges.count(), 0.1);
     const DiffuseSpecies species{.sticking = everywhere};
     const auto choose = [](Exchange& exchange, double target, std::uint64_t rays, double sticking = 0.1) {
-        return choose_method(target, exchange, {"test", 1.0, {sticking}}, {}, {.rays = rays});
+        return choose_method(exchange, {"test", 1.0, {sticking}}, {},
+                             {.rays = rays, .relative_error = target});
     };
     constexpr std::uint64_t kMany = 1'000'000'000;
     // Shares of the rays are rounded by group.
@@ -547,7 +552,7 @@ TEST_CASE("rays gathered to choose a method are gone on with") {
 
     const auto needed = static_cast<std::uint64_t>(close.rays * static_cast<double>(exchange.unknowns()));
     gather_for({&species, 1}, exchange, needed);
-    CHECK(exchange.is_focused());
+    CHECK(exchange.has_importance());
     CHECK(static_cast<double>(exchange.rays()) == about(needed));
     // As many as it takes, a tenth more.
     const double left = solve_flux(exchange, species).relative_error;
@@ -560,10 +565,15 @@ TEST_CASE("a flux by auto takes the first rays if they do, and no more rays than
     const Cavity cavity(extracted_trench(2.0), kReflective);
     const auto found = [&](double error, std::uint64_t rays, double sticking = 0.1) {
         const Species species{"test", 1.0, {sticking}};
-        const SingleFlux asked{cavity.mesh,  {},      cavity.box,     cavity.wedges,
-                               cavity.scene, species, {.rays = rays}, error};
+        const SingleFlux asked{cavity.mesh,
+                               {},
+                               cavity.box,
+                               cavity.wedges,
+                               cavity.scene,
+                               species,
+                               {.rays = rays, .relative_error = error}};
         Exchange exchange = exchange_of(asked);
-        const MethodChoice choice = choose_method(asked, exchange);
+        const MethodChoice choice = choose_method(exchange, species, {}, asked.options, true);
         CHECK(choice.radiosity);
         const RadiosityFlux flux = solve(asked, choice, exchange);
         return std::pair(flux.relative_error, exchange.rays());

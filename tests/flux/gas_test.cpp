@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"

@@ -1,4 +1,4 @@
-#include "flux/tracer/leaks.hpp"
+#include "flux/tracer/tracer.hpp"
 
 #include <catch2/catch.hpp>
 

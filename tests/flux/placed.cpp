@@ -64,7 +64,7 @@ TriangleMesh wrapped(const TriangleMesh& mesh, int axis, double plane) {
             for (std::uint32_t k = 1; k + 1 < polygon.size(); ++k)
                 result.triangles.push_back({first, first + k, first + k + 1});
         }
-    mend(result);  // welds
+    repair(result);  // welds
     return result;
 }
 

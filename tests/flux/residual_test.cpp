@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "flux/radiosity/method_choice.hpp"
 #include "tests/flux/cavity.hpp"
 #include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/truth.hpp"

@@ -16,6 +16,28 @@ using namespace sidewall::flux;
 
 namespace {
 
+/// Density of sample_cosine_power, per steradian, at an angle whose cosine to the axis is \p cosine.
+double cosine_power_density(double cosine, double exponent) {
+    return cosine > 0.0 ? (exponent + 1.0) / (2.0 * std::numbers::pi) * std::pow(cosine, exponent) : 0.0;
+}
+
+/// Density of sample_lambertian, per steradian.
+double lambertian_density(double cosine) {
+    return std::max(0.0, cosine) * std::numbers::inv_pi;
+}
+
+/// A point of the unit square for sample \p i of \p count: sample i is uniform over the i-th of \p count
+/// equal pieces of a Hilbert curve. So all samples together cover the square evenly, and consecutive ones lie
+/// close to each other, which keeps the ray tracer's cache warm. \p u uniform in (0, 1), \p jitter 32 random
+/// bits.
+std::pair<double, double> sample_square(std::uint64_t i, std::uint64_t count, double u,
+                                        std::uint32_t jitter) {
+    const double along = (static_cast<double>(i) + u) / static_cast<double>(count) * 0x1p32;
+    const auto [x, y] = hilbert_cell(static_cast<std::uint32_t>(std::min(along, 0x1p32 - 1.0)));
+    return {(x + ((jitter >> 16) + 0.5) * 0x1p-16) * 0x1p-16,
+            (y + ((jitter & 0xffffu) + 0.5) * 0x1p-16) * 0x1p-16};
+}
+
 // Chi-square of directions against a density, over polar x azimuthal bins of the hemisphere about the axis.
 // Polar bins share the range [0, max_angle]; what lies beyond is one more bin.
 struct ChiSquare {

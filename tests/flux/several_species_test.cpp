@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "flux/tracer/packets.hpp"
 #include "surface/error.hpp"
 #include "tests/flux/flux_checks.hpp"
 #include "tests/flux/flux_meshes.hpp"
@@ -215,10 +216,9 @@ TEST_CASE("fluxes of several species have the same bits for any number of thread
                                         static_cast<std::size_t>(threads));
         tbb::task_arena arena(threads);
         return arena.execute([&] {
-            const TraceOptions options{.rays = kRays, .batches = 16, .task_rays = task_rays};
-            return target > 0.0 ? trace_fluxes_to(target, place.mesh, place.scene, place.box, species, {},
-                                                  place.wedges, options)
-                                : place.together(species, options);
+            TraceOptions options{.rays = kRays, .batches = 16, .task_rays = task_rays};
+            if (target > 0.0) options.relative_error = target;
+            return place.together(species, options);
         });
     };
     const double target = GENERATE(0.0, 0.03);
@@ -237,8 +237,7 @@ TEST_CASE("fluxes of several species have the same bits for any number of thread
 TEST_CASE("tracing several species to a target error goes on until the last is there") {
     const Place place = trench(4.0);
     const auto to = [&](double target, const std::vector<Species>& species, std::uint64_t rays) {
-        return trace_fluxes_to(target, place.mesh, place.scene, place.box, species, {}, place.wedges,
-                               {.rays = rays});
+        return place.together(species, {.rays = rays, .relative_error = target});
     };
     const auto species = neutrals({1.0, 0.02});
     const auto results = to(0.02, species, 10'000'000);

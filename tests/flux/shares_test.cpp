@@ -93,11 +93,11 @@ TEST_CASE("ranks that share a trace get the bits of one process, yields and what
     const double target = GENERATE(0.0, 0.2);
     // 16 batches, of less than a block and of several.
     const std::uint64_t rays = GENERATE(9'000u, 60'000u);
-    const bool bottom_up = GENERATE(false, true);
+    const bool adjoint = GENERATE(false, true);
     const auto run = [&](const Shares& shares) {
-        const TraceOptions options{.rays = rays, .batches = 16, .bottom_up = bottom_up, .shares = shares};
-        return target > 0.0 ? trace_fluxes_to(target, t.mesh, t.scene, t.box, species, {}, t.wedges, options)
-                            : trace_fluxes(t.mesh, t.scene, t.box, species, {}, t.wedges, options);
+        TraceOptions options{.rays = rays, .batches = 16, .adjoint = adjoint, .shares = shares};
+        if (target > 0.0) options.relative_error = target;
+        return trace_fluxes(t.mesh, t.scene, t.box, species, {}, t.wedges, options);
     };
     const std::vector<FluxResult> alone = run({});
     for (const std::uint32_t ranks : {2u, 3u, 5u})
@@ -107,7 +107,7 @@ TEST_CASE("ranks that share a trace get the bits of one process, yields and what
         }
 }
 
-TEST_CASE("ranks that share a radiosity's rays all get the links of one process") {
+TEST_CASE("ranks that share a radiosity's rays all get the samples of one process") {
     const Trench t;
     const std::vector<double> sticking(t.wedges.count(), 0.2);
     const auto run = [&](const Shares& shares) {
@@ -115,7 +115,7 @@ TEST_CASE("ranks that share a radiosity's rays all get the links of one process"
         exchange.gather(20'000);
         exchange.gather(5'000);
         const RadiosityFlux flux = solve_flux(exchange, {.sticking = sticking});
-        return std::tuple(exchange.rays(), exchange.segments(), exchange.links(), exchange.leaked(),
+        return std::tuple(exchange.rays(), exchange.segments(), exchange.samples(), exchange.leaked(),
                           flux.wedge.flux, flux.wedge.error, flux.relative_error);
     };
     const auto alone = run({});
@@ -143,9 +143,10 @@ TEST_CASE("a stop that ranks agree on ends the trace on all of them, and leaves 
             ++sums;
         };
         TraceOptions options{.rays = 1'000'000, .shares = counting};
+        options.relative_error = 1e-4;
         options.stop = [&] { return sums >= 2; };
         try {
-            trace_flux_to(1e-4, t.mesh, t.scene, t.box, {"low", 1.0, {0.1}}, {}, t.wedges, options);
+            trace_flux(t.mesh, t.scene, t.box, {"low", 1.0, {0.1}}, {}, t.wedges, options);
         } catch (const Interrupted&) {
             return sums;
         }

@@ -163,9 +163,9 @@ TEST_CASE("the flux has the same bits for any number of threads and any task siz
                                         static_cast<std::size_t>(threads));
         tbb::task_arena arena(threads);
         return arena.execute([&] {
-            const TraceOptions options{.rays = kRays, .batches = 16, .task_rays = task_rays, .roulette = 0.2};
-            return target > 0.0 ? trace_flux_to(target, mesh, scene, box, species, {}, wedges, options)
-                                : trace_flux(mesh, scene, box, species, {}, wedges, options);
+            TraceOptions options{.rays = kRays, .batches = 16, .task_rays = task_rays, .roulette = 0.2};
+            if (target > 0.0) options.relative_error = target;
+            return trace_flux(mesh, scene, box, species, {}, wedges, options);
         });
     };
     const FluxResult one = run(1, 1024, 0.0);
@@ -342,14 +342,16 @@ TEST_CASE("tracing to a target error reaches it, or says how far it came") {
     const surface::RayScene scene(mesh);
     const auto box = lateral_box(mesh, kPeriodic);
     const auto wedges = make_wedges(mesh);
-    const auto result = trace_flux_to(0.03, mesh, scene, box, {}, {}, wedges, {.rays = 10'000'000});
+    const auto result =
+        trace_flux(mesh, scene, box, {}, {}, wedges, {.rays = 10'000'000, .relative_error = 0.03});
     CHECK(result.relative_error <= 0.03);
     CHECK(result.relative_error > 0.01);  // without tracing ten times what it takes
-    const auto capped = trace_flux_to(1e-4, mesh, scene, box, {}, {}, wedges, {.rays = 20'000});
+    const auto capped =
+        trace_flux(mesh, scene, box, {}, {}, wedges, {.rays = 20'000, .relative_error = 1e-4});
     CHECK(capped.relative_error > 1e-4);
     CHECK(capped.emitted >= 20'000);
     CHECK(capped.emitted < 21'000);
-    CHECK_THROWS_AS(trace_flux_to(0.0, mesh, scene, box, {}, {}, wedges, {}), RecipeError);
+    CHECK_THROWS_AS(trace_flux(mesh, scene, box, {}, {}, wedges, {.relative_error = 0.0}), RecipeError);
 }
 
 TEST_CASE("the trace reports its progress and stops when asked") {

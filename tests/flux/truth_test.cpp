@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "flux/tracer/packets.hpp"
 #include "tests/flux/flux_checks.hpp"
 #include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"

@@ -9,7 +9,7 @@
 #include "app/process/arriving/flux_reuse.hpp"
 #include "app/process/arriving/species_flux.hpp"
 #include "app/process/arriving/wedge_points.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 
 namespace sidewall::app {
 namespace {

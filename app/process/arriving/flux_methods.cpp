@@ -7,7 +7,7 @@
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/recipe/step_model.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -36,8 +36,8 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
         of_exchange.progress = nullptr;
         flux::Exchange exchange(surface.traced(), *surface.scene, surface.box, arriving.wedges,
                                 {model.species[k].source_exponent}, std::move(of_exchange));
-        choices.push_back(flux::choose_method(recipe.flux.relative_error.value_or(0.0), exchange,
-                                              model.species[k], arriving.materials, options));
+        options.relative_error = recipe.flux.relative_error;
+        choices.push_back(flux::choose_method(exchange, model.species[k], arriving.materials, options));
     }
     return choices;
 }
@@ -127,7 +127,7 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;
-    options.bottom_up = recipe.flux.method == "auto";
+    options.adjoint = recipe.flux.method == "auto";
     return options;
 }
 

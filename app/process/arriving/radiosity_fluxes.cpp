@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "app/process/arriving/species_flux.hpp"
-#include "flux/tracer/leaks.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {

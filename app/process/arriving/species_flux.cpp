@@ -10,9 +10,8 @@
 
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/radiosity_fluxes.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "flux/tracer/averaging.hpp"
-#include "flux/tracer/leaks.hpp"
 #include "flux/tracer/smoothing.hpp"
 
 namespace sidewall::app {
@@ -104,15 +103,9 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     // What desorbs has a pass of its own.
     if (species.front().desorbs && !emission.empty())
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
-    const auto traced = [&](auto&& tracer) {
-        return tracer(surface.traced(), *surface.scene, surface.box, species, arriving.materials,
-                      arriving.wedges, options);
-    };
-    std::vector<flux::FluxResult> results =
-        recipe.flux.relative_error ? traced([&](auto&&... parts) {
-            return flux::trace_fluxes_to(*recipe.flux.relative_error, parts...);
-        })
-                                   : traced([](auto&&... parts) { return flux::trace_fluxes(parts...); });
+    options.relative_error = recipe.flux.relative_error;
+    std::vector<flux::FluxResult> results = flux::trace_fluxes(
+        surface.traced(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
 }
 
@@ -149,10 +142,11 @@ void trace(const Recipe& recipe, const Model& model, const TracedSurface& surfac
 }
 
 // Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
-// less arrives far more often, with little weight. Looks leave no element to chance: all know their errors.
+// less arrives far more often, with little weight. Adjoint paths leave no element to chance: all know their
+// errors.
 std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& wedges,
                              const flux::FluxResult& result) {
-    if (result.bottom_up) return std::numeric_limits<std::uint64_t>::max();
+    if (result.adjoint) return std::numeric_limits<std::uint64_t>::max();
     if (result.pass_species == 1) return result.arrivals;
     double sum = 0.0;
     for (std::size_t w = 0; w < wedges.count(); ++w) sum += wedges.area[w] * result.wedge.flux[w];

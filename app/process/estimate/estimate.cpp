@@ -25,7 +25,7 @@
 #include "app/recipe/layers.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/exchange.hpp"
 #include "levelset/layers/levels.hpp"
 #include "surface/files/vtp.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "app/process/simulation.hpp"
 #include "app/recipe/step_model.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "flux/random.hpp"
 #include "flux/sampling.hpp"
 #include "flux/yield.hpp"

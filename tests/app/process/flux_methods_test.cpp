@@ -7,7 +7,7 @@
 #include "app/process/estimate/memory.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/step_model.hpp"
-#include "flux/radiosity/radiosity.hpp"
+#include "flux/radiosity/exchange.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;
@@ -105,16 +105,16 @@ TEST_CASE("auto decides for a step's species at the first turn, alike every time
     CHECK_FALSE(mixed[0].radiosity);
     CHECK(describe(mixed).starts_with("ion by monte-carlo (its particles have energy); etchant by "));
     // Ions start bottom-up where their rays are enough, and with auto alone.
-    const auto starts_bottom_up = [](const std::string& method, int rays) {
+    const auto uses_adjoint = [](const std::string& method, int rays) {
         const TracedSurface surface = traced(
             quick("sf6o2_hole", {"flux.method=" + method, "flux.rays=" + std::to_string(rays)}), false);
         CHECK(surface.traced().triangles.size() < 5000);
         CHECK(surface.traced().triangles.size() > 250);
-        return surface.arriving->trace->species[0].bottom_up;
+        return surface.arriving->trace->species[0].adjoint;
     };
-    CHECK(starts_bottom_up("auto", 60'000));
-    CHECK_FALSE(starts_bottom_up("auto", 3000));
-    CHECK_FALSE(starts_bottom_up("monte-carlo", 60'000));
+    CHECK(uses_adjoint("auto", 60'000));
+    CHECK_FALSE(uses_adjoint("auto", 3000));
+    CHECK_FALSE(uses_adjoint("monte-carlo", 60'000));
     // A choice made earlier in the step holds.
     const Recipe recipe = quick("ald_hole", {"flux.method=auto", "flux.rays=1000"});
     const Model model = make_model(expanded_steps(recipe).front(), recipe.materials, recipe.domain);

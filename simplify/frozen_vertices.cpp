@@ -1,4 +1,4 @@
-#include "simplify/material_borders.hpp"
+#include "simplify/frozen_vertices.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,9 @@
 #include "surface/error.hpp"
 
 namespace sidewall::simplify {
+namespace {
 
+// Flags vertices where triangles of different `material` meet.
 std::vector<std::uint8_t> material_borders(const TriangleMesh& mesh) {
     std::vector<std::uint8_t> border(mesh.vertices.size(), 0);
     const Attribute* material = mesh.triangle_attribute("material");
@@ -31,6 +33,8 @@ std::vector<std::uint8_t> material_borders(const TriangleMesh& mesh) {
     }
     return border;
 }
+
+}  // namespace
 
 std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh, std::span<const std::uint8_t> fixed) {
     std::vector<std::uint8_t> frozen = material_borders(mesh);

@@ -7,11 +7,11 @@
 #include "tests/flux/traces.hpp"
 #include "tests/flux/trench_table.hpp"
 
-// Strips with one triangle from side to side, periodic along y: infinite trenches.
+// Profiles: surfaces with one triangle from side to side, periodic along y, as of infinite trenches.
 using namespace sidewall;
 using namespace sidewall::flux;
 
-TEST_CASE("how wide a strip is changes neither its fluxes nor what its flights cost") {
+TEST_CASE("the width of a profile's surface changes neither its fluxes nor what its flights cost") {
     const double sticking = GENERATE(1.0, 0.1);
     const Species species{"test", 1.0, {sticking}};
     const std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::periodic};
@@ -31,8 +31,7 @@ TEST_CASE("how wide a strip is changes neither its fluxes nor what its flights c
     }
 }
 
-TEST_CASE(
-    "radiosity of a strip has an unknown a point of the profile, one flux along y, and rays that cross no side") {
+TEST_CASE("radiosity of a profile has an unknown a point, one flux along y, and rays that cross no side") {
     const std::array<Boundary, 2> boundary{Boundary::reflective, Boundary::periodic};
     const auto gathered = [&](double width) {
         const TriangleMesh mesh = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), width);
@@ -59,7 +58,7 @@ TEST_CASE(
     CHECK(static_cast<double>(gathered(0.02)) == Approx(static_cast<double>(gathered(2.0))).epsilon(0.03));
 }
 
-TEST_CASE("the mean fluxes in a strip are those of exact radiosity") {
+TEST_CASE("the mean fluxes on a profile are those of exact radiosity") {
     const auto mesh = extrude(trench_profile(2.0, 0.5, kCuts, kCuts), 0.05);
     for (const double sticking : {1.0, 0.1}) {
         const auto result = trace(mesh, {Boundary::reflective, Boundary::periodic}, {"test", 1.0, {sticking}},

@@ -45,9 +45,9 @@ TriangleMesh octahedron() {
 TEST_CASE("a sound mesh is left alone") {
     for (auto mesh : {good_trench(), octahedron()}) {
         const auto before = mesh.triangles;
-        const Mending mending = mend(mesh);
-        CHECK(mending.welded == 0);
-        CHECK(mending.turned == 0);
+        const Repairs repairs = repair(mesh);
+        CHECK(repairs.welded == 0);
+        CHECK(repairs.turned == 0);
         CHECK(mesh.triangles == before);
     }
 }
@@ -57,9 +57,9 @@ TEST_CASE("a surface wholly inside out is turned over, as one piece or as loose 
         auto mesh = sound;
         for (std::size_t t = 0; t < mesh.triangles.size(); ++t) turn(mesh, t);
         auto loose = soup(mesh);
-        CHECK(mend(mesh).turned == mesh.triangles.size());
+        CHECK(repair(mesh).turned == mesh.triangles.size());
         CHECK(mesh.triangles == sound.triangles);
-        CHECK(mend(loose).turned == mesh.triangles.size());
+        CHECK(repair(loose).turned == mesh.triangles.size());
         CHECK(enclosed_volume(loose) == Approx(enclosed_volume(sound)));
     }
 }
@@ -74,7 +74,7 @@ TEST_CASE("a floating body inside out is turned over, but a buried cavity, which
             mesh.triangles.push_back({first + a, first + c, first + b});
     }
     const auto before = mesh.triangles;
-    CHECK(mend(mesh).turned == 8);
+    CHECK(repair(mesh).turned == 8);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         CHECK((mesh.triangles[t] == before[t]) == (t < ground || t >= ground + 8));
     const auto result =
@@ -85,8 +85,8 @@ TEST_CASE("a floating body inside out is turned over, but a buried cavity, which
 TEST_CASE("a shell that shows front and back is refused") {
     auto mesh = octahedron();  // without a face, the inside of the opposite lower one is seen
     mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 2);
-    CHECK_THROWS_AS(mend(mesh), GeometryError);
-    CHECK_THROWS_WITH(mend(mesh), Contains("shows its front in some places and its back in others"));
+    CHECK_THROWS_AS(repair(mesh), GeometryError);
+    CHECK_THROWS_WITH(repair(mesh), Contains("shows its front in some places and its back in others"));
 }
 
 TEST_CASE("some triangles turned over are turned back") {
@@ -94,7 +94,7 @@ TEST_CASE("some triangles turned over are turned back") {
         const auto before = mesh.triangles;
         turn(mesh, 1);
         turn(mesh, 5);
-        CHECK(mend(mesh).turned == 2);
+        CHECK(repair(mesh).turned == 2);
         const auto same = [](const Triangle& a, const Triangle& b) {
             return a == b || a == Triangle{b[1], b[2], b[0]} || a == Triangle{b[2], b[0], b[1]};
         };
@@ -112,7 +112,7 @@ TEST_CASE("orientations at random become outwards for a closed surface, upwards 
                     turn(mesh, t);
                     turn(mesh, t + 1);
                 }
-            mend(mesh);
+            repair(mesh);
             CHECK(enclosed_volume(mesh) == Approx(volume));
             if (mesh.vertices.size() > 6)
                 CHECK_NOTHROW(lateral_box(mesh, {Boundary::reflective, Boundary::periodic}));
@@ -124,8 +124,8 @@ TEST_CASE("triangles with vertices of their own are welded, and traced as one su
     mesh.vertex_attributes.push_back({"height", 1, Scalar::float64, {}});
     for (const Vec3& p : mesh.vertices) mesh.vertex_attributes[0].values.push_back(p.z());
     const std::size_t loose = mesh.vertices.size(), shared = good_trench().vertices.size();
-    const Mending mending = mend(mesh);
-    CHECK(mending.welded == loose - shared);
+    const Repairs repairs = repair(mesh);
+    CHECK(repairs.welded == loose - shared);
     CHECK(mesh.vertices.size() == good_trench().vertices.size());
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         CHECK(mesh.vertex_attributes[0].values[v] == mesh.vertices[v].z());
@@ -134,7 +134,7 @@ TEST_CASE("triangles with vertices of their own are welded, and traced as one su
     CHECK(result.leaked == 0);
     auto twisted = soup(good_trench());
     turn(twisted, 7);
-    CHECK(mend(twisted).turned == 1);
+    CHECK(repair(twisted).turned == 1);
 }
 
 TEST_CASE("a Moebius strip is refused") {
@@ -152,6 +152,6 @@ TEST_CASE("a Moebius strip is refused") {
         mesh.triangles.push_back({a, b, c});
         mesh.triangles.push_back({b, d, c});
     }
-    CHECK_THROWS_AS(mend(mesh), GeometryError);
-    CHECK_THROWS_WITH(mend(mesh), Contains("one side only"));
+    CHECK_THROWS_AS(repair(mesh), GeometryError);
+    CHECK_THROWS_WITH(repair(mesh), Contains("one side only"));
 }

@@ -50,12 +50,11 @@ struct Estimate {
 
 }  // namespace
 
-TEST_CASE("looks from flat ground tell its flux exactly, whatever the source's exponent") {
+TEST_CASE("adjoint paths from flat ground give its flux exactly, whatever the source's exponent") {
     const double exponent = GENERATE(50.0, 1000.0, 1e5);
     const auto mesh = height_field(5, 4, 1.3, 0.9, [](std::size_t, std::size_t) { return 0.25; });
     const auto boundary = GENERATE(kReflective, kPeriodic);
-    const FluxResult result =
-        trace(mesh, boundary, narrow(exponent), {.rays = 4 * 3 * 40, .bottom_up = true});
+    const FluxResult result = trace(mesh, boundary, narrow(exponent), {.rays = 4 * 3 * 40, .adjoint = true});
     CHECK(result.emitted == 4u * 3u * 40u);
     CHECK(result.absorbed == result.emitted);
     // Weights are sums of units of 2^-28 particles, a dozen of which an element has.
@@ -66,15 +65,15 @@ TEST_CASE("looks from flat ground tell its flux exactly, whatever the source's e
         }
 }
 
-TEST_CASE("a slope that nothing hides gets the cosine's share of a narrow beam from looks") {
+TEST_CASE("a slope that nothing hides gets the cosine's share of a narrow beam by adjoint paths") {
     // Up and down again at 60 degrees, under a beam of 0.1 degrees: cos(60) on both, within its spread's
     // 1e-3.
     const auto mesh = extrude({{0.0, 0.0}, {1.0, std::sqrt(3.0)}, {2.0, 0.0}}, 1.0, 3);
-    const FluxResult result = trace(mesh, kPeriodic, narrow(1e6), {.rays = 20'000, .bottom_up = true});
+    const FluxResult result = trace(mesh, kPeriodic, narrow(1e6), {.rays = 20'000, .adjoint = true});
     for (const double flux : result.triangle.flux) CHECK(flux == Approx(0.5).epsilon(2e-3));
 }
 
-TEST_CASE("bottom-up and top-down fluxes agree, with yields, reflections and redeposition") {
+TEST_CASE("adjoint and forward fluxes agree, with yields, reflections and redeposition") {
     const auto mesh = trench();
     const Species species = GENERATE(narrow(60.0), ions());
     const std::array sides{Boundary::reflective, GENERATE(Boundary::periodic, Boundary::open)};
@@ -84,16 +83,16 @@ TEST_CASE("bottom-up and top-down fluxes agree, with yields, reflections and red
     std::vector<Estimate> by_way[2];
     for (std::vector<Estimate>& one : by_way) one.resize(strips * tallies);
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed)
-        for (const bool bottom_up : {false, true}) {
+        for (const bool adjoint : {false, true}) {
             const FluxResult result =
-                trace(mesh, sides, species, {.rays = 60'000, .seed = seed, .bottom_up = bottom_up});
+                trace(mesh, sides, species, {.rays = 60'000, .seed = seed, .adjoint = adjoint});
             CHECK(result.ledger.balanced());
             CHECK(result.redeposited.balanced());
             CHECK(result.leaked == 0);
             CHECK(result.emitted == result.absorbed + result.escaped);
             for (std::size_t k = 0; k < tallies; ++k)
                 for (std::size_t s = 0; s < strips; ++s)
-                    by_way[bottom_up ? 1 : 0][k * strips + s].add(
+                    by_way[adjoint ? 1 : 0][k * strips + s].add(
                         area_mean(mesh, result.tally(k).triangle, kStrip * s, kStrip * (s + 1)));
         }
     for (std::size_t n = 0; n < strips * tallies; ++n) {
@@ -110,8 +109,9 @@ TEST_CASE("bottom-up and top-down fluxes agree, with yields, reflections and red
     }
 }
 
-TEST_CASE("looks from triangles of very different sizes weigh what they stand for, however much that is") {
-    // Halves of a plate, one of 2 triangles, one of 2000 slivers: looks of the large ones weigh 500
+TEST_CASE(
+    "adjoint paths from triangles of very different sizes weigh what they stand for, however much that is") {
+    // Halves of a plate, one of 2 triangles, one of 2000 slivers: paths of the large ones weigh 500
     // particles.
     Profile profile{{0.0, 0.0}, {1.0, 0.0}};
     for (int k = 1; k <= 1000; ++k) profile.emplace_back(1.0 + 0.001 * k, 0.0);
@@ -119,14 +119,14 @@ TEST_CASE("looks from triangles of very different sizes weigh what they stand fo
     Species species = narrow();
     species.sticking = {0.75};
     SECTION("what does not stick to flat ground escapes") {
-        const FluxResult result = trace(mesh, kPeriodic, species, {.rays = 50'000, .bottom_up = true});
-        CHECK(result.bottom_up);
+        const FluxResult result = trace(mesh, kPeriodic, species, {.rays = 50'000, .adjoint = true});
+        CHECK(result.adjoint);
         for (const double flux : result.triangle.flux) CHECK(flux == Approx(1.0).epsilon(1e-6));
         const auto particles = [](std::uint64_t weight) { return static_cast<double>(weight) * 0x1p-28; };
         CHECK(particles(result.ledger.emitted) == Approx(static_cast<double>(result.emitted)).epsilon(1e-6));
         CHECK(particles(result.ledger.absorbed) ==
               Approx(0.75 * particles(result.ledger.emitted)).epsilon(1e-6));
-        // What is left of the slivers' looks, less than a particle each, plays roulette.
+        // What is left of the slivers' paths, less than a particle each, plays roulette.
         CHECK(particles(result.ledger.escaped) ==
               Approx(0.25 * particles(result.ledger.emitted))
                   .margin(5.0 * std::sqrt(0.25 * static_cast<double>(result.emitted))));
@@ -136,14 +136,14 @@ TEST_CASE("looks from triangles of very different sizes weigh what they stand fo
         species.sticking = {1.0};
         species.redeposition =
             Redeposition{{"out", Angular::none, 0.0, {30.0}, {}}, Reemission::diffuse, {0.5}};
-        const FluxResult result = trace(mesh, kPeriodic, species, {.rays = 50'000, .bottom_up = true});
+        const FluxResult result = trace(mesh, kPeriodic, species, {.rays = 50'000, .adjoint = true});
         CHECK(result.redeposited.balanced());
         CHECK(static_cast<double>(result.redeposited.escaped) ==
               Approx(30.0 * static_cast<double>(result.ledger.absorbed)).epsilon(1e-6));
     }
 }
 
-TEST_CASE("the error that looks report is that of the scatter between seeds") {
+TEST_CASE("the error that adjoint paths report is that of the scatter between seeds") {
     const auto mesh = trench();
     const Species species = GENERATE(narrow(), ions());
     const Wedges wedges = make_wedges(mesh);
@@ -152,7 +152,7 @@ TEST_CASE("the error that looks report is that of the scatter between seeds") {
     double reported = 0.0;
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         const FluxResult result =
-            trace(mesh, kPeriodic, species, {.rays = 3000, .seed = seed, .bottom_up = true});
+            trace(mesh, kPeriodic, species, {.rays = 3000, .seed = seed, .adjoint = true});
         reported += result.relative_error / kSeeds;
         for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v].add(result.vertex.flux[v]);
     }
@@ -164,12 +164,12 @@ TEST_CASE("the error that looks report is that of the scatter between seeds") {
         flux += area * vertices[v].mean();
     }
     CAPTURE(species.name, reported, error / flux);
-    // Looks of a batch are stratified over directions, so that a few more than four of them are not
+    // Paths of a batch are stratified over directions, so that a few more than four of them are not
     // independent.
     CHECK(reported == Approx(error / flux).epsilon(0.15));
 }
 
-TEST_CASE("looks get the same bits on any number of threads and task sizes, and to a target") {
+TEST_CASE("adjoint paths get the same bits on any number of threads and task sizes, and to a target") {
     const auto mesh = trench();
     const surface::RayScene scene(mesh);
     const LateralBox box = lateral_box(mesh, kPeriodic);
@@ -182,13 +182,13 @@ TEST_CASE("looks get the same bits on any number of threads and task sizes, and 
                                         static_cast<std::size_t>(threads));
         tbb::task_arena arena(threads);
         return arena.execute([&] {
-            const TraceOptions options{.rays = kRays, .task_rays = task_rays, .bottom_up = true};
-            return target > 0.0 ? trace_flux_to(target, mesh, scene, box, species, {}, wedges, options)
-                                : trace_flux(mesh, scene, box, species, {}, wedges, options);
+            TraceOptions options{.rays = kRays, .task_rays = task_rays, .adjoint = true};
+            if (target > 0.0) options.relative_error = target;
+            return trace_flux(mesh, scene, box, species, {}, wedges, options);
         });
     };
     const FluxResult one = run(1, 1024);
-    CHECK(one.bottom_up);
+    CHECK(one.adjoint);
     CHECK(one.emitted <= kRays);
     CHECK(one.emitted % (3 * mesh.triangles.size()) == 0);
     if (target == 0.02) {
@@ -210,27 +210,27 @@ TEST_CASE("looks get the same bits on any number of threads and task sizes, and 
 }
 
 TEST_CASE(
-    "what cannot look starts at the source as ever: broad, tilted or scattered, and with too few rays") {
+    "what adjoint sampling does not suit starts at the source as ever: broad, tilted or scattered, and with too few rays") {
     const auto mesh = trench();
-    CHECK(can_look(narrow(50.0)));
-    CHECK(can_look(ions()));
+    CHECK(allows_adjoint(narrow(50.0)));
+    CHECK(allows_adjoint(ions()));
     Species desorbing = narrow();
     desorbing.desorbs = true;
-    CHECK_FALSE(can_look(desorbing));
+    CHECK_FALSE(allows_adjoint(desorbing));
     std::vector<Species> others(4, narrow());
     others[0].source_exponent = 49.0;
     others[1].beam = Vec3(0.6, 0.0, -0.8);
     others[2].mean_free_path = 3.0;
     others[3].bins = {{0.0, 0.01, 0.0, 0.0, 1.0}};
     for (const Species& species : others) {
-        CHECK_FALSE(can_look(species));
+        CHECK_FALSE(allows_adjoint(species));
         const FluxResult down = trace(mesh, kPeriodic, species, {.rays = 20'000}),
-                         up = trace(mesh, kPeriodic, species, {.rays = 20'000, .bottom_up = true});
+                         up = trace(mesh, kPeriodic, species, {.rays = 20'000, .adjoint = true});
         CHECK(down.wedge.flux == up.wedge.flux);
     }
     const std::uint64_t few = 12 * mesh.triangles.size() - 1;
     CHECK(trace(mesh, kPeriodic, narrow(), {.rays = few}).wedge.flux ==
-          trace(mesh, kPeriodic, narrow(), {.rays = few, .bottom_up = true}).wedge.flux);
+          trace(mesh, kPeriodic, narrow(), {.rays = few, .adjoint = true}).wedge.flux);
     // Two species on the same paths.
     const surface::RayScene scene(mesh);
     const LateralBox box = lateral_box(mesh, kPeriodic);
@@ -238,8 +238,8 @@ TEST_CASE(
     std::vector<Species> pair(2, narrow());
     pair[1].sticking = {0.5};
     for (const FluxResult& one :
-         trace_fluxes(mesh, scene, box, pair, {}, wedges, {.rays = 20'000, .bottom_up = true})) {
+         trace_fluxes(mesh, scene, box, pair, {}, wedges, {.rays = 20'000, .adjoint = true})) {
         CHECK(one.pass_species == 2);
-        CHECK_FALSE(one.bottom_up);
+        CHECK_FALSE(one.adjoint);
     }
 }

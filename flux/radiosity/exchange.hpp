@@ -1,0 +1,77 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "flux/lateral.hpp"
+#include "flux/shares.hpp"
+#include "flux/wedges.hpp"
+#include "surface/ray_scene.hpp"
+#include "surface/triangle_mesh.hpp"
+
+namespace sidewall::flux {
+
+struct ExchangeOptions {
+    std::uint64_t seed = 1;
+    std::uint32_t time_step = 0;                        ///< other time steps draw other random numbers
+    std::uint64_t most_bytes = std::uint64_t{2} << 30;  ///< memory that the samples may take
+    std::function<void(double)>
+        progress{};                ///< called with the finished fraction of a gather, by one thread at a time
+    std::function<bool()> stop{};  ///< asked often, by any thread; true ends gather or solve with Interrupted
+    Shares shares{};  ///< other processes that gather the same, see TraceOptions; all get all rays
+};
+
+/// Bytes that the samples of \p rays rays take, at most.
+std::uint64_t exchange_bytes(std::uint64_t rays);
+
+/// Rays an unknown with which the first solve starts: the halves of fewer give no standard errors.
+constexpr double kFirstRays = 12.0;
+
+/// The exchange of a surface: samples of what passes between its points and between them and the source, from rays
+/// traced so far.
+class Exchange {
+  public:
+    /// Traces nothing yet. All arguments but the exponents and options must outlive the exchange.
+    /// \param source_exponents  n of every cos^n source that will be solved for, in [0, 1e6]; each once.
+    /// \throws RecipeError for an exponent out of range, GeometryError for arrays that do not fit \p mesh.
+    Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
+             const Wedges& wedges, std::vector<double> source_exponents, ExchangeOptions options = {});
+    ~Exchange();
+    Exchange(Exchange&&) noexcept;
+    Exchange& operator=(Exchange&&) noexcept;
+
+    /// Traces about \p rays more, equally many from every wedge; 64 an unknown give 1 to 2 % at low sticking. The
+    /// same bits whatever the number of threads and ranks, and a function of the rays gathered before and the seed.
+    /// \throws RecipeError if the samples would take more than most_bytes, with both figures; Interrupted;
+    ///         NumericsError if too many rays pass through the surface, see leaks_too_much.
+    void gather(std::uint64_t rays);
+
+    /// Starts rays of further gathers half evenly, half where they lower the variance (importance sampling).
+    /// \param variance  by triangle, what rays that started there so far contribute to it; in any unit.
+    void set_start_variance(std::span<const double> variance);
+    bool has_importance() const;  ///< set_start_variance has been called
+    /// Places the residual rays of further gathers where the elements are expected to add to errors.
+    /// \param error  by triangle, in any unit.
+    void set_residual_error(std::span<const double> error);
+
+    std::uint64_t rays() const;           ///< traced so far: a counter that no solve changes
+    std::uint64_t residual_rays() const;  ///< traced besides, see residual.hpp: at most 4 % as many
+    std::uint64_t segments() const;       ///< ray-scene intersections of both
+    std::uint64_t samples() const;  ///< pairs of points that see each other, and points that see the source
+    std::uint64_t leaked() const;
+    double seconds() const;  ///< wall time of all gathers
+    std::size_t unknowns() const;
+    std::uint64_t fewest_rays() const;  ///< kFirstRays an unknown
+    std::uint64_t rays_left() const;    ///< that the next gather may trace within most_bytes
+
+    struct State;
+    const State& state() const { return *state_; }
+
+  private:
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace sidewall::flux
