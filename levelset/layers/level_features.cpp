@@ -175,7 +175,7 @@ void mark_speeds(const MaterialStack& coarse, const Motion& motion, double most,
         const std::int32_t leaf = table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3);
         if (leaf < 0 || !is_whole(coarse, c.x(), c.y())) continue;
         speeds[static_cast<std::size_t>(leaf)].add(
-            c, motion.speed(n, exposed(coarse, motion, n), Vec3::UnitZ()));
+            c, motion.law.speed(n, exposed(coarse, motion, n), Vec3::UnitZ()));
     }
     for (const SpeedsOfLeaf& leaf : speeds)
         if (leaf.count > 0.0 && leaf.steepest() > kSpeedChange * most) mark(coarse.domain, leaf.box, columns);
@@ -197,7 +197,7 @@ std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Mot
     for (; level->coarser; level = level->coarser.get(), of = of->coarser.get()) {
         LevelColumns columns = most > 0.0 ? none_of(*level) : level->columns;
         // A speed that turns with the normal is the same on what is flat, and what is not is a feature.
-        if (!motion.depends_on_normal && most > 0.0)
+        if (!motion.law.depends_on_normal && most > 0.0)
             mark_speeds(*level->coarser, *of->coarser, most, columns);
         result.push_back(std::move(columns));
     }

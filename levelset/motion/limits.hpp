@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "levelset/motion/advection.hpp"
 #include "levelset/motion/band.hpp"
+#include "levelset/motion/motion.hpp"
 #include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {

@@ -1,4 +1,4 @@
-#include "levelset/motion/advection.hpp"
+#include "levelset/motion/motion.hpp"
 
 #include <fmt/format.h>
 #include <openvdb/tree/LeafManager.h>
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "levelset/layers/layer_depths.hpp"
-#include "levelset/motion/sample_kinds.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 
@@ -27,36 +26,15 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
     return below;
 }
 
-namespace {
-
-// Whether the surface grows everywhere, and alike on all layers: then it does not matter which of them is
-// bare.
-bool grows_alike(const MaterialStack& stack, const Motion& motion) {
-    if (motion.kind.empty() || motion.depends_on_normal) return false;
-    return std::ranges::all_of(first_of_kinds(motion.kind), [&](std::size_t n) {
-        if (n == motion.kind.size()) return true;
-        const double v = motion.speed(n, 0, Vec3::UnitZ());
-        if (!(v >= 0.0)) return false;
-        for (std::size_t k = 1; k < stack.layers.size(); ++k)
-            if (motion.speed(n, k, Vec3::UnitZ()) != v) return false;
-        return true;
-    });
-}
-
-}  // namespace
-
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
-                   bool depends_on_normal, std::vector<std::uint8_t> kind) {
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedLaw law) {
     Motion motion;
     motion.extension = std::move(extension);
-    motion.speed = std::move(speed);
-    motion.depends_on_normal = depends_on_normal;
-    motion.kind = std::move(kind);
+    motion.law = std::move(law);
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;
     motion.thickness.resize(samples.size() * below, stack.top().background());
-    if (grows_alike(stack, motion)) return motion;
+    if (motion.law.same_growth) return motion;
     // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
     // one is in.
     const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
@@ -84,7 +62,7 @@ namespace {
 // Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
 std::vector<Vec3> bounding_normals(const Motion& motion) {
     std::vector<Vec3> normals{Vec3::UnitZ()};
-    if (!motion.depends_on_normal) return normals;
+    if (!motion.law.depends_on_normal) return normals;
     normals.clear();
     for (int n = 0; n < 27; ++n)
         if (n != 13)
@@ -98,7 +76,7 @@ double fastest(const MaterialStack& stack, const Motion& motion, const std::vect
                std::size_t sample, std::size_t layer) {
     double most = 0.0;
     for (const Vec3& normal : normals) {
-        const double v = motion.speed(sample, layer, normal);
+        const double v = motion.law.speed(sample, layer, normal);
         if (!std::isfinite(v)) {
             const auto& c = motion.extension.samples[sample].node;
             throw NumericsError(
@@ -119,13 +97,9 @@ void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_
     for (std::size_t k = 0; k <= surface; ++k) {
         const bool reachable =
             k == surface || static_cast<double>(motion.thickness[sample * below + k]) < stack.domain.spacing;
-        if (reachable && (motion.inert.empty() || !motion.inert[k])) use(k);
+        if (reachable && (motion.law.inert.empty() || !motion.law.inert[k])) use(k);
     }
 }
-
-}  // namespace
-
-namespace {
 
 // \p finer  the columns where a finer level counts; null: nowhere.
 double max_speed_of_level(const MaterialStack& stack, const Motion& motion, const LevelColumns* finer) {
@@ -135,7 +109,7 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
     };
     const std::vector<Vec3> normals = bounding_normals(motion);
     const std::size_t layers = stack.layers.size();
-    const bool by_kind = !motion.kind.empty();
+    const bool by_kind = !motion.law.kind.empty();
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 512), 0.0,
         [&](const auto& range, double most) {
@@ -143,7 +117,7 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
             for (std::size_t n = range.begin(); n != range.end(); ++n)
                 if (counts(n))
                     each_reachable(stack, motion, n, [&](std::size_t k) {
-                        if (by_kind && std::exchange(asked[motion.kind[n] * layers + k], 1) != 0) return;
+                        if (by_kind && std::exchange(asked[motion.law.kind[n] * layers + k], 1) != 0) return;
                         most = std::max(most, fastest(stack, motion, normals, n, k));
                     });
             return most;

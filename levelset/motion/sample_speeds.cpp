@@ -1,11 +1,11 @@
 #include "levelset/motion/sample_speeds.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
-
-#include "levelset/motion/sample_kinds.hpp"
+#include <span>
 
 namespace sidewall::levelset {
 
@@ -13,7 +13,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
                   double duration) {
     std::size_t layer = exposed(stack, motion, sample);
     const std::size_t below = stack.layers.size() - 1;
-    double speed = motion.speed(sample, layer, normal);
+    double speed = motion.law.speed(sample, layer, normal);
     double moved = 0.0, time_left = duration;
     if (layer < below && speed < 0.0) {
         // From below, out of the layer and into what lies on it.
@@ -21,7 +21,8 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         if (rest > 0.0) {
             if (-speed * time_left <= rest) return speed;
             time_left -= rest / -speed;
-            return -(rest - std::min(0.0, motion.speed(sample, layer + 1, normal)) * time_left) / duration;
+            return -(rest - std::min(0.0, motion.law.speed(sample, layer + 1, normal)) * time_left) /
+                   duration;
         }
     }
     while (layer > 0 && speed < 0.0) {
@@ -35,7 +36,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         while (layer > 0 &&
                static_cast<double>(motion.thickness[sample * below + layer - 1]) <= moved + touching)
             --layer;
-        speed = std::min(0.0, motion.speed(sample, layer, normal));
+        speed = std::min(0.0, motion.law.speed(sample, layer, normal));
     }
     return moved > 0.0 ? -(moved - speed * time_left) / duration : speed;
 }
@@ -54,22 +55,40 @@ bool stays(const MaterialStack& stack, const Motion& motion, std::size_t sample,
     return layer == 0 || distance <= static_cast<double>(motion.thickness[sample * below + layer - 1]);
 }
 
-// Asks once for all samples of a kind what a layer's V is.
+// The first sample of each kind, by kind; as many as there are samples where none is of it.
+std::array<std::size_t, kKinds> first_of_kinds(std::span<const std::uint8_t> kind) {
+    using First = std::array<std::size_t, kKinds>;
+    First none;
+    none.fill(kind.size());
+    return tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, kind.size(), 16384), none,
+        [&](const auto& range, First first) {
+            for (std::size_t n = range.end(); n-- > range.begin();)
+                first[kind[n]] = std::min(first[kind[n]], n);
+            return first;
+        },
+        [](First a, const First& b) {
+            for (std::size_t k = 0; k < kKinds; ++k) a[k] = std::min(a[k], b[k]);
+            return a;
+        });
+}
+
+// Evaluates a layer's V once for all samples of a kind.
 template <class Value>
 class ByKind {
   public:
     template <class Ask>
     ByKind(const MaterialStack& stack, const Motion& motion, Ask&& ask)
         : motion_(motion), layers_(stack.layers.size()) {
-        if (motion.kind.empty()) return;
-        const std::array<std::size_t, kKinds> first = first_of_kinds(motion.kind);
+        if (motion.law.kind.empty()) return;
+        const std::array<std::size_t, kKinds> first = first_of_kinds(motion.law.kind);
         table_.resize(kKinds * layers_);
         for (std::size_t kind = 0; kind < kKinds; ++kind)
-            for (std::size_t k = 0; k < layers_ && first[kind] < motion.kind.size(); ++k)
+            for (std::size_t k = 0; k < layers_ && first[kind] < motion.law.kind.size(); ++k)
                 table_[kind * layers_ + k] = ask(first[kind], k);
     }
     const Value& at(std::size_t sample, std::size_t layer) const {
-        return table_[motion_.kind[sample] * layers_ + layer];
+        return table_[motion_.law.kind[sample] * layers_ + layer];
     }
 
   private:
@@ -81,12 +100,12 @@ class ByKind {
 template <class Value, class Ask, class Use>
 void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Use&& use) {
     const ByKind<Value> table(stack, motion, ask);
-    const bool by_kind = !motion.kind.empty();
+    const bool by_kind = !motion.law.kind.empty();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 1024),
                       [&](const auto& range) {
                           for (std::size_t n = range.begin(); n != range.end(); ++n) {
                               const std::size_t layer = exposed(stack, motion, n);
-                              if (!motion.inert.empty() && motion.inert[layer]) continue;
+                              if (!motion.law.inert.empty() && motion.law.inert[layer]) continue;
                               use(n, layer, by_kind ? table.at(n, layer) : ask(n, layer));
                           }
                       });
@@ -100,10 +119,10 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
     speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
-    speeds.all_constant = !motion.depends_on_normal;
-    if (!motion.depends_on_normal) {
+    speeds.all_constant = !motion.law.depends_on_normal;
+    if (!motion.law.depends_on_normal) {
         const auto ask = [&](std::size_t n, std::size_t layer) {
-            return motion.speed(n, layer, Vec3::UnitZ());
+            return motion.law.speed(n, layer, Vec3::UnitZ());
         };
         each_sample<double>(stack, motion, ask, [&](std::size_t n, std::size_t layer, double v) {
             if (v < 0.0 && !stays(stack, motion, n, layer, -v * duration))
@@ -111,9 +130,9 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
             speeds.first[n] = static_cast<float>(v);
             if (v != 0.0) speeds.way[n] = Way::constant;
         });
-    } else if (motion.beam_speed && scheme == Scheme::lax_friedrichs && motion.dissipation.empty()) {
+    } else if (motion.law.beam_speed && scheme == Scheme::lax_friedrichs && motion.law.dissipation.empty()) {
         speeds.second.resize(count);
-        each_sample<BeamSpeed>(stack, motion, motion.beam_speed,
+        each_sample<BeamSpeed>(stack, motion, motion.law.beam_speed,
                                [&](std::size_t n, std::size_t layer, const BeamSpeed& v) {
                                    const double etch = std::max({0.0, -v.always, -v.facing - v.always});
                                    if (etch > 0.0 && !stays(stack, motion, n, layer, etch * duration)) {
@@ -126,7 +145,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                                });
     } else {
         for (std::size_t n = 0; n < count; ++n)
-            if (motion.inert.empty() || !motion.inert[exposed(stack, motion, n)])
+            if (motion.law.inert.empty() || !motion.law.inert[exposed(stack, motion, n)])
                 speeds.way[n] = Way::general;
     }
     return speeds;

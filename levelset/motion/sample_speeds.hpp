@@ -2,7 +2,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "levelset/motion/advection.hpp"
+#include "levelset/motion/advection_options.hpp"
+#include "levelset/motion/motion.hpp"
 
 namespace sidewall::levelset {
 

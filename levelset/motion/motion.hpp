@@ -1,0 +1,73 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "levelset/layers/stack.hpp"
+#include "levelset/motion/speed_extension.hpp"
+
+namespace sidewall::levelset {
+
+/// Normal speed V (length per time; positive grows, negative etches) that layer \p layer would have at the
+/// extension's sample number \p sample if the surface's unit normal were \p normal.
+using SpeedFunction = std::function<double(std::size_t sample, std::size_t layer, const Vec3& normal)>;
+
+/// The largest etch rate (length per time, 0 where V is nowhere negative) that layer \p layer would have at the
+/// extension's sample number \p sample, over all normals.
+using EtchRateFunction = std::function<double(std::size_t sample, std::size_t layer)>;
+
+/// A speed that a parallel beam makes: V(n) = facing max(0, n . d) + always, d the unit vector towards its source.
+struct BeamSpeed {
+    double facing = 0.0, always = 0.0;  ///< length per time
+};
+
+/// The beam's speed that layer \p layer would have at the extension's sample number \p sample.
+using BeamSpeedFunction = std::function<BeamSpeed(std::size_t sample, std::size_t layer)>;
+
+inline constexpr std::size_t kKinds = 256;  ///< numbers that SpeedLaw::kind can have
+
+/// The speed V of a surface at the samples of an extension, and what is known of it. The functions are called in
+/// parallel.
+struct SpeedLaw {
+    SpeedFunction speed;
+    bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
+    /// To be set where depends_on_normal: a body that etches at no normal is held in place. Otherwise V itself
+    /// says so; empty: no body is taken for inert.
+    EtchRateFunction max_etch_rate{};
+    /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
+    /// convex function; else empty.
+    std::vector<Vec3> dissipation{};
+    std::vector<std::uint8_t> inert{};  ///< by layer: V is 0 wherever it is bare. Empty: not known of any
+    /// Where V has the form of a BeamSpeed, so that V need not be evaluated at every node; else empty.
+    BeamSpeedFunction beam_speed{};
+    Vec3 beam = Vec3::UnitZ();  ///< d of beam_speed
+    /// By sample: those of one number have the same V on the same layer, which is evaluated once. Empty: each
+    /// sample has its own.
+    std::vector<std::uint8_t> kind{};
+    bool same_growth = false;  ///< V is at least 0 and the same on all layers: none of them matters
+};
+
+/// What moves the surface in one time step: V and, per sample, what lies below it.
+struct Motion {
+    Extension extension;
+    SpeedLaw law;                  ///< at the extension's samples
+    std::vector<float> thickness;  ///< samples x (layers - 1): depth of each lower layer below the sample
+                                   ///< (LayerDepths); world
+    /// The same on stack.coarser, with samples of its own; null if there is none.
+    std::shared_ptr<const Motion> coarser = nullptr;
+};
+
+/// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
+std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
+
+/// Prepares a time step. \p extension is of the stack's surface, \p law of its samples.
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedLaw law);
+
+/// The largest |V| on the surface, of exposed materials and of those less than a cell below, on all levels where they
+/// count.
+/// \throws NumericsError if a speed is not finite (the message tells where).
+double max_speed(const MaterialStack& stack, const Motion& motion);
+
+}  // namespace sidewall::levelset
