@@ -7,6 +7,7 @@
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
@@ -103,6 +104,7 @@ void add_run_command(CLI::App& program) {
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command(*recipe, *options, *accuracy);
+        if (!options->quiet) options->warn = print_warning;
         install_interrupt_handler();
         if (ranks().count > 1) share_run(*options, asked);
         const RunResult result = about(recipe->file, [&] {

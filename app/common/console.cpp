@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <ctime>
 #include <initializer_list>
+#include <string>
 
 namespace sidewall::app {
 namespace {
@@ -46,6 +47,10 @@ void secure_standard_streams() {
         stderr = messages;
     }
 #endif
+}
+
+void print_warning(std::string_view line) {
+    std::fputs((std::string(line) + '\n').c_str(), stderr);
 }
 
 }  // namespace sidewall::app

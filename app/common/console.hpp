@@ -1,4 +1,5 @@
 #pragma once
+#include <string_view>
 
 namespace sidewall::app {
 
@@ -6,5 +7,8 @@ namespace sidewall::app {
 /// results gets them and messages with it; writing to a closed standard output still fails. Messages on standard
 /// error that cannot be written, as on a full disk, are lost without a failure.
 void secure_standard_streams();
+
+/// Writes a line on standard error: where the command line sends the warnings of a run.
+void print_warning(std::string_view line);
 
 }  // namespace sidewall::app

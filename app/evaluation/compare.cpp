@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/common/console.hpp"
 #include "app/common/json.hpp"
 #include "app/process/simulation.hpp"
 #include "surface/distance.hpp"
@@ -51,7 +52,8 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
         const RunResult run = run_recipe(changed, {.output = output / variant.folder,
                                                    .overwrite = overwrite,
                                                    .quiet = quiet,
-                                                   .title = variant.folder});
+                                                   .title = variant.folder,
+                                                   .warn = print_warning});
         if (variant.folder == "none") {
             raw = run;
             comparison["grid_spacing"] = run.summary["grid_spacing"];

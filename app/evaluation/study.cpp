@@ -7,6 +7,7 @@
 #include <functional>
 #include <optional>
 
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
@@ -275,7 +276,8 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
     const RunResult run = run_recipe(recipe, {.output = options.output / fmt::format("surface{}", number),
                                               .overwrite = options.overwrite,
                                               .quiet = options.quiet,
-                                              .title = fmt::format("growing surface {}", number)});
+                                              .title = fmt::format("growing surface {}", number),
+                                              .warn = options.quiet ? nullptr : print_warning});
     Surface surface{number, run.surface, run.summary["grid_spacing"].get<double>(), {}};
     surface.box = flux::lateral_box(surface.mesh, {flux::Boundary::reflective, flux::Boundary::reflective});
     const auto features = find_features(surface.mesh, surface.spacing, false),

@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/version.hpp"
@@ -86,7 +87,8 @@ Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
                                               .overwrite = options.overwrite && !resume,
                                               .quiet = true,
                                               .title = one.name,
-                                              .resume_command = options.resume_command});
+                                              .resume_command = options.resume_command,
+                                              .warn = print_warning});
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
     const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
     Figures figures;

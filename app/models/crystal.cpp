@@ -95,14 +95,14 @@ Model crystal_model(const Values& values, const CrystalRates& rates, std::vector
     model.depends_on_normal = true;
     const CrystalBound bound = crystal_bound(axes, rates);
     // Lax-Friedrichs is monotone up to a Courant number of 1 by the sum of its bounds; cfl is at most 0.5.
-    model.max_speed = std::max(bound.sum, 0.5 * bound.by_axis.sum());
+    model.hints.max_speed = std::max(bound.sum, 0.5 * bound.by_axis.sum());
     for (const std::uint8_t moves : marked) {
-        model.dissipation.push_back(moves != 0 ? bound.by_axis : Vec3::Zero());
-        model.inert.push_back(moves == 0);
+        model.hints.dissipation.push_back(moves != 0 ? bound.by_axis : Vec3::Zero());
+        model.hints.inert.push_back(moves == 0);
     }
     // Between the four families the rate is a mean of theirs.
     const double fastest = std::max({rates.r100, rates.r110, rates.r111, rates.r311});
-    model.max_etch_rate = [marked, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {
+    model.hints.max_etch_rate = [marked, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {
         return marked[static_cast<std::size_t>(point.material)] != 0 ? rate : 0.0;
     };
     model.speed = [=, marked = std::move(marked)](const SurfacePoint& point) {

@@ -25,10 +25,10 @@ Model make_directional(const Values& values, const Materials& materials) {
         // n.d takes every value of [0, 1], so the extremes are the sum and the isotropic part alone.
         bound = std::max({bound, std::abs(chemical[m]), std::abs(beam[m] + chemical[m])});
         grows = grows || chemical[m] > 0.0 || beam[m] + chemical[m] > 0.0;
-        model.inert.push_back(beam[m] == 0.0 && chemical[m] == 0.0);
+        model.hints.inert.push_back(beam[m] == 0.0 && chemical[m] == 0.0);
     }
     model.deposit = film(values, materials, grows);
-    model.max_speed = bound;
+    model.hints.max_speed = bound;
     model.depends_on_normal = true;
     model.beam = towards;
     if (values.get<bool>("visibility")) model.visibility = towards;
@@ -37,11 +37,11 @@ Model make_directional(const Values& values, const Materials& materials) {
         const double facing = point.visible ? std::max(0.0, point.normal.dot(towards)) : 0.0;
         return beam[m] * facing + chemical[m];
     };
-    model.beam_speed = [beam, chemical](const SurfacePoint& point) {
+    model.hints.beam_speed = [beam, chemical](const SurfacePoint& point) {
         const auto m = static_cast<std::size_t>(point.material);
         return levelset::BeamSpeed{point.visible ? beam[m] : 0.0, chemical[m]};
     };
-    model.max_etch_rate = [beam, chemical](const SurfacePoint& point) {
+    model.hints.max_etch_rate = [beam, chemical](const SurfacePoint& point) {
         // At the extremes of n.d, which counts as 0 in the shadow.
         const auto m = static_cast<std::size_t>(point.material);
         const double facing = point.visible ? beam[m] + chemical[m] : chemical[m];

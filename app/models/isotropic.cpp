@@ -12,8 +12,8 @@ Model make_isotropic(const Values& values, const Materials& materials) {
     const auto [low, high] = std::minmax_element(rate.begin(), rate.end());
     Model model;
     model.deposit = film(values, materials, *high > 0.0);
-    model.max_speed = std::max(std::abs(*low), std::abs(*high));
-    for (const double v : rate) model.inert.push_back(v == 0.0);
+    model.hints.max_speed = std::max(std::abs(*low), std::abs(*high));
+    for (const double v : rate) model.hints.inert.push_back(v == 0.0);
     model.speed = [rate](const SurfacePoint& point) {
         return rate[static_cast<std::size_t>(point.material)];
     };

@@ -56,6 +56,24 @@ struct Coverages {
     std::function<double(std::size_t k, const SurfacePoint&)> rate = {};
 };
 
+/// What a model may say of its speed V beside its values: bounds for schemes and time steps, and forms that save time.
+/// Each may be left out, where not said otherwise.
+struct SpeedHints {
+    /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
+    /// sharper.
+    std::optional<double> max_speed;
+    /// To be set where V depends on the normal: the largest etch rate, 0 for none, at a point over all normals. Its
+    /// own normal is not read.
+    std::function<double(const SurfacePoint&)> max_etch_rate;
+    /// By material: V is 0 there whatever arrives and whatever the normal. Empty: not known of any.
+    std::vector<std::uint8_t> inert;
+    /// Where V(n) = facing max(0, n . beam) + always: the two numbers at a point, whose own normal is not read. V
+    /// need not be evaluated at every node and normal then.
+    std::function<levelset::BeamSpeed(const SurfacePoint&)> beam_speed;
+    /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex. V of one sign.
+    std::vector<Vec3> dissipation;
+};
+
 /// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.
 struct Model {
     std::vector<flux::Species> species;
@@ -79,26 +97,14 @@ struct Model {
     bool growing_time_steps = false;   ///< the k-th of n of those ends at (k/n)^2 of the step, else k/n
     bool depends_on_normal = false;    ///< V is V(n): needs a scheme with dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
-    /// To be set where depends_on_normal: the largest etch rate, 0 for none, at a point over all normals. Its own
-    /// normal is not read.
-    std::function<double(const SurfacePoint&)> max_etch_rate;
-    /// By material: V is 0 there whatever arrives and whatever the normal. Empty: not known of any.
-    std::vector<std::uint8_t> inert;
-    /// Where V(n) = facing max(0, n . beam) + always: the two numbers at a point, whose own normal is not read. Saves
-    /// asking for V at every node and normal.
-    std::function<levelset::BeamSpeed(const SurfacePoint&)> beam_speed;
     /// V at many points at once, each with the normal of its triangle; where it is set it stands for `speed`. Asked
     /// once a time step, in the recipe's length per time, never in parallel: for laws of other languages.
     std::function<std::vector<double>(std::span<const SurfacePoint>)> speeds;
     bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
     std::optional<int> deposit;  ///< material id of the film that grows
-    /// Bound of |V| where fluxes do not enter; of V(n) as a Hamiltonian, the sum of its |dH/dp|, if it is
-    /// sharper.
-    std::optional<double> max_speed;
+    SpeedHints hints;            ///< what is known of `speed`
     /// By material: what a user should know where it is on the wafer, beginning with the key concerned; or "".
     std::vector<std::string> notes;
-    /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex. V of one sign.
-    std::vector<Vec3> dissipation;
 };
 
 /// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).

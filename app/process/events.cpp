@@ -32,9 +32,9 @@ bool overlap(const std::vector<Box3>& some, const std::vector<Box3>& others) {
 // whose film is stripped: events_test.cpp, "a material that vanishes").
 constexpr double kVanishedShare = 0.01;
 
-// The names of the materials that the pieces show, those of most area first, without traces in the corners.
-std::string materials_of(const Recipe& recipe, const levelset::MaterialStack& stack,
-                         const TriangleMesh& surface, const std::vector<const SurfacePiece*>& pieces) {
+// The names of the materials bare on the pieces, those of most area first, without traces in the corners.
+std::string bare_materials(const Recipe& recipe, const levelset::MaterialStack& stack,
+                           const TriangleMesh& surface, const std::vector<const SurfacePiece*>& pieces) {
     constexpr double kLeastShare = 0.05;
     const std::vector<std::uint32_t> part = levelset::piece_of_vertices(surface, stack.domain);
     std::vector<double> area(recipe.materials.size(), 0.0);
@@ -60,7 +60,7 @@ std::string materials_of(const Recipe& recipe, const levelset::MaterialStack& st
 }
 
 // The surface at one time, and what may have happened to it.
-struct Look {
+struct Survey {
     const Recipe& recipe;
     const TriangleMesh& surface;
     RunState& state;
@@ -68,17 +68,18 @@ struct Look {
     const std::vector<SurfacePiece>& pieces;
 
     Event& add(const char* kind) {
-        return state.history.events.emplace_back(Event{kind, state.time, step, {}, 1, 0.0, Vec3::Zero()});
+        return state.history.events.emplace_back(
+            Event{kind, state.process_time(), step, {}, 1, 0.0, Vec3::Zero()});
     }
 
-    // A vertex, what rounding has left of a zero taken away.
+    // A vertex, with what rounding has left of a zero taken away.
     Vec3 place(Vec3 p) const {
         for (double& x : p)
             if (std::abs(x) < 1e-6 * state.stack.domain.spacing) x = 0.0;
         return p;
     }
 
-    // Pieces of a kind, against those known, by where they are.
+    // Notes pieces that overlap none of those known.
     void pieces_of(const char* kind, bool (SurfacePiece::*is)() const, std::vector<Box3>& known) {
         const double cell = std::pow(state.stack.domain.spacing, 3);
         std::vector<Box3> now;
@@ -98,7 +99,7 @@ struct Look {
         }
         event.count = fresh.size();
         event.at = place(surface.vertices[largest->top]);
-        if (event.kind == kDetached) event.material = materials_of(recipe, state.stack, surface, fresh);
+        if (event.kind == kDetached) event.material = bare_materials(recipe, state.stack, surface, fresh);
     }
 
     void ends() {
@@ -148,11 +149,11 @@ std::size_t note_events(const Recipe& recipe, const TriangleMesh& surface,
                         const std::vector<SurfacePiece>& pieces, std::size_t step, RunState& state) {
     const std::size_t before = state.history.events.size();
     if (pieces.empty()) return 0;
-    Look look{recipe, surface, state, step, pieces};
-    look.materials();
-    look.pieces_of(kDetached, &SurfacePiece::hangs, state.history.hanging);
-    look.pieces_of(kVoidClosed, &SurfacePiece::shuts_in, state.history.voids);
-    look.ends();
+    Survey survey{recipe, surface, state, step, pieces};
+    survey.materials();
+    survey.pieces_of(kDetached, &SurfacePiece::hangs, state.history.hanging);
+    survey.pieces_of(kVoidClosed, &SurfacePiece::shuts_in, state.history.voids);
+    survey.ends();
     return state.history.events.size() - before;
 }
 

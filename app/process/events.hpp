@@ -9,10 +9,10 @@
 
 namespace sidewall::app {
 
-/// Takes what \p state begins with for granted: what hangs, is shut in or missing from the start is no event.
+/// Notes what hangs, is shut in or missing from the start, which is no event.
 void begin_events(const Recipe& recipe, RunState& state);
 
-/// Notes in the state's history what has happened since it was last looked at:
+/// Notes in the state's history what has happened since the last call:
 ///
 /// - a material of which no more than a hundredth is left of the most that a step began with or made;
 /// - a piece of material that nothing below holds any more, as a mask undercut from both sides. It stays where it

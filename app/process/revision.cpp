@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "app/recipe/differences.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -17,7 +18,7 @@ bool may_change(const std::string& difference) {
     return (of("flux.") && !of("flux.method")) || of("simplify.") || of("advection.");
 }
 
-// The step with what may change as in \p other: the duration, the stop conditions and the model's values.
+// The step with the duration, the stop conditions and the model's values of \p other, which may change.
 Step revised_as(Step step, const Step& other) {
     step.duration = other.duration;
     step.stop_depth = other.stop_depth;
@@ -29,6 +30,52 @@ Step revised_as(Step step, const Step& other) {
     if (deposit != step.values.entries.end()) values.entries.insert(*deposit);
     step.values = values;
     return step;
+}
+
+void refuse_differences(const std::string& where, const std::vector<std::string>& list) {
+    if (list.empty()) return;
+    constexpr std::size_t kMost = 5;
+    std::vector<std::string> shown(list.begin(), list.begin() + std::min(kMost, list.size()));
+    if (list.size() > kMost) shown.push_back(fmt::format("{} more", list.size() - kMost));
+    throw FileError(fmt::format("the recipes differ in {}{}", where, fmt::join(shown, ", ")));
+}
+
+// The step with the duration and stop conditions of \p other, which a longer one may change.
+Step as_long_as(Step step, const Step& other) {
+    step.duration = other.duration;
+    step.stop_depth = other.stop_depth;
+    step.stop_thickness = other.stop_thickness;
+    step.values.entries.erase("stop");
+    if (const auto stop = other.values.entries.find("stop"); stop != other.values.entries.end())
+        step.values.entries.insert(*stop);
+    return step;
+}
+
+bool comes_earlier(const std::optional<double>& now, const std::optional<double>& there) {
+    return now && (!there || *now < *there);
+}
+
+// Whether the step's condition is met before the other's, or cannot be compared with it.
+bool stops_earlier(const Recipe& recipe, const Step& now, const Step& there) {
+    const std::string text = stop_text(now), before = stop_text(there);
+    if (text == before || text.empty()) return false;
+    if (before.empty()) return true;
+    const StopRule rule = stop_rule(recipe, text), other = stop_rule(recipe, before);
+    if (rule.figure != other.figure || rule.above != other.above) return true;
+    return rule.above ? rule.value < other.value : rule.value > other.value;
+}
+
+// \p done is the time that the step has taken.
+void refuse_shorter(const std::string& where, const Recipe& recipe, const Step& now, const Step& there,
+                    double done) {
+    std::vector<std::string> shorter;
+    if (now.duration < done * (1.0 - 1e-12))
+        shorter.push_back(fmt::format("duration = {:.6g} (there {:.6g} are done)", now.duration, done));
+    if (comes_earlier(now.stop_depth, there.stop_depth)) shorter.emplace_back("an earlier stop_depth");
+    if (comes_earlier(now.stop_thickness, there.stop_thickness))
+        shorter.emplace_back("an earlier stop_thickness");
+    if (stops_earlier(recipe, now, there)) shorter.emplace_back("an earlier stop, or one at another figure");
+    refuse_differences(where, shorter);
 }
 
 }  // namespace
@@ -55,6 +102,27 @@ void require_revision(const Recipe& recipe, const Recipe& began_with, const RunS
             "{}: cannot change while the run goes on: {}; change flux (but its method), simplify, "
             "advection, values of the step at hand, or later steps",
             recipe.file, fmt::join(list, ", ")));
+}
+
+void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
+    refuse_differences("", differences(recipe, began_with));
+    const std::vector<Step> now = expanded_steps(recipe), there = expanded_steps(began_with);
+    const bool finished = state.step >= there.size();
+    const std::size_t last = finished ? there.size() - 1 : state.step;
+    if (now.size() <= last)
+        throw FileError(
+            fmt::format("this recipe has {} steps, and the run there is in step {}", now.size(), last + 1));
+    for (std::size_t k = 0; k < last; ++k)
+        refuse_differences(fmt::format("step {} ({}): ", k + 1, now[k].name), differences(now[k], there[k]));
+    const std::string where = fmt::format("step {} ({}): ", last + 1, now[last].name);
+    refuse_differences(where, differences(as_long_as(now[last], there[last]), there[last]));
+    refuse_shorter(where, recipe, now[last], there[last], state.since(state.starts[last]));
+    const bool longer = !differences(now[last], there[last]).empty();
+    if (!finished || !longer) return;
+    state.step = last;
+    state.step_start = state.starts[last] - state.epoch;
+    state.starts.resize(last + 1);
+    state.time_steps.resize(last + 1);
 }
 
 }  // namespace sidewall::app

@@ -1,20 +1,19 @@
 #pragma once
-#include <memory>
-
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
 
+// When a run may go on with another recipe than the one that began it.
 namespace sidewall::app {
 
-/// Thrown by a run's observer before a time step: the run goes on from there with another recipe, one that
-/// require_revision lets pass. The observer is then told of that time step anew.
-struct Revised {
-    std::shared_ptr<const Recipe> recipe;
-};
-
-/// A run that another recipe began may go on with \p recipe: it may trace, coarsen and advect otherwise, and have other
-/// values of the step at hand and other steps after it.
+/// Lets a run go on with \p recipe before its next time step: it may trace, simplify and advect in other ways, and
+/// have other values of the step at hand and other steps after it.
 /// \throws RecipeError naming what else differs.
 void require_revision(const Recipe& recipe, const Recipe& began_with, const RunState& state);
+
+/// Lets a resumed run go on with \p recipe where the two agree: in all but their steps, and in the steps that are
+/// done. The step at hand, or the last one of a finished run, may last longer or have a later stop_depth or
+/// stop_thickness; names of steps may differ.
+/// \throws FileError naming the differences that forbid it.
+void extend(RunState& state, const Recipe& recipe, const Recipe& began_with);
 
 }  // namespace sidewall::app

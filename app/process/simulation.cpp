@@ -4,26 +4,21 @@
 #include <tbb/tick_count.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <set>
 
 #include "app/common/progress.hpp"
+#include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/flux_methods.hpp"
-#include "app/process/arriving/flux_reuse.hpp"
 #include "app/process/arriving/rates.hpp"
-#include "app/process/arriving/traced_surface.hpp"
+#include "app/process/arriving/trace.hpp"
+#include "app/process/arriving/traced_mesh.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/events.hpp"
 #include "app/process/record/run_folder.hpp"
-#include "app/process/reshape.hpp"
-#include "app/process/revision.hpp"
-#include "app/process/start.hpp"
-#include "app/process/state.hpp"
-#include "app/process/stop.hpp"
 #include "app/process/time_step.hpp"
-#include "app/recipe/step_materials.hpp"
+#include "app/process/wafer.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/whole_summary.hpp"
@@ -53,7 +48,7 @@ struct Run {
     ProgressBar& progress;
     tbb::tick_count start;      // of this part of the run,
     double seconds_before = 0;  // and what the parts before it took
-    std::set<std::string>& told_methods;
+    std::set<std::string>& reported_methods;
 
     void update(const RunState& state, std::string_view note) const {
         progress.update(time_done(steps, state), note);
@@ -61,11 +56,14 @@ struct Run {
     void count_seconds(Timing& timing) const {
         timing.total = seconds_before + (tbb::tick_count::now() - start).seconds();
     }
+    void warn(const std::string& text) const {
+        if (!text.empty() && options.warn) options.warn(text);
+    }
 };
 
-// Says what has happened to the wafer by the work of a step.
-void tell_events(const Run& run, const TriangleMesh& surface,
-                 const std::vector<levelset::SurfacePiece>& pieces, std::size_t step, RunState& state) {
+// Reports what a step has done to the wafer.
+void report_events(const Run& run, const TriangleMesh& surface,
+                   const std::vector<levelset::SurfacePiece>& pieces, std::size_t step, RunState& state) {
     const PhaseClock clock(state.timing.output);
     const std::size_t count = note_events(run.recipe, surface, pieces, step, state);
     const std::vector<Event>& events = state.history.events;
@@ -74,12 +72,13 @@ void tell_events(const Run& run, const TriangleMesh& surface,
 }
 
 // The surface at the start of a step is the work of the one before.
-void tell_events(const Run& run, const TracedSurface& surface, RunState& state) {
+void report_events(const Run& run, const TracedSurface& surface, RunState& state) {
     const std::size_t step = state.begins_step() && state.step > 0 ? state.step - 1 : state.step;
-    tell_events(run, surface.raw, surface.pieces, step, state);
+    report_events(run, surface.raw, surface.pieces, step, state);
 }
 
-void end_step(const char* stopped_by, RunState& state) {
+// Accounts for what the step has added and removed.
+void close_step(const char* stopped_by, RunState& state) {
     const PhaseClock clock(state.timing.output);
     end_step(state.stack, state.step, {state.time - state.step_start, stopped_by}, state.history);
 }
@@ -88,18 +87,9 @@ void end_step(const char* stopped_by, RunState& state) {
 bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (!reshape(run.recipe, step, state.stack)) return false;
     const TriangleMesh surface = levelset::extract_surface(state.stack);
-    tell_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
-    end_step(kDuration, state);
+    report_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
+    close_step(kDuration, state);
     return true;
-}
-
-// The reader asks for the materials of the recipe; a wafer that comes from elsewhere may hold others.
-void require_values_on(const levelset::MaterialStack& stack, const Recipe& recipe, const Step& step) {
-    try {
-        require_values({step.name, &step, layer_materials(stack)}, recipe.materials);
-    } catch (const KeyError& error) {
-        throw RecipeError(fmt::format("{}: step {}: {}", recipe.file, step.name, error.what()));
-    }
 }
 
 // The step's model, with the caller's law for its speed if there is one.
@@ -114,62 +104,72 @@ Model model_of(const Run& run, const Step& step) {
     model.speeds = [speeds = run.options.speeds, step, plain](std::span<const SurfacePoint> points) {
         return speeds(step, plain, points);
     };
-    model.inert.clear();
-    model.beam_speed = nullptr;
+    model.hints.inert.clear();  // which is the model's own speed's
+    model.hints.beam_speed = nullptr;
     return model;
 }
 
 Model begin_step(const Run& run, const Step& step, RunState& state) {
-    require_values_on(state.stack, run.recipe, step);
+    require_values(run.recipe, step, state.stack);
     Model model = model_of(run, step);
     if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
+    state.begin_step(step.duration);
     return model;
 }
 
-// Process time at which the step at hand began; after the last one, the last that takes time.
-double began(const Run& run, const RunState& state) {
+// Time since the step at hand began; after the last one, since the last that takes time.
+double time_in_step(const Run& run, const RunState& state) {
     std::size_t k = std::min(state.step, run.steps.size() - 1);
     while (state.step == run.steps.size() && k > 0 && find_model(run.steps[k].model)->make == nullptr) --k;
-    return state.starts[k];
+    return state.since(state.starts[k]);
 }
 
-TracedSurface trace(const Run& run, const Model& model, const levelset::MaterialStack& stack,
-                    const SurfaceField& carried, std::uint32_t key, bool settle, RunState& state) {
-    const auto progress = [&](double part) {
+TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const RunState& state) {
+    const auto progress = [&run, &state](double part) {
         run.update(state, fmt::format("tracing {:.0f} %", 100 * part));
     };
-    const double time = state.time - began(run, state);
-    return trace_surface(run.recipe, model, stack, carried,
-                         {key, settle, progress, time, run.options.stop, state.methods, run.options.shares},
-                         state.timing);
+    return {.key = key,
+            .settle = settle,
+            .progress = progress,
+            .time = time_in_step(run, state),
+            .stop = run.options.stop,
+            .methods = state.methods,
+            .shares = run.options.shares,
+            .warn = run.options.warn};
 }
 
-// Says how the species of a step are traced where that was chosen, once for the steps that are alike.
-void tell_methods(const Run& run, const Model& model, const Step& step, const RunState& state) {
+// Says how the species of a step are traced where that was chosen, once for equal steps.
+void report_methods(const Run& run, const Model& model, const Step& step, const RunState& state) {
     if (run.recipe.flux.method != "auto" || model.species.empty()) return;
     std::string choice = step.model;
     for (const SpeciesMethod& method : state.methods)
         choice += fmt::format(" {} {}", method.species, method_name(method));
-    if (run.told_methods.insert(choice).second)
+    if (run.reported_methods.insert(choice).second)
         run.progress.line(fmt::format("step {}: {}", step.name, describe(state.methods)));
 }
 
-// The surface at this time and what arrives on it, traced or, where the recipe allows it, carried over.
-TracedSurface current_surface(const Run& run, const Model& model, const Step& step, RunState& state) {
-    const bool carries_over = state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) &&
-                              !model.species.empty() &&
-                              !model.coverages.transient;  // which every time step changes
-    if (carries_over)
-        return carried_surface(model, state.stack, state.carried, state.time - state.step_start,
-                               state.timing);
+// Whether the fluxes of the last trace serve this time step, too.
+bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
+    return state.reuse.left > 0 && !state.begins_step() && !run.folder.due(state) && !model.species.empty() &&
+           !model.coverages.transient;  // which every time step changes
+}
+
+// The surface at this time and what arrives on it: extract, simplify, trace. Coverages react between traces.
+TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
+    TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
+    if (reuses_fluxes(run, model, state)) {
+        reuse_fluxes(model, state.stack, state.carried, surface, state.timing);
+        return surface;
+    }
     state.reuse.left = 0;  // a run resumed here traces, too
     const bool begins = state.begins_step();
     if (begins) state.methods.clear();
-    const bool chooses = state.methods.empty();
-    TracedSurface surface = trace(run, model, state.stack, state.carried, state.time_step, begins, state);
-    if (chooses && surface.arriving) {
+    const TraceRequest request = request_of(run, state.time_step, begins, state);
+    if (!model.species.empty()) simplify(run.recipe, state.stack, state.carried, surface, state.timing);
+    trace(run.recipe, model, state.stack, state.carried, request, surface, state.timing);
+    if (request.methods.empty() && surface.arriving) {
         state.methods = surface.arriving->trace->methods;
-        tell_methods(run, model, step, state);
+        report_methods(run, model, step, state);
     }
     return surface;
 }
@@ -188,35 +188,20 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
         levelset::MaterialStack reached = levelset::copy(state.stack);
         levelset::advect_to_stage(reached, motions, dt, scheme);
         const std::uint32_t key = state.time_step | static_cast<std::uint32_t>(motions.size()) << kStageBit;
-        motions.push_back(surface_motion(
-            model, reached, trace(run, model, reached, carried, key, false, state), state.timing));
+        const TracedSurface traced = trace_surface(run.recipe, model, reached, carried,
+                                                   request_of(run, key, false, state), state.timing);
+        motions.push_back(surface_motion(model, reached, traced, state.timing));
     }
     return motions;
 }
 
-// What a trace leaves for the next time step; nothing of fluxes that were carried over.
-std::optional<SurfaceField> traced_field(const Recipe& recipe, const Model& model,
-                                         const TracedSurface& surface, double dt) {
-    if (surface.arriving && !surface.arriving->trace) return std::nullopt;
-    return field_to_carry(recipe, model, surface, dt);
-}
-
-// Moves the surface.
+// Moves the surface and the time, and at times chooses the columns of grid levels anew.
 void advance(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
              const TimeStep& next, RunState& state) {
-    // What stands still is left as it is: re-distancing would move it by a thousandth of a cell.
-    const bool moves = next.speed > 0.0 || std::ranges::any_of(motions, [&](const levelset::Motion& motion) {
-                           return levelset::max_speed(state.stack, motion) > 0.0;
-                       });
     const bool anew = state.chooses_columns();
     std::vector<levelset::LevelColumns> wanted;
     if (anew) wanted = levelset::columns_of_speed(state.stack, motions.front());
-    if (moves) {
-        const auto seconds =
-            levelset::advect(state.stack, motions, next.dt, scheme_for(model, recipe.advection));
-        state.timing.advect += seconds.advect;
-        state.timing.redistance += seconds.redistance;
-    }
+    advect(recipe, model, motions, next, state.stack, state.timing);
     if (anew) {  // also where nothing moves, as it may in the next time steps
         const PhaseClock clock(state.timing.redistance);
         levelset::choose_columns(state.stack, wanted);
@@ -233,49 +218,57 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
     if (run.options.stop() && !last) throw Interrupted("");
 }
 
+// One time step: extract, simplify, trace, react, rates, advect, record.
+// \returns the stop condition that holds, and nothing is done; null if the time step was made.
+const char* make_time_step(const Run& run, const Step& step, const Model& model, RunState& state) {
+    const Recipe& recipe = run.recipe;
+    // Extract, simplify, trace.
+    const auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
+    report_events(run, *surface, state);
+    const auto [to_stop, key] = distance_to_stop(recipe, step, state.stack, surface->raw);
+    if (state.begins_step()) run.warn(stop_warning(step, state.step + 1, to_stop));
+    if (to_stop == 0.0) return key;
+    if (run.folder.due(state)) {
+        run.folder.save(state, model, *surface);
+        run.folder.checkpoint(state);
+    }
+    // Rates.
+    levelset::Motion motion =
+        surface_motion(model, state.stack, *surface, state.timing, state.chooses_columns());
+    const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
+    // React: coverages at the end of the time step. Fluxes that were carried over leave nothing new.
+    const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
+                                       state.begins_step() ? nullptr : &state.carried, *surface);
+    std::optional<SurfaceField> fresh;
+    if (!surface->arriving)
+        fresh.emplace();
+    else if (surface->arriving->trace)
+        fresh = field_to_carry(recipe, model, *surface, coverages_after(model, *surface, next.dt));
+    const std::vector<levelset::Motion> motions = stage_motions(
+        run, model, std::move(motion), *surface, fresh ? *fresh : state.carried, next.dt, state);
+    // Before anything is noted, so that a run which the observer interrupts goes on with this time step.
+    if (run.options.observe) run.options.observe({step, model, state, surface, next.dt});
+    // Record, advect.
+    run.folder.record(state, step, *surface, next);
+    state.reuse = reuse;
+    if (fresh) state.carried = std::move(*fresh);
+    advance(recipe, model, motions, next, state);
+    end_time_step(run, step, state);
+    return nullptr;
+}
+
 // The time loop.
 void make_steps(const Run& run, RunState& state) {
-    const Recipe& recipe = run.recipe;
     for (; state.step < run.steps.size(); state.enter(state.step + 1)) {
         const Step& step = run.steps[state.step];
         if (reshape_at_once(run, step, state)) continue;
         const Model model = begin_step(run, step, state);
-        const char* stopped_by = kDuration;
-        while (!state.reached(state.step_start + step.duration)) {
-            const auto shared =
-                std::make_shared<const TracedSurface>(current_surface(run, model, step, state));
-            const TracedSurface& surface = *shared;
-            tell_events(run, surface, state);
-            const auto [to_stop, key] = distance_to_stop(recipe, step, state.stack, surface.raw);
-            if (state.begins_step()) note_stop(step, state.step + 1, to_stop);
-            if (to_stop == 0.0) {
-                stopped_by = key;
-                break;
-            }
-            if (run.folder.due(state)) {
-                run.folder.save(state, model, surface);
-                run.folder.checkpoint(state);
-            }
-            levelset::Motion motion =
-                surface_motion(model, state.stack, surface, state.timing, state.chooses_columns());
-            const TimeStep next = choose_time_step(recipe, step, model, state, motion, to_stop);
-            const FluxReuse reuse = next_reuse(recipe.flux.reuse, model, state.reuse,
-                                               state.begins_step() ? nullptr : &state.carried, surface);
-            std::optional<SurfaceField> fresh = traced_field(recipe, model, surface, next.dt);
-            const std::vector<levelset::Motion> motions = stage_motions(
-                run, model, std::move(motion), surface, fresh ? *fresh : state.carried, next.dt, state);
-
-            // Before anything of the time step is noted, so that a run which the observer interrupts goes on
-            // with it.
-            if (run.options.observe) run.options.observe({step, model, state, shared, next.dt});
-            run.folder.record(state, step, surface, next);
-            state.reuse = reuse;
-            if (fresh) state.carried = std::move(*fresh);
-            advance(recipe, model, motions, next, state);
-            end_time_step(run, step, state);
-        }
-        if (stopped_by == kDuration) note_missing_figure(recipe, step, state.step + 1, state.stack);
-        end_step(stopped_by, state);
+        const char* stopped_by = nullptr;
+        while (stopped_by == nullptr && !state.reached(state.step_start + step.duration))
+            stopped_by = make_time_step(run, step, model, state);
+        if (stopped_by == nullptr)
+            run.warn(missing_figure_warning(run.recipe, step, state.step + 1, state.stack));
+        close_step(stopped_by == nullptr ? kDuration : stopped_by, state);
     }
 }
 
@@ -294,8 +287,9 @@ RunResult finish(const Run& run, RunState& state) {
     run.folder.checkpoint(state);
     const Model model = last_model(run);
     const auto surface = std::make_shared<const TracedSurface>(
-        trace(run, model, state.stack, state.carried, state.time_step, false, state));
-    tell_events(run, *surface, state);
+        trace_surface(run.recipe, model, state.stack, state.carried,
+                      request_of(run, state.time_step, false, state), state.timing));
+    report_events(run, *surface, state);
     run.folder.save(state, model, *surface);
     run.count_seconds(state.timing);
     RunResult result{surface->raw, state.timing, run.folder.finish(state, run.steps, *surface)};
@@ -306,25 +300,22 @@ RunResult finish(const Run& run, RunState& state) {
 
 std::string how_to_go_on(const Run& run, const RunState& state) {
     const RunOptions& options = run.options;
-    return fmt::format("stopped at {:.6g} of {:.6g} {}; {}", state.time, total_duration(run.steps),
+    return fmt::format("stopped at {:.6g} of {:.6g} {}; {}", state.process_time(), total_duration(run.steps),
                        run.recipe.domain.time_unit,
                        options.resume_command.empty() ? "what is finished is in " + options.output.string()
                                                       : "go on with: " + options.resume_command);
 }
 
 // What to do when a finished run's extension fails: the checkpoint may still be the finished run's.
-void tell_way_back(const RunOptions& options, std::filesystem::file_time_type before) {
+std::string way_back(const RunOptions& options, std::filesystem::file_time_type before) {
     std::error_code failure;
     const bool untouched =
         std::filesystem::last_write_time(options.output / "checkpoint.vdb", failure) == before;
-    std::fputs(
-        fmt::format("{}: the extension of the finished run there failed: {}\n", options.output.string(),
-                    untouched ? "its checkpoint is as it was: --resume with the recipe as it was makes "
-                                "the finished run's files again"
-                              : "its checkpoint is of a later time: only this recipe or a longer one goes "
-                                "on from there, with --resume")
-            .c_str(),
-        stderr);
+    return fmt::format("{}: the extension of the finished run there failed: {}", options.output.string(),
+                       untouched ? "its checkpoint is as it was: --resume with the recipe as it was makes "
+                                   "the finished run's files again"
+                                 : "its checkpoint is of a later time: only this recipe or a longer one goes "
+                                   "on from there, with --resume");
 }
 
 // Ends the run, or says how to go on.
@@ -374,9 +365,9 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
         folder.begin(state);
         ProgressBar progress(options.title, total_duration(steps), recipe.domain.time_unit, !options.quiet,
                              {.from = time_done(steps, state), .tenths = true});
-        std::set<std::string> told;
-        const Run run{recipe, steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
-                      told};
+        std::set<std::string> reported;
+        const Run run{recipe,  steps, options, folder, progress, tbb::tick_count::now(), state.timing.total,
+                      reported};
         for (;;) {
             try {
                 return make_run(run, state);
@@ -391,7 +382,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
     } catch (const Interrupted&) {
         throw;
     } catch (...) {
-        if (extended) tell_way_back(options, *extended);
+        if (extended && options.warn) options.warn(way_back(options, *extended));
         throw;
     }
 }

@@ -10,12 +10,8 @@
 
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
-#include "app/process/events.hpp"
-#include "app/process/recipe_levels.hpp"
-#include "app/process/record/extended_run.hpp"
-#include "app/process/start.hpp"
+#include "app/process/revision.hpp"
 #include "app/recipe/differences.hpp"
-#include "app/recipe/layers.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/layers/checkpoint.hpp"
 #include "levelset/layers/level_features.hpp"
@@ -29,7 +25,8 @@ namespace {
 
 // What the time loop relies on, of a state whose layers are of so many materials.
 void check(const RunState& state, std::size_t materials) {
-    const bool times = state.step_start >= 0.0 && state.time >= state.step_start && std::isfinite(state.time);
+    const bool times = state.epoch >= 0.0 && state.step_start >= 0.0 && state.time >= state.step_start &&
+                       std::isfinite(state.process_time());
     if (!times || state.time_steps.size() != state.step + 1 || state.starts.size() != state.step + 1)
         throw FileError("its steps and times do not fit together");
     const auto known = [&](int material) {
@@ -48,8 +45,21 @@ void check(const RunState& state, std::size_t materials) {
 
 }  // namespace
 
+void RunState::begin_step(double duration) {
+    // Time steps may be 1e7 times shorter than the step, and must be longer than the rounding of the time.
+    constexpr double kShort = 1e-6;
+    if (!begins_step() || !(duration > 0.0) || !(duration < kShort * process_time())) return;
+    epoch = process_time();
+    step_start = time = 0.0;
+}
+
 void RunState::advance(double dt, double stop) {
+    constexpr double kLost = 0.1;  // of dt, which rounding may take from it or add to it
     const double after = time + dt;
+    if (!(std::abs(after - time - dt) <= kLost * dt))
+        throw NumericsError(fmt::format(
+            "a time step of {:.3g} is lost in the rounding of the time, {:.6g}: shorten the step or lower its rates",
+            dt, time));
     time = stop - after <= 1e-9 * dt ? stop : after;
     ++time_step;
     ++time_steps[step];
@@ -63,22 +73,10 @@ void RunState::enter(std::size_t next) {
     step = next;
     step_start = time;
     time_steps.resize(next + 1, 0);
-    starts.resize(next + 1, time);
+    starts.resize(next + 1, process_time());
 }
 
-namespace {
-
-levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::function<bool()>& stop) {
-    std::vector<std::pair<int, levelset::Shape>> bodies;
-    for (const MaterialLayer& layer : expanded_layers(recipe))
-        bodies.emplace_back(layer.material, layer.shape);
-    return stack_on_levels(recipe, domain_of(recipe),
-                           [&](const levelset::Domain& domain, const levelset::LeafChoice& where) {
-                               return levelset::sample_stack(domain, bodies, stop, where);
-                           });
-}
-
-std::vector<InputFile> inputs_of(const Recipe& recipe) {
+std::vector<InputFile> input_files(const Recipe& recipe) {
     std::set<std::string> paths;
     for (const Layer& layer : recipe.layers) paths.insert(layer.file);
     for (const Step& step : expanded_steps(recipe)) paths.insert(step.pattern.file);
@@ -89,7 +87,10 @@ std::vector<InputFile> inputs_of(const Recipe& recipe) {
     return files;
 }
 
-// The recipe of a checkpoint, whose files may have been moved since: they are known by their bytes.
+namespace {
+
+// The recipe of a checkpoint with the paths of its files as they are now: files that were moved are known by
+// their bytes.
 std::string with_files_as_now(std::string text, const std::vector<InputFile>& then,
                               const std::vector<InputFile>& now) {
     for (const InputFile& old : then) {
@@ -108,33 +109,15 @@ std::string with_files_as_now(std::string text, const std::vector<InputFile>& th
     return text;
 }
 
-}  // namespace
-
-RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) {
-    RunState state;
-    state.inputs = inputs_of(recipe);
-    state.stack = recipe.start.from.empty() ? stack_of_layers(recipe, stop) : stack_of_run(recipe, stop);
-    state.enter(0);
-    state.history = begin_history(state.stack, recipe.materials.size());
-    begin_events(recipe, state);
-    return state;
-}
-
-RunState initial_state(const Recipe& recipe) {
-    return initial_state(recipe, {});
-}
-
-namespace {
-
 FileError unusable(const std::filesystem::path& folder, const std::string& reason,
                    const std::string& advice) {
     return FileError(fmt::format("{}: this recipe cannot go on from it: {}; {}",
                                  (folder / "checkpoint.vdb").string(), surface::printable(reason), advice));
 }
 
-// A checkpoint of another domain cannot be read; the recipe beside it tells what is different.
-levelset::Checkpoint load(const std::filesystem::path& folder, const Recipe& recipe,
-                          const std::string& advice) {
+// Loads a checkpoint. One of another domain cannot be read; the recipe beside it shows what is different.
+levelset::Checkpoint loaded_from(const std::filesystem::path& folder, const Recipe& recipe,
+                                 const std::string& advice) {
     try {
         return levelset::load_checkpoint(folder / "checkpoint.vdb", domain_of(recipe));
     } catch (const FileError& error) {
@@ -157,6 +140,7 @@ levelset::Checkpoint load(const std::filesystem::path& folder, const Recipe& rec
 RunState state_from_json(const Json& json) {
     RunState state;
     json.at("step").get_to(state.step);
+    state.epoch = json.value("epoch", 0.0);  // since version 0.3
     json.at("step_start").get_to(state.step_start);
     json.at("starts").get_to(state.starts);
     json.at("time").get_to(state.time);
@@ -192,7 +176,7 @@ RunState state_from_json(const Json& json) {
 
 Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
                            const std::string& advice) {
-    levelset::Checkpoint loaded = load(folder, recipe, advice);
+    levelset::Checkpoint loaded = loaded_from(folder, recipe, advice);
     try {
         const Json json = Json::from_cbor(loaded.text);
         Checkpoint checkpoint{state_from_json(json), json.at("recipe").get<std::string>(),
@@ -212,7 +196,7 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
     const std::string advice = "choose another folder with -o, or start anew with --overwrite";
     Checkpoint checkpoint = read_checkpoint(folder, recipe, advice);
     try {
-        const std::vector<InputFile> inputs = inputs_of(recipe);
+        const std::vector<InputFile> inputs = input_files(recipe);
         const std::string text = with_files_as_now(checkpoint.recipe, checkpoint.state.inputs, inputs);
         checkpoint.state.inputs = inputs;
         if (text == effective_recipe(recipe)) return std::move(checkpoint.state);
@@ -243,6 +227,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"materials", material_names(recipe.materials)},
                     {"length_unit", recipe.domain.length_unit},
                     {"step", state.step},
+                    {"epoch", state.epoch},
                     {"step_start", state.step_start},
                     {"starts", state.starts},
                     {"time", state.time},

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "app/common/timing.hpp"
-#include "app/process/arriving/flux_reuse.hpp"
 #include "app/process/arriving/surface_field.hpp"
 #include "app/process/record/run_history.hpp"
 #include "app/recipe/recipe.hpp"
@@ -36,10 +35,13 @@ struct InputFile {
 /// Everything a run carries from one time step to the next; a checkpoint holds it all.
 struct RunState {
     levelset::MaterialStack stack;
-    std::size_t step = 0;                 ///< of the recipe, loops unrolled
-    double step_start = 0.0;              ///< process time at which it began
-    std::vector<double> starts;           ///< the same of every step so far
-    double time = 0.0;                    ///< process time
+    std::size_t step = 0;  ///< of the recipe, loops unrolled
+    /// Process time from which step_start and time count: 0, but set anew by a step too short to be resolved in
+    /// the process time before it (begin_step).
+    double epoch = 0.0;
+    double step_start = 0.0;              ///< since the epoch, when the step at hand began
+    double time = 0.0;                    ///< since the epoch
+    std::vector<double> starts;           ///< process times at which the steps so far began
     std::uint32_t time_step = 0;          ///< over the whole run
     std::size_t saved = 0;                ///< surfaces written
     std::size_t rows = 0;                 ///< of the timeline
@@ -50,25 +52,36 @@ struct RunState {
     std::vector<SavedFile> files;         ///< what surface.pvd lists
     std::vector<SavedStack> stacks;       ///< of the surfaces written
     std::vector<InputFile> inputs;        ///< that the recipe names
-    History history;                      ///< what summary.json will tell of it all
+    History history;                      ///< what summary.json says of all steps
     Timing timing;
 
+    double process_time() const { return epoch + time; }
+    /// Time since a process time, such as one of starts.
+    double since(double start) const { return time - (start - epoch); }
+    /// \p stop is since the epoch.
     bool reached(double stop) const { return time >= stop; }
     /// No time step has been made yet of the step at hand.
     bool begins_step() const { return time == step_start; }
     /// The surface of this time is saved.
-    bool is_saved() const { return !files.empty() && files.back().time == time; }
+    bool is_saved() const { return !files.empty() && files.back().time == process_time(); }
+    /// Time since the epoch at which the next of the surfaces saved every so often is due.
+    double next_save(double every) const { return static_cast<double>(saved) * every - epoch; }
     /// The time step at hand ends with a choice of all levels' columns.
     bool chooses_columns() const;
+    /// Prepares the first time step of a step of the recipe that lasts so long: a step under a millionth of the
+    /// process time before it counts from its own start, where that time would not resolve its time steps.
+    void begin_step(double duration);
     /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on
     /// it exactly.
+    /// \throws NumericsError if the time is too long for \p dt to advance it.
     void advance(double dt, double stop);
-    /// Begins a step of the recipe.
+    /// Goes to a step of the recipe.
     void enter(std::size_t next);
 };
 
-/// The stack of the recipe's layers, or of the run that it starts from, at time 0.
-RunState initial_state(const Recipe& recipe);
+/// The files that the recipe names, as they are now.
+/// \throws FileError, IoError if one cannot be read.
+std::vector<InputFile> input_files(const Recipe& recipe);
 
 /// What DIR/checkpoint.vdb holds.
 struct Checkpoint {
@@ -83,7 +96,7 @@ struct Checkpoint {
 Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
                            const std::string& advice);
 
-/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/record/extended_run.hpp).
+/// The state in DIR/checkpoint.vdb, from which the recipe can go on (process/revision.hpp).
 /// \throws FileError if there is none, it is damaged, or naming how the recipe that made it differs.
 RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe);
 

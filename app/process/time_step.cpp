@@ -6,13 +6,77 @@
 #include <cmath>
 #include <limits>
 
+#include "app/recipe/figure_names.hpp"
+#include "app/recipe/flat.hpp"
+#include "app/results/figure_values.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/layers/levels.hpp"
+#include "levelset/meshes/extract.hpp"
+#include "surface/ray_scene.hpp"
+
 namespace sidewall::app {
 namespace {
 
-// Process time at which equal time steps must end: the end of the recipe's step or the next surface to save.
+// Grid spacings within which a front counts as arrived: re-distancing keeps its place no better.
+constexpr double kArrived = 1e-3;
+
+double lowest(const TriangleMesh& surface) {
+    double z = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : surface.vertices) z = std::min(z, p.z());
+    return z;
+}
+
+// The least thickness that lies on a material; 0 where it is bare.
+double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
+    std::vector<levelset::LayerDepths> depths;  // by level
+    for (const levelset::MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
+        depths.emplace_back(*level);
+    std::vector<float> depth(stack.layers.size() - 1);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        const Vec3 centroid = triangle_centroid(surface, t);
+        const levelset::MaterialStack& here_counts = levelset::level_at(stack, centroid);
+        const auto coarser =
+            static_cast<std::size_t>(levelset::level_count(stack) - levelset::level_count(here_counts));
+        const double touching = levelset::thinnest_film(here_counts.domain);
+        depths[coarser].at(here_counts.domain.to_index(centroid), depth);
+        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+            const double here = k < depth.size() ? static_cast<double>(depth[k]) : 0.0;
+            if (stack.layers[k].material == material)
+                least = std::min(least, here <= touching ? 0.0 : here - 0.5 * touching);
+            if (here <= touching) break;  // this layer is bare, those above end here
+        }
+    }
+    return least;
+}
+
+double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
+    if (stack.layers.size() < 2) return 0.0;
+    const TriangleMesh below = levelset::extract_surface(stack, stack.layers.size() - 2);
+    if (below.triangles.empty()) return 0.0;
+    const surface::RayScene scene(below);
+    double most = 0.0;
+    for (const Vec3& p : surface.vertices) most = std::max(most, scene.closest_point(p, 1e30).distance);
+    return most;
+}
+
+// The least distance that the front may move before the figure is beyond the value.
+double way_to(const StopRule& rule, const Recipe& recipe, const levelset::MaterialStack& stack,
+              const TriangleMesh& surface) {
+    const Measure now = measure_named(recipe, rule.figure, stack, surface);
+    const double left = rule.above ? rule.value - now.value : now.value - rule.value;
+    if (!std::isfinite(left)) return std::numeric_limits<double>::infinity();  // there is no such figure yet
+    if (left <= 0.0) return 0.0;
+    const std::string& length = recipe.domain.length_unit;
+    if (now.unit == length) return rule.figure == "depth" ? left : 0.5 * left;
+    if (now.unit == volume_unit(recipe)) return left * width_of_strip(recipe) / total_area(surface);
+    return std::numeric_limits<double>::infinity();
+}
+
+// Time at which equal time steps must end: the end of the recipe's step or the next surface to save.
 double next_event(const Recipe& recipe, const Step& step, const RunState& state) {
     const double end = state.step_start + step.duration;
-    return recipe.output.every ? std::min(end, static_cast<double>(state.saved) * *recipe.output.every) : end;
+    return recipe.output.every ? std::min(end, state.next_save(*recipe.output.every)) : end;
 }
 
 // Equal parts of what is left, each moving the front at most cfl dx.
@@ -66,10 +130,50 @@ double in_growing_parts(const Step& step, const Model& model, const RunState& st
 
 // What bounds the time step. A sharp V(n) moves kinks faster than any point of a plane.
 double bounding_speed(const Model& model, double speed) {
-    return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.max_speed.value_or(0.0)) : speed;
+    return model.depends_on_normal && speed > 0.0 ? std::max(speed, model.hints.max_speed.value_or(0.0))
+                                                  : speed;
 }
 
 }  // namespace
+
+StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack,
+                              const TriangleMesh& surface) {
+    StopDistance nearest;
+    const auto consider = [&](double left, const char* key) {
+        if (left < nearest.left) nearest = {left, key};
+    };
+    if (step.stop_depth) consider(*step.stop_depth + lowest(surface), "stop_depth");
+    if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
+    if (!step.stop_material.empty())
+        consider(cover(stack, surface, *material_id(recipe.materials, step.stop_material)), "stop_material");
+    if (const std::string stop = stop_text(step); !stop.empty())
+        consider(way_to(stop_rule(recipe, stop), recipe, stack, surface), "stop");
+    if (nearest.left <= kArrived * stack.domain.spacing) nearest.left = 0.0;
+    return nearest;
+}
+
+std::string stop_warning(const Step& step, std::size_t number, double to_stop) {
+    const std::string& name = step.name.empty() ? step.model : step.name;
+    if (to_stop == 0.0)
+        return fmt::format("step {} ({}): its stop condition holds before it begins: it does nothing", number,
+                           name);
+    if (std::isinf(to_stop) && !step.stop_material.empty())
+        return fmt::format("step {} ({}): there is no {} on the wafer for stop_material to meet", number,
+                           name, step.stop_material);
+    return {};
+}
+
+std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
+                                   const levelset::MaterialStack& stack) {
+    const std::string stop = stop_text(step);
+    if (stop.empty()) return {};
+    const std::string figure = stop_rule(recipe, stop).figure;
+    if (std::isfinite(measure_named(recipe, figure, stack, levelset::extract_surface(stack)).value))
+        return {};
+    return fmt::format(
+        "step {} ({}): ended by its duration: it was to stop at {}, which the wafer does not have", number,
+        step.name.empty() ? step.model : step.name, figure);
+}
 
 TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& model, const RunState& state,
                           const levelset::Motion& motion, double to_stop) {
@@ -93,6 +197,18 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
 levelset::AdvectionOptions scheme_for(const Model& model, levelset::AdvectionOptions options) {
     if (model.depends_on_normal) options.scheme = levelset::Scheme::lax_friedrichs;
     return options;
+}
+
+void advect(const Recipe& recipe, const Model& model, const std::vector<levelset::Motion>& motions,
+            const TimeStep& next, levelset::MaterialStack& stack, Timing& timing) {
+    // What stands still is left as it is: re-distancing would move it by a thousandth of a cell.
+    const bool moves = next.speed > 0.0 || std::ranges::any_of(motions, [&](const levelset::Motion& motion) {
+                           return levelset::max_speed(stack, motion) > 0.0;
+                       });
+    if (!moves) return;
+    const auto seconds = levelset::advect(stack, motions, next.dt, scheme_for(model, recipe.advection));
+    timing.advect += seconds.advect;
+    timing.redistance += seconds.redistance;
 }
 
 }  // namespace sidewall::app

@@ -60,7 +60,7 @@ py::object as_arrays(const app::Step& step, const app::Model& model, const app::
 
 }  // namespace
 
-app::SpeedLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
+app::CallerLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
     // A plain pointer: the simulation owns the callable and outlives the law, which is copied without the
     // GIL.
     return [law = law.ptr(), &recipe](const app::Step& step, const app::Model& model,

@@ -8,6 +8,6 @@ namespace sidewall::python {
 /// A model's speeds from a Python callable, which is given arrays of all points at once (sidewall/__init__.pyi, Points)
 /// and returns as many numbers.
 /// \param law, recipe  outlive what is returned.
-app::SpeedLaw speeds_by(const pybind11::object& law, const app::Recipe& recipe);
+app::CallerLaw speeds_by(const pybind11::object& law, const app::Recipe& recipe);
 
 }  // namespace sidewall::python

@@ -18,7 +18,7 @@
 namespace sidewall::python {
 
 TimeStep::TimeStep(std::shared_ptr<Simulation> simulation, const app::Moment& moment)
-    : time(moment.state.time),
+    : time(moment.state.process_time()),
       dt(moment.dt),
       step(moment.step.name),
       simulation_(std::move(simulation)),

@@ -66,11 +66,11 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
         model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
             return unit * speed(point);
         };
-        if (model.max_etch_rate)
-            model.max_etch_rate = [rate = model.max_etch_rate, unit = nm_per_s(domain)](
-                                      const SurfacePoint& point) { return unit * rate(point); };
-        if (model.max_speed) *model.max_speed *= nm_per_s(domain);
-        for (Vec3& bound : model.dissipation) bound *= nm_per_s(domain);
+        if (model.hints.max_etch_rate)
+            model.hints.max_etch_rate = [rate = model.hints.max_etch_rate, unit = nm_per_s(domain)](
+                                            const SurfacePoint& point) { return unit * rate(point); };
+        if (model.hints.max_speed) *model.hints.max_speed *= nm_per_s(domain);
+        for (Vec3& bound : model.hints.dissipation) bound *= nm_per_s(domain);
         model.in_nm_per_s = false;
     }
     return model;

@@ -149,7 +149,7 @@ Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const
         case Scheme::weno5:
             return integrate<3>(stack, deep, motions, stages, duration, options);
         case Scheme::lax_friedrichs:
-            if (motions.front()->dissipation.empty()) break;
+            if (motions.front()->law.dissipation.empty()) break;
             [[fallthrough]];
         case Scheme::engquist_osher:
             return integrate<1>(stack, deep, motions, stages, duration, options);

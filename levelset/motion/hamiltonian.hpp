@@ -149,7 +149,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
     Row growing, etching;
     std::array<OneSided, 3> d;
     differences<R>(v, Block<R>::kStride, dx, d, growing, etching);
-    if (beam) h = beam_row(d, inv_dx, in.motion.beam, first, second);
+    if (beam) h = beam_row(d, inv_dx, in.motion.law.beam, first, second);
     if (constant) {
         Row upwind;
         for (std::size_t n = 0; n < kLanes; ++n)
@@ -165,13 +165,13 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
             return speed_over(in.stack, in.motion, index, normal, in.duration);
         };
         if (in.scheme == Scheme::lax_friedrichs) {
-            const auto& bounds = in.motion.dissipation;
+            const auto& bounds = in.motion.law.dissipation;
             h[n] = lax_friedrichs(minus, plus,
                                   bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
                                   speed_of);
             // One sign as in beam_row; layers below do not grow either, see speed_over.
-            if (in.motion.beam_speed) {
-                const BeamSpeed of = in.motion.beam_speed(index, exposed(in.stack, in.motion, index));
+            if (in.motion.law.beam_speed) {
+                const BeamSpeed of = in.motion.law.beam_speed(index, exposed(in.stack, in.motion, index));
                 if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);
             }
             continue;

@@ -71,12 +71,12 @@ class BodyLimits {
     }
 
     double most_lost(std::size_t sample, std::size_t layer) const {
-        if (!motion_.inert.empty() && motion_.inert[layer]) return 0.0;
-        if (!motion_.depends_on_normal)
-            return std::max(0.0, -motion_.speed(sample, layer, Vec3::UnitZ()) * duration_);
+        if (!motion_.law.inert.empty() && motion_.law.inert[layer]) return 0.0;
+        if (!motion_.law.depends_on_normal)
+            return std::max(0.0, -motion_.law.speed(sample, layer, Vec3::UnitZ()) * duration_);
         // Without the normal all that is known of a body that etches is the rate of its fastest face: no
         // limit.
-        const bool inert = motion_.max_etch_rate && motion_.max_etch_rate(sample, layer) == 0.0;
+        const bool inert = motion_.law.max_etch_rate && motion_.law.max_etch_rate(sample, layer) == 0.0;
         return inert ? 0.0 : std::numeric_limits<double>::infinity();
     }
 

@@ -43,36 +43,15 @@ std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uin
         });
 }
 
-namespace {
-
-// Whether the surface grows everywhere, at the same speed on all layers: then it does not matter which of
-// them is bare.
-bool grows_uniformly(const MaterialStack& stack, const Motion& motion) {
-    if (motion.speed_class.empty() || motion.depends_on_normal) return false;
-    return std::ranges::all_of(first_of_classes(motion.speed_class), [&](std::size_t n) {
-        if (n == motion.speed_class.size()) return true;
-        const double v = motion.speed(n, 0, Vec3::UnitZ());
-        if (!(v >= 0.0)) return false;
-        for (std::size_t k = 1; k < stack.layers.size(); ++k)
-            if (motion.speed(n, k, Vec3::UnitZ()) != v) return false;
-        return true;
-    });
-}
-
-}  // namespace
-
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
-                   bool depends_on_normal, std::vector<std::uint8_t> speed_class) {
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedLaw law) {
     Motion motion;
     motion.extension = std::move(extension);
-    motion.speed = std::move(speed);
-    motion.depends_on_normal = depends_on_normal;
-    motion.speed_class = std::move(speed_class);
+    motion.law = std::move(law);
     const std::size_t below = stack.layers.size() - 1;
     if (below == 0) return motion;
     const auto& samples = motion.extension.samples;
     motion.thickness.resize(samples.size() * below, stack.top().background());
-    if (grows_uniformly(stack, motion)) return motion;
+    if (motion.law.same_growth) return motion;
     // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
     // one is in.
     const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
@@ -100,7 +79,7 @@ namespace {
 // Normals enter V(n) only through n . d <= 1 or crystal directions: the grid's axes and diagonals bound it.
 std::vector<Vec3> bounding_normals(const Motion& motion) {
     std::vector<Vec3> normals{Vec3::UnitZ()};
-    if (!motion.depends_on_normal) return normals;
+    if (!motion.law.depends_on_normal) return normals;
     normals.clear();
     for (int n = 0; n < 27; ++n)
         if (n != 13)
@@ -114,7 +93,7 @@ double fastest(const MaterialStack& stack, const Motion& motion, const std::vect
                std::size_t sample, std::size_t layer) {
     double most = 0.0;
     for (const Vec3& normal : normals) {
-        const double v = motion.speed(sample, layer, normal);
+        const double v = motion.law.speed(sample, layer, normal);
         if (!std::isfinite(v)) {
             const auto& c = motion.extension.samples[sample].node;
             throw NumericsError(
@@ -135,7 +114,7 @@ void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_
     for (std::size_t k = 0; k <= surface; ++k) {
         const bool reachable =
             k == surface || static_cast<double>(motion.thickness[sample * below + k]) < stack.domain.spacing;
-        if (reachable && (motion.inert.empty() || !motion.inert[k])) use(k);
+        if (reachable && (motion.law.inert.empty() || !motion.law.inert[k])) use(k);
     }
 }
 
@@ -147,7 +126,7 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
     };
     const std::vector<Vec3> normals = bounding_normals(motion);
     const std::size_t layers = stack.layers.size();
-    const bool by_class = !motion.speed_class.empty();
+    const bool by_class = !motion.law.speed_class.empty();
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, motion.extension.samples.size(), 512), 0.0,
         [&](const auto& range, double most) {
@@ -155,7 +134,7 @@ double max_speed_of_level(const MaterialStack& stack, const Motion& motion, cons
             for (std::size_t n = range.begin(); n != range.end(); ++n)
                 if (counts(n))
                     each_reachable(stack, motion, n, [&](std::size_t k) {
-                        if (by_class && std::exchange(asked[motion.speed_class[n] * layers + k], 1) != 0)
+                        if (by_class && std::exchange(asked[motion.law.speed_class[n] * layers + k], 1) != 0)
                             return;
                         most = std::max(most, fastest(stack, motion, normals, n, k));
                     });

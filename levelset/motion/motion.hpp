@@ -13,11 +13,11 @@
 namespace sidewall::levelset {
 
 /// Normal speed V (length per time; positive grows, negative etches) that layer \p layer would have at the
-/// extension's sample number \p sample if the surface's unit normal were \p normal. Called in parallel.
+/// extension's sample number \p sample if the surface's unit normal were \p normal.
 using SpeedFunction = std::function<double(std::size_t sample, std::size_t layer, const Vec3& normal)>;
 
 /// The largest etch rate (length per time, 0 where V is nowhere negative) that layer \p layer would have at the
-/// extension's sample number \p sample, over all normals. Called in parallel.
+/// extension's sample number \p sample, over all normals.
 using EtchRateFunction = std::function<double(std::size_t sample, std::size_t layer)>;
 
 /// A speed that a parallel beam makes: V(n) = facing max(0, n . d) + always, d the unit vector towards its source.
@@ -25,29 +25,39 @@ struct BeamSpeed {
     double facing = 0.0, always = 0.0;  ///< length per time
 };
 
-/// The beam's speed that layer \p layer would have at the extension's sample number \p sample. Called in parallel.
+/// The beam's speed that layer \p layer would have at the extension's sample number \p sample.
 using BeamSpeedFunction = std::function<BeamSpeed(std::size_t sample, std::size_t layer)>;
 
-/// What moves the surface in one time step: V and, per sample, the layers below it.
-struct Motion {
-    Extension extension;
+/// The most speed classes that a SpeedLaw may have.
+inline constexpr std::size_t kSpeedClasses = 256;
+
+/// The speed V of a surface at the samples of an extension, and what is known of it. The functions are called in
+/// parallel.
+struct SpeedLaw {
     SpeedFunction speed;
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
-    /// Largest etch rates, by which a body that etches at no normal is held in place. Empty: no body is taken for
-    /// inert. Not used where V does not depend on the normal.
-    EtchRateFunction max_etch_rate;
-    std::vector<float> thickness;  ///< samples x (layers - 1): depth of each lower layer below the sample
-                                   ///< (LayerDepths); world
+    /// To be set where depends_on_normal: a body that etches at no normal is held in place. Otherwise V itself
+    /// says so; empty: no body is taken for inert.
+    EtchRateFunction max_etch_rate{};
     /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
     /// convex function; else empty.
-    std::vector<Vec3> dissipation;
+    std::vector<Vec3> dissipation{};
+    std::vector<std::uint8_t> inert{};  ///< by layer: V is 0 wherever it is bare. Empty: not known of any
+    /// Where V has the form of a BeamSpeed, so that V need not be evaluated at every node; else empty.
+    BeamSpeedFunction beam_speed{};
+    Vec3 beam = Vec3::UnitZ();  ///< d of beam_speed
     /// By sample: samples of one class have the same V on the same layer, which is evaluated once. Empty: each sample
     /// has its own.
-    std::vector<std::uint8_t> speed_class;
-    std::vector<std::uint8_t> inert;  ///< by layer: V is 0 wherever it is bare. Empty: not known of any
-    /// V as a BeamSpeed where it has that form, which saves evaluating it at every node; else empty.
-    BeamSpeedFunction beam_speed;
-    Vec3 beam = Vec3::UnitZ();  ///< d of beam_speed
+    std::vector<std::uint8_t> speed_class{};
+    bool same_growth = false;  ///< V is at least 0 and the same on all layers: none of them matters
+};
+
+/// What moves the surface in one time step: V and, per sample, what lies below it.
+struct Motion {
+    Extension extension;
+    SpeedLaw law;                  ///< at the extension's samples
+    std::vector<float> thickness;  ///< samples x (layers - 1): depth of each lower layer below the sample
+                                   ///< (LayerDepths); world
     /// The motion of stack.coarser, with samples of its own; null if there is no coarser level.
     std::shared_ptr<const Motion> coarser = nullptr;
 };
@@ -55,16 +65,12 @@ struct Motion {
 /// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
 
-/// The most speed classes.
-inline constexpr std::size_t kSpeedClasses = 256;
-
 /// The first sample of each speed class, by class; the number of samples for a class that has none.
-/// \param speed_class  Motion::speed_class.
+/// \param speed_class  SpeedLaw::speed_class.
 std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uint8_t> speed_class);
 
-/// Prepares a time step. \p extension as of the stack's surface, \p speed_class as in Motion.
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedFunction speed,
-                   bool depends_on_normal, std::vector<std::uint8_t> speed_class = {});
+/// Prepares a time step. \p extension is of the stack's surface, \p law of its samples.
+Motion make_motion(const MaterialStack& stack, Extension extension, SpeedLaw law);
 
 /// The largest |V| on the surface, of exposed materials and of those less than a cell below, on all levels where they
 /// count.

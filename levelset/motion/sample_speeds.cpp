@@ -11,7 +11,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
                   double duration) {
     std::size_t layer = exposed(stack, motion, sample);
     const std::size_t below = stack.layers.size() - 1;
-    double speed = motion.speed(sample, layer, normal);
+    double speed = motion.law.speed(sample, layer, normal);
     double moved = 0.0, time_left = duration;
     if (layer < below && speed < 0.0) {
         // From below, out of the layer and into what lies on it.
@@ -19,7 +19,8 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         if (rest > 0.0) {
             if (-speed * time_left <= rest) return speed;
             time_left -= rest / -speed;
-            return -(rest - std::min(0.0, motion.speed(sample, layer + 1, normal)) * time_left) / duration;
+            return -(rest - std::min(0.0, motion.law.speed(sample, layer + 1, normal)) * time_left) /
+                   duration;
         }
     }
     while (layer > 0 && speed < 0.0) {
@@ -33,7 +34,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         while (layer > 0 &&
                static_cast<double>(motion.thickness[sample * below + layer - 1]) <= moved + touching)
             --layer;
-        speed = std::min(0.0, motion.speed(sample, layer, normal));
+        speed = std::min(0.0, motion.law.speed(sample, layer, normal));
     }
     return moved > 0.0 ? -(moved - speed * time_left) / duration : speed;
 }
@@ -59,15 +60,16 @@ class ByClass {
     template <class Ask>
     ByClass(const MaterialStack& stack, const Motion& motion, Ask&& ask)
         : motion_(motion), layers_(stack.layers.size()) {
-        if (motion.speed_class.empty()) return;
-        const std::array<std::size_t, kSpeedClasses> first = first_of_classes(motion.speed_class);
+        const std::span<const std::uint8_t> classes = motion.law.speed_class;
+        if (classes.empty()) return;
+        const std::array<std::size_t, kSpeedClasses> first = first_of_classes(classes);
         table_.resize(kSpeedClasses * layers_);
         for (std::size_t c = 0; c < kSpeedClasses; ++c)
-            for (std::size_t k = 0; k < layers_ && first[c] < motion.speed_class.size(); ++k)
+            for (std::size_t k = 0; k < layers_ && first[c] < classes.size(); ++k)
                 table_[c * layers_ + k] = ask(first[c], k);
     }
     const Value& at(std::size_t sample, std::size_t layer) const {
-        return table_[motion_.speed_class[sample] * layers_ + layer];
+        return table_[motion_.law.speed_class[sample] * layers_ + layer];
     }
 
   private:
@@ -79,10 +81,10 @@ class ByClass {
 template <class Value, class Ask, class Use>
 void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Use&& use) {
     const ByClass<Value> table(stack, motion, ask);
-    const bool by_class = !motion.speed_class.empty();
+    const bool by_class = !motion.law.speed_class.empty();
     surface::parallel_each(motion.extension.samples.size(), 1024, [&](std::size_t n) {
         const std::size_t layer = exposed(stack, motion, n);
-        if (!motion.inert.empty() && motion.inert[layer]) return;
+        if (!motion.law.inert.empty() && motion.law.inert[layer]) return;
         use(n, layer, by_class ? table.at(n, layer) : ask(n, layer));
     });
 }
@@ -95,10 +97,10 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
     speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
-    speeds.all_constant = !motion.depends_on_normal;
-    if (!motion.depends_on_normal) {
+    speeds.all_constant = !motion.law.depends_on_normal;
+    if (!motion.law.depends_on_normal) {
         const auto ask = [&](std::size_t n, std::size_t layer) {
-            return motion.speed(n, layer, Vec3::UnitZ());
+            return motion.law.speed(n, layer, Vec3::UnitZ());
         };
         each_sample<double>(stack, motion, ask, [&](std::size_t n, std::size_t layer, double v) {
             if (v < 0.0 && !stays(stack, motion, n, layer, -v * duration))
@@ -106,9 +108,9 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
             speeds.first[n] = static_cast<float>(v);
             if (v != 0.0) speeds.way[n] = Way::constant;
         });
-    } else if (motion.beam_speed && scheme == Scheme::lax_friedrichs && motion.dissipation.empty()) {
+    } else if (motion.law.beam_speed && scheme == Scheme::lax_friedrichs && motion.law.dissipation.empty()) {
         speeds.second.resize(count);
-        each_sample<BeamSpeed>(stack, motion, motion.beam_speed,
+        each_sample<BeamSpeed>(stack, motion, motion.law.beam_speed,
                                [&](std::size_t n, std::size_t layer, const BeamSpeed& v) {
                                    const double etch = std::max({0.0, -v.always, -v.facing - v.always});
                                    if (etch > 0.0 && !stays(stack, motion, n, layer, etch * duration)) {
@@ -121,7 +123,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                                });
     } else {
         for (std::size_t n = 0; n < count; ++n)
-            if (motion.inert.empty() || !motion.inert[exposed(stack, motion, n)])
+            if (motion.law.inert.empty() || !motion.law.inert[exposed(stack, motion, n)])
                 speeds.way[n] = Way::general;
     }
     return speeds;

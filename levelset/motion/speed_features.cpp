@@ -53,7 +53,7 @@ void mark_speeds(const MaterialStack& coarse, const Motion& motion, double most,
         const std::int32_t leaf = table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3);
         if (leaf < 0 || !counts_at(coarse, nullptr, c.x(), c.y())) continue;
         speeds[static_cast<std::size_t>(leaf)].add(
-            c, motion.speed(n, exposed(coarse, motion, n), Vec3::UnitZ()));
+            c, motion.law.speed(n, exposed(coarse, motion, n), Vec3::UnitZ()));
     }
     for (const SpeedsOfLeaf& leaf : speeds)
         if (leaf.count > 0.0 && leaf.steepest() > kSpeedChange * most)
@@ -70,7 +70,7 @@ std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Mot
     for (; level->coarser; level = level->coarser.get(), of = of->coarser.get()) {
         LevelColumns columns = most > 0.0 ? level->columns.none() : level->columns;
         // A speed that turns with the normal is the same on what is flat, and what is not is a feature.
-        if (!motion.depends_on_normal && most > 0.0)
+        if (!motion.law.depends_on_normal && most > 0.0)
             mark_speeds(*level->coarser, *of->coarser, most, columns);
         result.push_back(std::move(columns));
     }

@@ -14,7 +14,8 @@
 
 #include "app/common/json.hpp"
 #include "app/evaluation/study_flux.hpp"
-#include "app/process/arriving/flux_gradient.hpp"
+#include "app/process/arriving/surface_field.hpp"
+#include "app/process/arriving/traced_mesh.hpp"
 #include "flux/tracer/smoothing.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"

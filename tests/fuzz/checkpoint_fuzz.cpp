@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/process/state.hpp"
+#include "app/process/wafer.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/layers/checkpoint.hpp"
 #include "surface/error.hpp"

@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "app/process/arriving/rates.hpp"
-#include "app/process/arriving/traced_surface.hpp"
-#include "app/process/state.hpp"
+#include "app/process/arriving/trace.hpp"
+#include "app/process/wafer.hpp"
 #include "app/recipe/step_model.hpp"
 #include "levelset/meshes/extract.hpp"
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "app/process/simulation.hpp"
-#include "app/process/state.hpp"
+#include "app/process/wafer.hpp"
 #include "app/results/figure_values.hpp"
 #include "app/results/film.hpp"
 #include "app/sweep/measures.hpp"
@@ -235,7 +235,10 @@ TEST_CASE("a stop at a figure that cannot be is refused, or told when its step h
     // A flat wafer has no opening.
     const test::Folder folder;
     std::ofstream(folder.path / "flat.toml") << with("cd_at_0.05 > 1.0");
-    const auto ran = test::run_program(folder.path, "run flat.toml -o run --quiet");
+    const auto quiet = test::run_program(folder.path, "run flat.toml -o quiet --quiet");
+    CHECK(quiet.exit_code == 0);
+    CHECK(quiet.output.empty());
+    const auto ran = test::run_program(folder.path, "run flat.toml -o run");
     INFO(ran.output);
     CHECK(ran.exit_code == 0);
     CHECK(ran.output.find(

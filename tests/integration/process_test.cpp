@@ -1,7 +1,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 
 #include "app/process/simulation.hpp"
+#include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"
 
@@ -473,4 +475,57 @@ TEST_CASE("fluxes traced at every Runge-Kutta stage take most of a time step's e
     CAPTURE(once, every);
     CHECK(once > 0.01);
     CHECK(std::abs(every) < 0.2 * once);
+}
+
+TEST_CASE("a step far shorter than the process time before it etches its depth, stopped and resumed or not") {
+    const test::Folder folder;
+    const app::Recipe recipe = app::parse_recipe(kStrip + R"([[layer]]
+material = "Si"
+[[step]]
+model = "isotropic"
+rate = 0.0
+duration = 1e8
+[[step]]
+model = "isotropic"
+rate = -1e7
+duration = 1e-7
+)",
+                                                 "process.toml");
+    const auto run = [&](const char* name, bool resume, int stop_at) {
+        const auto observe = [&stop_at](const app::Moment& moment) {
+            if (moment.summary == nullptr && stop_at-- == 0) throw Interrupted("");
+        };
+        return app::run_recipe(
+            recipe, {.output = folder.path / name, .resume = resume, .quiet = true, .observe = observe});
+    };
+    const app::RunResult whole = run("whole", false, -1);
+    CHECK(whole.summary["metrology"]["depth"].get<double>() == Approx(1.0).epsilon(1e-3));
+    CHECK(whole.summary["steps"][1]["duration"].get<double>() == Approx(1e-7));
+    CHECK(whole.summary["steps"][1]["time_steps"].get<int>() == 40);
+    CHECK_THROWS_AS(run("parts", false, 20), Interrupted);
+    const app::RunResult resumed = run("parts", true, -1);
+    CHECK(resumed.summary["metrology"] == whole.summary["metrology"]);
+    CHECK(resumed.surface.vertices == whole.surface.vertices);
+}
+
+TEST_CASE("warnings of a run go to the sink of its options, and nowhere else") {
+    const test::Folder folder;
+    const app::Recipe recipe = app::parse_recipe(kStrip + R"([[layer]]
+material = "Si"
+[[step]]
+model = "isotropic"
+rate = -0.1
+duration = 1.0
+stop_depth = 0.0
+)",
+                                                 "process.toml");
+    std::vector<std::string> lines;
+    app::run_recipe(recipe, {.output = folder.path / "out",
+                             .quiet = true,
+                             .warn = [&](std::string_view line) { lines.emplace_back(line); }});
+    REQUIRE(lines.size() == 1);
+    CHECK(lines[0] == "step 1 (1 isotropic): its stop condition holds before it begins: it does nothing");
+    std::ofstream(folder.path / "held.toml") << app::effective_recipe(recipe);
+    CHECK(test::run_program(folder.path, "run held.toml -o quiet --quiet").output.empty());
+    CHECK(test::run_program(folder.path, "run held.toml -o told").output.find(lines[0]) != std::string::npos);
 }

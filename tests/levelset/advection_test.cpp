@@ -72,10 +72,9 @@ double sunken(TimeIntegration scheme, double start, double rate, double dt) {
             height.push_back(sample.node.z() + static_cast<double>(sample.foot.z()));
         return make_motion(
             stack, std::move(extension),
-            [rate, height = std::move(height)](std::size_t n, std::size_t, const Vec3&) {
+            {.speed = [rate, height = std::move(height)](std::size_t n, std::size_t, const Vec3&) {
                 return -rate * height[n];
-            },
-            false);
+            }});
     };
     Shape wafer;
     wafer.top = start;
@@ -223,8 +222,8 @@ TEST_CASE("a periodic domain moves like its shifted copy") {
 TEST_CASE("a speed that is not finite is reported with its place") {
     const Domain domain = test::unit_domain(16);
     MaterialStack stack = make_stack(domain, {{0, Shape{}}});
-    const auto motion = make_motion(
-        stack, extend_untraced(stack, nullptr, false),
-        [](std::size_t, std::size_t, const Vec3&) { return std::nan(""); }, false);
+    const auto motion =
+        make_motion(stack, extend_untraced(stack, nullptr, false),
+                    {.speed = [](std::size_t, std::size_t, const Vec3&) { return std::nan(""); }});
     CHECK_THROWS_AS(max_speed(stack, motion), NumericsError);
 }

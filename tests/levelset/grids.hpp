@@ -60,11 +60,11 @@ inline void move(levelset::MaterialStack& stack, double duration, const levelset
                  const std::function<double(std::size_t layer, const Vec3& normal)>& speed,
                  const std::vector<double>& max_etch_rate = {}) {
     for (double time = 0.0; time < duration - 1e-12;) {
-        auto motion = levelset::make_motion(
+        const auto motion = levelset::make_motion(
             stack, levelset::extend_untraced(stack, nullptr, false),
-            [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); },
-            !max_etch_rate.empty());
-        motion.max_etch_rate = [&](std::size_t, std::size_t layer) { return max_etch_rate[layer]; };
+            {.speed = [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); },
+             .depends_on_normal = !max_etch_rate.empty(),
+             .max_etch_rate = [&](std::size_t, std::size_t layer) { return max_etch_rate[layer]; }});
         const double fastest = levelset::max_speed(stack, motion);
         const double left = duration - time;
         const double time_steps =

@@ -99,7 +99,7 @@ using Law = std::function<double(std::size_t layer, const Vec3& normal)>;
 Motion motion_of(const MaterialStack& stack, const Law& law) {
     Motion motion = make_motion(
         stack, extend_untraced(stack, nullptr, false),
-        [law](std::size_t, std::size_t layer, const Vec3& n) { return law(layer, n); }, false);
+        {.speed = [law](std::size_t, std::size_t layer, const Vec3& n) { return law(layer, n); }});
     if (stack.coarser) motion.coarser = std::make_shared<const Motion>(motion_of(*stack.coarser, law));
     return motion;
 }
@@ -270,7 +270,7 @@ TEST_CASE("the largest speed is that of levels where they count", "[levels]") {
         std::vector<double> speed;
         for (const auto& sample : coarser.extension.samples)
             speed.push_back(is_fine(sample.node.x() >> 2) ? 7.0 : 3.0);
-        coarser.speed = [=](std::size_t sample, std::size_t, const Vec3&) { return speed[sample]; };
+        coarser.law.speed = [=](std::size_t sample, std::size_t, const Vec3&) { return speed[sample]; };
         motion.coarser = std::make_shared<const Motion>(std::move(coarser));
         CHECK(max_speed(stack, motion) == 3.0);
     }

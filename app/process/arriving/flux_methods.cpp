@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
+#include "app/process/arriving/species_flux.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/radiosity/method_choice.hpp"
 
@@ -42,11 +43,14 @@ std::vector<flux::MethodChoice> choices_of(const Recipe& recipe, const Model& mo
     return choices;
 }
 
+using Passes = std::vector<std::vector<std::size_t>>;  // of species, by their places
+
 // Cost of a time step if radiosity takes the species whose cost it is at most \p most. Rays that serve the
 // most demanding of them serve all; so does a path of the tracer's.
-double cost(const Model& model, const std::vector<flux::MethodChoice>& choices, double most) {
+double cost(const Model& model, const Passes& passes, const std::vector<flux::MethodChoice>& choices,
+            double most) {
     double rays = 0.0, paths = 0.0;
-    for (const std::vector<std::size_t>& pass : flux::passes_of(model.species)) {
+    for (const std::vector<std::size_t>& pass : passes) {
         double longest = 0.0;
         for (const std::size_t k : pass) {
             const flux::MethodChoice& choice = choices[k];
@@ -61,10 +65,11 @@ double cost(const Model& model, const std::vector<flux::MethodChoice>& choices, 
 
 std::vector<SpeciesMethod> cheapest(const Model& model, const std::vector<flux::MethodChoice>& choices) {
     constexpr double kNone = -1.0;
+    const Passes passes = flux::passes_of(model.species);
     double best = kNone;
     for (const flux::MethodChoice& choice : choices)
         if (choice.why_not.empty() &&
-            cost(model, choices, choice.radiosity_cost) < cost(model, choices, best))
+            cost(model, passes, choices, choice.radiosity_cost) < cost(model, passes, choices, best))
             best = choice.radiosity_cost;
     std::vector<SpeciesMethod> methods;
     for (std::size_t k = 0; k < choices.size(); ++k) {
@@ -114,21 +119,6 @@ bool are_of(const Model& model, const std::vector<SpeciesMethod>& methods) {
 
 const char* method_name(const SpeciesMethod& method) {
     return method.radiosity ? "radiosity" : "monte-carlo";
-}
-
-flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request) {
-    flux::TraceOptions options;
-    options.rays =
-        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
-    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
-    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
-    options.time_step = request.key;
-    options.grid_spacing = domain_of(recipe).spacing;
-    options.progress = request.progress;
-    options.stop = request.stop;
-    options.shares = request.shares;
-    options.adjoint = recipe.flux.method == "auto";
-    return options;
 }
 
 }  // namespace sidewall::app

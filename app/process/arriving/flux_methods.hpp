@@ -3,7 +3,9 @@
 #include <string>
 #include <vector>
 
+#include "app/models/model.hpp"
 #include "app/process/arriving/traced_surface.hpp"
+#include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {
 
@@ -26,8 +28,5 @@ bool are_of(const Model& model, const std::vector<SpeciesMethod>& methods);
 
 /// What recipes call the method.
 const char* method_name(const SpeciesMethod& method);
-
-/// What a Monte Carlo trace takes from the recipe.
-flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request);
 
 }  // namespace sidewall::app

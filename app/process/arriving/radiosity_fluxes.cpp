@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "app/process/arriving/species_flux.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "surface/infinity.hpp"
 
@@ -42,7 +41,7 @@ std::uint64_t most_rays(const FluxSection& flux) {
 
 // All species at once, so that one gather serves them.
 // \param targets  relative errors; 0: of [flux] rays.
-// \param first    rays an unknown to begin with; 0: as few as tell errors.
+// \param first    rays an unknown to begin with; 0: as few as estimate errors.
 std::vector<flux::RadiosityFlux> solve(const Recipe& recipe, std::span<const flux::DiffuseSpecies> species,
                                        std::span<const double> targets, double first,
                                        flux::Exchange& exchange, const TraceRequest& request) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 
+#include "app/process/arriving/line_of_sight.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/voids.hpp"
 #include "levelset/motion/speed_extension.hpp"
@@ -25,16 +26,16 @@ struct SamplePoints {
     std::vector<std::uint8_t> sealed;   // in a closed void, where nothing gets in; empty if there are none
 
     bool is_sealed(std::size_t sample) const { return !sealed.empty() && sealed[sample] != 0; }
-    // What a model can tell apart where nothing is traced.
-    std::vector<std::uint8_t> kinds() const {
+    // Groups of samples that a model cannot distinguish where nothing is traced.
+    std::vector<std::uint8_t> groups() const {
         if (stride != 0 || !positions.empty()) return {};
-        std::vector<std::uint8_t> kind(count);
+        std::vector<std::uint8_t> group(count);
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 16384), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n)
-                kind[n] = static_cast<std::uint8_t>((visible.empty() || visible[n] != 0 ? 1 : 0) |
-                                                    (is_sealed(n) ? 2 : 0));
+                group[n] = static_cast<std::uint8_t>((visible.empty() || visible[n] != 0 ? 1 : 0) |
+                                                     (is_sealed(n) ? 2 : 0));
         });
-        return kind;
+        return group;
     }
     SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
@@ -57,27 +58,31 @@ Vec3 position_of(const levelset::SurfaceSample& s, const levelset::Domain& domai
 }
 
 bool is_inert(const Model& model, int material) {
-    return !model.inert.empty() && model.inert[static_cast<std::size_t>(material)] != 0;
+    return !model.hints.inert.empty() && model.hints.inert[static_cast<std::size_t>(material)] != 0;
 }
 
-// Whether the surface grows everywhere at one and the same speed, whatever is bare.
-bool grows_alike(const Model& model, const levelset::MaterialStack& stack, const TracedSurface& surface) {
-    if (!model.species.empty() || model.visibility || model.depends_on_position || model.depends_on_normal ||
-        model.speeds)
+// Whether the surface grows, or stands still, at a speed that no material below it changes, in line of sight
+// of the source and out of it.
+bool grows_on_all_materials(const Model& model, const levelset::MaterialStack& stack,
+                            const TracedSurface& surface) {
+    if (!model.species.empty() || model.depends_on_position || model.depends_on_normal || model.speeds)
         return false;
-    const auto speed = [&](const levelset::Layer& layer) {
-        SurfacePoint point{layer.material};
-        point.time = surface.time;
-        return model.speed(point);
+    const auto same_where = [&](bool visible) {
+        const auto speed = [&](const levelset::Layer& layer) {
+            SurfacePoint point{layer.material};
+            point.visible = visible;
+            point.time = surface.time;
+            return model.speed(point);
+        };
+        const double first = speed(stack.layers.front());
+        return first >= 0.0 && std::ranges::all_of(stack.layers, [&](const levelset::Layer& layer) {
+                   return speed(layer) == first;
+               });
     };
-    const double first = speed(stack.layers.front());
-    return first >= 0.0 &&
-           std::all_of(stack.layers.begin(), stack.layers.end(),
-                       [&](const levelset::Layer& layer) { return speed(layer) == first; }) &&
-           levelset::sealed_off(surface.raw, surface.pieces, stack.domain).empty();
+    return same_where(true) && (!model.visibility || same_where(false));
 }
 
-// The samples in closed voids, where nothing of a step without particles gets in either; empty if there are
+// Marks the samples in closed voids, which a step without particles does not reach either; empty if there are
 // none.
 std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, const TracedSurface& surface,
                                          const levelset::Extension& extension) {
@@ -129,8 +134,8 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             const auto [a, b, c] = mesh.triangles[s.triangle];
             const auto& x = mesh.vertices;
             const Vec3 point = (1.0 - u - v) * x[a] + u * x[b] + v * x[c];
-            samples.visible[n] = visible(surface, point, area_vector(mesh, s.triangle).normalized(),
-                                         *model.visibility, stack.domain.spacing);
+            samples.visible[n] = in_line_of_sight(surface, point, area_vector(mesh, s.triangle).normalized(),
+                                                  *model.visibility, stack.domain.spacing);
         }
     });
     return samples;
@@ -148,51 +153,71 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
     return model.speeds(points);
 }
 
+// Where nothing is traced, only line of sight asks for points on the mesh, and one sample does for a speed
+// that is the same all over the surface.
+levelset::Extension extension_of(const Model& model, const levelset::MaterialStack& stack,
+                                 const TracedSurface& surface, bool same_growth,
+                                 const levelset::LevelColumns* left_out) {
+    if (surface.scene) return levelset::extend(stack.top(), stack.domain, *surface.scene, left_out);
+    if (same_growth && !model.visibility &&
+        levelset::sealed_off(surface.raw, surface.pieces, stack.domain).empty())
+        return levelset::extend_uniform(stack.top());
+    return levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
+                                     is_inert(model, stack.layers.back().material), left_out);
+}
+
+// The model's speed law at the samples.
+levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, const Model& model,
+                          const levelset::MaterialStack& stack, const TracedSurface& surface,
+                          const levelset::Extension& extension) {
+    levelset::SpeedLaw law;
+    law.depends_on_normal = model.depends_on_normal;
+    if (model.speeds) {
+        law.speed = [points, speeds = speeds_at_once(model, surface, *points, extension),
+                     layers = stack.layers.size()](std::size_t sample, std::size_t layer, const Vec3&) {
+            return points->is_sealed(sample) ? 0.0 : speeds[sample * layers + layer];
+        };
+    } else {
+        law.speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer,
+                                                     const Vec3& normal) {
+            return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
+        };
+        law.speed_class = points->groups();
+    }
+    const auto at_samples = [&](auto value_of) {
+        return [points, value_of = std::move(value_of)](std::size_t sample, std::size_t layer) {
+            using Value = decltype(value_of(points->at(sample, layer, Vec3::UnitZ())));
+            return points->is_sealed(sample) ? Value{} : value_of(points->at(sample, layer, Vec3::UnitZ()));
+        };
+    };
+    if (model.depends_on_normal && model.hints.max_etch_rate)
+        law.max_etch_rate = at_samples(model.hints.max_etch_rate);
+    if (model.beam && model.hints.beam_speed) {
+        law.beam = *model.beam;
+        law.beam_speed = at_samples(model.hints.beam_speed);
+    }
+    for (const levelset::Layer& layer : stack.layers) {
+        law.inert.push_back(is_inert(model, layer.material));
+        if (!model.hints.dissipation.empty())
+            law.dissipation.push_back(model.hints.dissipation[static_cast<std::size_t>(layer.material)]);
+    }
+    return law;
+}
+
 levelset::Motion motion_of_level(const Model& model, const levelset::MaterialStack& stack,
                                  const TracedSurface& surface, Timing& timing,
                                  const levelset::LevelColumns* left_out) {
+    const bool same_growth = grows_on_all_materials(model, stack, surface);
     levelset::Extension extension;
     {
         const PhaseClock clock(timing.extend);
-        // Where nothing is traced, only line of sight asks for points on the mesh.
-        extension = surface.scene ? levelset::extend(stack.top(), stack.domain, *surface.scene, left_out)
-                    : grows_alike(model, stack, surface)
-                        ? levelset::extend_uniform(stack.top())
-                        : levelset::extend_untraced(stack, surface.columns ? &surface.raw : nullptr,
-                                                    is_inert(model, stack.layers.back().material), left_out);
+        extension = extension_of(model, stack, surface, same_growth, left_out);
     }
     const PhaseClock clock(timing.rates);
     const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
-    levelset::SpeedFunction speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer,
-                                                                     const Vec3& normal) {
-        return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
-    };
-    if (model.speeds)
-        speed = [points, speeds = speeds_at_once(model, surface, *points, extension),
-                 layers = stack.layers.size()](std::size_t sample, std::size_t layer, const Vec3&) {
-            return points->is_sealed(sample) ? 0.0 : speeds[sample * layers + layer];
-        };
-    levelset::Motion motion =
-        levelset::make_motion(stack, std::move(extension), std::move(speed), model.depends_on_normal,
-                              model.speeds ? std::vector<std::uint8_t>() : points->kinds());
-    if (model.depends_on_normal && model.max_etch_rate)
-        motion.max_etch_rate = [points, rate_of = model.max_etch_rate](std::size_t sample,
-                                                                       std::size_t layer) {
-            return points->is_sealed(sample) ? 0.0 : rate_of(points->at(sample, layer, Vec3::UnitZ()));
-        };
-    for (const levelset::Layer& layer : stack.layers) {
-        motion.inert.push_back(is_inert(model, layer.material));
-        if (!model.dissipation.empty())
-            motion.dissipation.push_back(model.dissipation[static_cast<std::size_t>(layer.material)]);
-    }
-    if (model.beam && model.beam_speed) {
-        motion.beam = *model.beam;
-        motion.beam_speed = [points, speed_of = model.beam_speed](std::size_t sample, std::size_t layer) {
-            return points->is_sealed(sample) ? levelset::BeamSpeed{}
-                                             : speed_of(points->at(sample, layer, Vec3::UnitZ()));
-        };
-    }
-    return motion;
+    levelset::SpeedLaw law = law_at(points, model, stack, surface, extension);
+    law.same_growth = same_growth;
+    return levelset::make_motion(stack, std::move(extension), std::move(law));
 }
 
 // \param left_out  as of levelset::extend.
@@ -218,43 +243,12 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
                  std::span<double> values) {
     std::size_t n = 0;
-    // Weights are in single precision: on the edge across from a corner, its own may be -1e-7. No flux is
-    // negative for that.
+    // Weights are in single precision: on the edge opposite to a corner its own may be -1e-7, which must not
+    // make a flux negative.
     for (const auto& flux : arriving.flux)
         values[n++] = std::max(0.0, flux::interpolate(arriving.wedges, flux, triangle, u, v));
     for (const auto& theta : arriving.coverage)
         values[n++] = flux::interpolate(arriving.wedges, theta, triangle, u, v);
-}
-
-bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,
-             double spacing) {
-    Vec3 position = point + 1e-2 * spacing * (normal + direction), path = direction;
-    if (surface.box.boundary[0] != flux::Boundary::open)
-        for (int axis = 0; axis < 2; ++axis) {
-            const auto a = static_cast<std::size_t>(axis);
-            position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
-        }
-    // A periodic strip one cell wide is the same at all y: there is nothing to meet on the way along it.
-    if (surface.box.boundary[1] == flux::Boundary::periodic &&
-        surface.box.max[1] - surface.box.min[1] < 1.5 * spacing)
-        path.y() = 0.0;
-    if (surface.columns) {
-        // From below a ceiling that meets the surface here: raised into it, the point would no longer lie
-        // under it.
-        position.z() -= 2e-2 * spacing;
-        return surface.columns->open_above(position);
-    }
-    // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
-    // 0.006 degrees where the surface is as high as the domain is wide); it counts as shadowed.
-    constexpr int kMostSides = 10000;
-    for (int sides = 0; sides < kMostSides; ++sides) {
-        const flux::SideMeeting side = flux::next_side(surface.box, position, path);
-        if (surface.scene->occluded(position, path, 0.0, side.distance)) return false;
-        if (!std::isfinite(side.distance)) return true;
-        const bool above = position.z() + side.distance * path.z() > surface.scene->top();
-        if (above || !flux::cross_side(surface.box, side, position, path)) return true;
-    }
-    return false;
 }
 
 }  // namespace sidewall::app

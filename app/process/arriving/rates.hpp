@@ -22,10 +22,4 @@ levelset::Motion surface_motion(const Model& model, const levelset::MaterialStac
 void interpolate(const SurfaceFlux& arriving, std::uint32_t triangle, double u, double v,
                  std::span<double> values);
 
-/// Whether a straight line from a surface point towards \p direction (unit, upwards) meets no surface; it is
-/// mirrored or goes on periodically at the sides.
-/// \pre the surface has its scene, or its columns if the direction is straight upwards.
-bool visible(const TracedSurface& surface, const Vec3& point, const Vec3& normal, const Vec3& direction,
-             double spacing);
-
 }  // namespace sidewall::app

@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/tracer/averaging.hpp"
@@ -31,10 +30,28 @@ std::string remedy(const Recipe& recipe, const flux::FluxResult& result, const S
     return method.radiosity ? "allow more flux.max_rays and flux.memory" : "allow more flux.max_rays";
 }
 
-// Refuses a surface with holes, and tells of noise above what was asked for.
-void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
-                 const SpeciesMethod& method, std::uint32_t time_step) {
+// The noise of a result above what was asked for, in a line; empty if it is not.
+std::string noise_warning(const Recipe& recipe, const flux::FluxResult& result, const SpeciesMethod& method,
+                          std::uint32_t time_step) {
     constexpr double kMissed = 1.25;  // times what auto expected: as much is scatter
+    if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
+        return fmt::format(
+            "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
+            "for: {} or ask for less",
+            time_step, method.species, result.relative_error, result.emitted, *recipe.flux.relative_error,
+            remedy(recipe, result, method));
+    const double statistical = std::sqrt(
+        std::max(0.0, std::pow(result.relative_error, 2.0) - std::pow(result.discretisation_error, 2.0)));
+    if (!method.radiosity || !(method.target > 0.0) || !(statistical > kMissed * method.target)) return {};
+    return fmt::format(
+        "time step {}: species {}: radiosity's relative error is {:.3g} after {} rays, above the {:.3g} of "
+        "{} paths, at which auto compared the two: allow more flux.memory or use monte-carlo",
+        time_step, method.species, statistical, result.emitted, method.target, recipe.flux.rays);
+}
+
+// Refuses a surface with holes, and warns of noise above what was asked for.
+void check_trace(const Recipe& recipe, const flux::Species& species, const flux::FluxResult& result,
+                 const SpeciesMethod& method, const TraceRequest& request) {
     if (result.others.size() + 1 != flux::tally_count(species))
         throw NumericsError(fmt::format("species {}: the tracer did not count its yields", species.name));
     if (flux::leaks_too_much(result.leaked, result.emitted, kSingleLeaks))
@@ -42,40 +59,13 @@ void check_trace(const Recipe& recipe, const flux::Species& species, const flux:
             "species {}: {} of {} particles leaked through the surface; use a smaller grid_spacing or a "
             "milder simplification",
             species.name, result.leaked, result.emitted));
-    const double statistical = std::sqrt(
-        std::max(0.0, std::pow(result.relative_error, 2.0) - std::pow(result.discretisation_error, 2.0)));
-    if (recipe.flux.relative_error && !(result.relative_error <= *recipe.flux.relative_error))
-        fmt::print(stderr,
-                   "time step {}: species {}: relative error {:.3g} after {} rays, above the {:.3g} asked "
-                   "for: {} or ask for less\n",
-                   time_step, species.name, result.relative_error, result.emitted,
-                   *recipe.flux.relative_error, remedy(recipe, result, method));
-    else if (method.radiosity && method.target > 0.0 && statistical > kMissed * method.target)
-        fmt::print(
-            stderr,
-            "time step {}: species {}: radiosity's relative error is {:.3g} after {} rays, above the {:.3g} of "
-            "{} paths, at which auto compared the two: allow more flux.memory or use monte-carlo\n",
-            time_step, species.name, statistical, result.emitted, method.target, recipe.flux.rays);
+    if (!request.warn) return;
+    if (const std::string text = noise_warning(recipe, result, method, request.key); !text.empty())
+        request.warn(text);
 }
 
-// Passes of the species that Monte Carlo traces, by their places in the model.
-std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
-                                                    const std::vector<SpeciesMethod>& methods) {
-    std::vector<std::size_t> places;
-    std::vector<flux::Species> species;
-    for (std::size_t k = 0; k < methods.size(); ++k)
-        if (!methods[k].radiosity) {
-            places.push_back(k);
-            species.push_back(model.species[k]);
-        }
-    std::vector<std::vector<std::size_t>> passes = flux::passes_of(species);
-    for (auto& pass : passes)
-        for (std::size_t& k : pass) k = places[k];
-    return passes;
-}
-
-// Whether every species of the pass sticks, or desorbs, as in the turn before; with both its particles would
-// do the same again.
+// Whether every species of the pass sticks, or desorbs, as in the trace before: with both the same, so are
+// its particles.
 bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> before,
                std::span<const double> now, std::size_t wedges) {
     return before.size() == now.size() && std::ranges::all_of(pass, [&](std::size_t k) {
@@ -84,7 +74,7 @@ bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> bef
            });
 }
 
-// As counted. Its random numbers are those of its first species' place.
+// Counts one pass. Its random numbers are those of its first species' place.
 void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                 const std::vector<std::size_t>& pass, std::span<const double> sticking,
                 std::span<const double> emission, const TraceRequest& request, SurfaceFlux& arriving) {
@@ -113,17 +103,18 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
 TraceRequest part_of(const TraceRequest& request, std::size_t part, std::size_t parts) {
     TraceRequest own = request;
     if (request.progress)
-        own.progress = [tell = request.progress, part, parts](double done) {
-            tell((static_cast<double>(part) + done) / static_cast<double>(parts));
+        own.progress = [report = request.progress, part, parts](double done) {
+            report((static_cast<double>(part) + done) / static_cast<double>(parts));
         };
     return own;
 }
 
-// Every species, by its method.
-void trace(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-           std::span<const double> sticking, std::span<const double> emission, const TraceRequest& request,
-           std::optional<TraceReport> before, SharedTraces& shared, SurfaceFlux& arriving) {
-    const std::vector<std::vector<std::size_t>> passes = traced_passes(model, shared.methods);
+// Traces every species by its method.
+void trace_by_methods(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                      std::span<const double> sticking, std::span<const double> emission,
+                      const TraceRequest& request, std::optional<TraceReport> before, SharedTraces& shared,
+                      SurfaceFlux& arriving) {
+    const std::vector<std::vector<std::size_t>>& passes = shared.passes;
     const bool any_solved = std::ranges::any_of(shared.methods, &SpeciesMethod::radiosity);
     const std::size_t parts = passes.size() + (any_solved ? 1 : 0);
     for (std::size_t p = 0; p < passes.size(); ++p) {
@@ -138,7 +129,7 @@ void trace(const Recipe& recipe, const Model& model, const TracedSurface& surfac
         solve_species(recipe, model, surface, sticking, emission, part_of(request, passes.size(), parts),
                       shared.exchange, before, arriving);
     for (std::size_t k = 0; k < model.species.size(); ++k)
-        check_trace(recipe, model.species[k], arriving.trace->species[k], shared.methods[k], request.key);
+        check_trace(recipe, model.species[k], arriving.trace->species[k], shared.methods[k], request);
 }
 
 // Arrivals that would make as much flux with weight 1 each. A species traced on the paths of one that sticks
@@ -153,8 +144,8 @@ std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& we
     return static_cast<std::uint64_t>(sum * static_cast<double>(result.emitted) / box.area() + 0.5);
 }
 
-// The fluxes that models see, from those found. Smoothing is for what is counted: a solved flux has no single
-// hits, and its errors go along with its neighbours'.
+// Sets the fluxes that models see. Smoothing is for counted hits: a solved flux has none, and its errors are
+// correlated with its neighbours'.
 void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arriving) {
     TraceReport& trace = *arriving.trace;
     arriving.flux.clear();
@@ -186,7 +177,28 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
     }
 }
 
+// Passes of the species that Monte Carlo traces, by their places in the model.
+std::vector<std::vector<std::size_t>> traced_passes(const Model& model,
+                                                    const std::vector<SpeciesMethod>& methods) {
+    std::vector<std::size_t> places;
+    std::vector<flux::Species> species;
+    for (std::size_t k = 0; k < methods.size(); ++k)
+        if (!methods[k].radiosity) {
+            places.push_back(k);
+            species.push_back(model.species[k]);
+        }
+    std::vector<std::vector<std::size_t>> passes = flux::passes_of(species);
+    for (auto& pass : passes)
+        for (std::size_t& k : pass) k = places[k];
+    return passes;
+}
+
 }  // namespace
+
+SharedTraces shared_traces(const Model& model, std::vector<SpeciesMethod> methods) {
+    std::vector<std::vector<std::size_t>> passes = traced_passes(model, methods);
+    return {std::move(methods), std::move(passes)};
+}
 
 void trace_species(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                    std::span<const double> sticking, std::span<const double> emission,
@@ -194,10 +206,26 @@ void trace_species(const Recipe& recipe, const Model& model, const TracedSurface
     std::optional<TraceReport> before = std::exchange(arriving.trace, TraceReport{});
     arriving.trace->methods = shared.methods;
     arriving.trace->species.resize(model.species.size());
-    trace(recipe, model, surface, sticking, emission, request, std::move(before), shared, arriving);
+    trace_by_methods(recipe, model, surface, sticking, emission, request, std::move(before), shared,
+                     arriving);
     shared.sticking.assign(sticking.begin(), sticking.end());
     shared.emission.assign(emission.begin(), emission.end());
     smooth(recipe, surface, arriving);
+}
+
+flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& request) {
+    flux::TraceOptions options;
+    options.rays =
+        static_cast<std::uint64_t>(recipe.flux.relative_error ? recipe.flux.max_rays : recipe.flux.rays);
+    options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
+    options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
+    options.time_step = request.key;
+    options.grid_spacing = domain_of(recipe).spacing;
+    options.progress = request.progress;
+    options.stop = request.stop;
+    options.shares = request.shares;
+    options.bottom_up = recipe.flux.method == "auto";
+    return options;
 }
 
 }  // namespace sidewall::app

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <numbers>
 
 #include "app/common/json.hpp"
 #include "surface/error.hpp"
@@ -12,12 +14,12 @@
 namespace sidewall::app {
 namespace {
 
-// How far from its vertex towards the middle of its fan a wedge looks for its value. On a crease's vertex
-// itself the closest point could lie on either side; farther in, the value is that of a point beside the
-// vertex: a tenth of the way costs at most a tenth of what the value changes by over the fan.
+// Share of the way from a vertex to the middle of the wedge's fan at which its value is taken. On a crease's
+// vertex itself the closest point could lie on either side; a tenth of the way costs at most a tenth of what
+// the value changes by over the fan.
 constexpr double kInside = 0.1;
 
-// A point of each wedge that is surely its own.
+// Points inside each wedge's own fan.
 std::vector<Vec3> inner_points(const TriangleMesh& mesh, const flux::Wedges& wedges) {
     std::vector<Vec3> sum(wedges.count(), Vec3::Zero());
     std::vector<double> weight(wedges.count(), 0.0);
@@ -38,6 +40,13 @@ std::vector<Vec3> inner_points(const TriangleMesh& mesh, const flux::Wedges& wed
 
 std::shared_ptr<const surface::RayScene> scene_of(const TriangleMesh& mesh) {
     return mesh.triangles.empty() ? nullptr : std::make_shared<const surface::RayScene>(mesh);
+}
+
+// Values of that name, by corner; null if there are none.
+const std::vector<double>* corners_of(const SurfaceField& field, const std::string& name) {
+    const auto found = std::find(field.names.begin(), field.names.end(), name);
+    return found == field.names.end() ? nullptr
+                                      : &field.corner[static_cast<std::size_t>(found - field.names.begin())];
 }
 
 double diagonal(std::span<const Vec3> vertices) {
@@ -66,6 +75,13 @@ std::vector<T> values_of(const Json& json) {
     return values;
 }
 
+// Fluxes and coverages by wedge, as carried_names names them.
+std::vector<std::vector<double>> carried_values(const SurfaceFlux& arriving) {
+    std::vector<std::vector<double>> values = arriving.flux;
+    values.insert(values.end(), arriving.coverage.begin(), arriving.coverage.end());
+    return values;
+}
+
 }  // namespace
 
 SurfaceField surface_field(const TriangleMesh& mesh, const flux::Wedges& wedges,
@@ -89,10 +105,8 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
     std::vector<const std::vector<double>*> source(names.size(), nullptr);
     bool known = false;
     for (std::size_t k = 0; k < names.size(); ++k) {
-        const auto found = std::find(field.names.begin(), field.names.end(), names[k]);
-        if (found == field.names.end()) continue;
-        source[k] = &field.corner[static_cast<std::size_t>(found - field.names.begin())];
-        known = true;
+        source[k] = corners_of(field, names[k]);
+        known = known || source[k] != nullptr;
     }
     if (!known || !field.scene) return result;
     // Only for speed: the points are those of a surface that has moved by less than a cell, and a short reach
@@ -113,6 +127,21 @@ std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vec
 std::vector<std::vector<double>> carry(const SurfaceField& field, const std::vector<std::string>& names,
                                        const TriangleMesh& mesh, const flux::Wedges& wedges) {
     return carry(field, names, inner_points(mesh, wedges));
+}
+
+std::vector<std::vector<double>> kept_or_carried(const SurfaceField& field,
+                                                 const std::vector<std::string>& names,
+                                                 const TriangleMesh& mesh, const flux::Wedges& wedges) {
+    if (!field.scene || !std::ranges::equal(field.scene->triangles(), mesh.triangles) ||
+        !std::ranges::equal(field.scene->vertices(), mesh.vertices))
+        return carry(field, names, mesh, wedges);
+    std::vector<std::vector<double>> kept(names.size(), std::vector<double>(wedges.count(), 0.0));
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        const std::vector<double>* corner = corners_of(field, names[k]);
+        for (std::size_t c = 0; corner != nullptr && c < corner->size(); ++c)
+            kept[k][wedges.corner[c]] = (*corner)[c];
+    }
+    return kept;
 }
 
 Json to_json(const SurfaceField& field) {
@@ -144,6 +173,115 @@ SurfaceField surface_field_from_json(const Json& json) {
     if (!finite) throw FileError("its coverages are not finite");
     field.scene = scene_of(mesh);
     return field;
+}
+
+bool bounds_by_flux(const SimplifySection& section) {
+    return section.flux_change > 0.0 && section.method == "region-bounded";
+}
+
+std::vector<double> flux_gradient(const TriangleMesh& mesh, const SurfaceFlux& arriving) {
+    // Standard errors of a difference: noise alone exceeds three on one edge in 370, so that it hardly
+    // refines.
+    constexpr double kNoise = 3.0;
+    const flux::Wedges& wedges = arriving.wedges;
+    std::vector<double> gradient(wedges.count(), 0.0);
+    for (std::size_t tally = 0; tally < arriving.flux.size(); ++tally) {
+        const std::vector<double>& flux = arriving.flux[tally];
+        const std::vector<double>& error = arriving.trace->error[tally];
+        for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+            const std::size_t next = c % 3 == 2 ? c - 2 : c + 1;
+            const std::uint32_t v = wedges.corner[c], w = wedges.corner[next];
+            const double change = std::abs(flux[v] - flux[w]) - kNoise * std::hypot(error[v], error[w]);
+            const double length = (mesh.vertices[mesh.triangles[c / 3][c % 3]] -
+                                   mesh.vertices[mesh.triangles[next / 3][next % 3]])
+                                      .norm();
+            if (!(change > 0.0) || !(length > 0.0)) continue;
+            const double steep = change / (0.5 * (std::abs(flux[v]) + std::abs(flux[w])) * length);
+            gradient[v] = std::max(gradient[v], steep);
+            gradient[w] = std::max(gradient[w], steep);
+        }
+    }
+    return gradient;
+}
+
+std::vector<std::string> carried_names(const Model& model) {
+    std::vector<std::string> names;
+    for (const std::string& name : flux_names(model.species)) names.push_back("flux_" + name);
+    names.insert(names.end(), model.coverages.names.begin(), model.coverages.names.end());
+    return names;
+}
+
+SurfaceField flux_field(const Model& model, const TracedSurface& surface) {
+    const SurfaceFlux& arriving = *surface.arriving;
+    return surface_field(surface.traced(), arriving.wedges, carried_names(model), carried_values(arriving),
+                         surface.scene);
+}
+
+SurfaceFlux carried_fluxes(const Model& model, const SurfaceField& field, const TriangleMesh& mesh,
+                           SurfaceFlux parts) {
+    std::vector<std::vector<double>> values = carry(field, carried_names(model), mesh, parts.wedges);
+    const auto first_coverage = values.end() - static_cast<std::ptrdiff_t>(model.coverages.names.size());
+    parts.coverage.assign(std::make_move_iterator(first_coverage), std::make_move_iterator(values.end()));
+    parts.flux.assign(std::make_move_iterator(values.begin()), std::make_move_iterator(first_coverage));
+    return parts;
+}
+
+SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                            const std::vector<std::vector<double>>& coverage) {
+    const SurfaceFlux& arriving = *surface.arriving;
+    const bool transient = model.coverages.transient, reuse = recipe.flux.reuse > 0.0 && !transient;
+    // Steady coverages balance their desorption with the flux before, see Leaving in coverages.hpp.
+    const bool fluxes = reuse || (model.desorption && !transient && !model.coverages.names.empty());
+    std::vector<std::string> names = fluxes ? carried_names(model) : model.coverages.names;
+    std::vector<std::vector<double>> values = fluxes ? carried_values(arriving) : coverage;
+    if (surface.simplified && bounds_by_flux(recipe.simplify)) {
+        names.emplace_back(kFluxGradient);
+        values.push_back(flux_gradient(surface.traced(), arriving));
+    }
+    return surface_field(surface.traced(), arriving.wedges, names, values, surface.scene);
+}
+
+double flux_change(const Model& model, const SurfaceField& field, const TracedSurface& surface) {
+    const SurfaceFlux& arriving = *surface.arriving;
+    // Both are sampled a little inside of the wedges.
+    const auto sampled = [&](const SurfaceField& from) {
+        return carry(from, carried_names(model), surface.traced(), arriving.wedges);
+    };
+    const auto before = sampled(field), now = sampled(flux_field(model, surface));
+    double most = 0.0;
+    for (std::size_t tally = 0; tally < arriving.flux.size(); ++tally) {
+        double difference = 0.0, noise = 0.0, sum = 0.0;
+        for (std::size_t w = 0; w < arriving.wedges.count(); ++w) {
+            const double area = arriving.wedges.area[w];
+            difference += area * std::abs(now[tally][w] - before[tally][w]);
+            noise += area * arriving.trace->error[tally][w];
+            sum += area * std::abs(now[tally][w]);
+        }
+        // The mean difference of two normal errors of width sigma is 2 sigma / sqrt(pi).
+        noise *= 2.0 / std::sqrt(std::numbers::pi);
+        const double change = std::sqrt(std::max(0.0, difference * difference - noise * noise));
+        if (sum > 0.0) most = std::max(most, change / sum);
+    }
+    return most;
+}
+
+std::uint32_t time_steps_within(double tolerance, double change, std::uint32_t since) {
+    // The change is extrapolated in a straight line from the few time steps it was measured over. Tracing
+    // every eighth time step at least costs an eighth of what there is to save, and bounds what the line may
+    // be wrong by.
+    constexpr double kMost = 8.0;
+    if (since == 0) return 0;
+    const double steps = change > 0.0 ? tolerance / change * since : kMost;
+    return static_cast<std::uint32_t>(std::min(kMost, steps));
+}
+
+FluxReuse next_reuse(double tolerance, const Model& model, const FluxReuse& reuse, const SurfaceField* before,
+                     const TracedSurface& surface) {
+    if (surface.arriving && !surface.arriving->trace) return {reuse.left - 1, reuse.since + 1};
+    if (!surface.arriving || before == nullptr || tolerance == 0.0) return {0, 1};
+    const std::uint32_t more =
+        time_steps_within(tolerance, flux_change(model, *before, surface), reuse.since);
+    return {more > 0 ? more - 1 : 0, 1};
 }
 
 }  // namespace sidewall::app

@@ -4,24 +4,23 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/common/interrupt.hpp"
-#include "app/common/timing.hpp"
-#include "app/models/model.hpp"
-#include "app/process/arriving/column_sight.hpp"
-#include "app/process/arriving/surface_field.hpp"
-#include "app/recipe/recipe.hpp"
 #include "flux/lateral.hpp"
 #include "flux/shares.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "flux/wedges.hpp"
-#include "levelset/layers/stack.hpp"
 #include "levelset/meshes/pieces.hpp"
+#include "surface/error.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 
+// The types that the phases of a time step hand on: the surface, the request to trace it, what arrives.
 namespace sidewall::app {
+
+class ColumnSight;  // arriving/line_of_sight.hpp
 
 /// How the flux of a species is found.
 struct SpeciesMethod {
@@ -30,13 +29,13 @@ struct SpeciesMethod {
     std::string reason;      ///< of the choice, for a message; may be empty
     double target =
         0.0;            ///< relative error that radiosity is to reach instead of tracing [flux] rays; 0: none
-    double rays = 0.0;  ///< an unknown that radiosity begins with; 0: as few as tell errors
+    double rays = 0.0;  ///< an unknown that radiosity begins with; 0: as few as estimate errors
 };
 
-/// What tracing a surface told beyond the fluxes that models see.
+/// What tracing a surface yields beyond the fluxes that models see.
 struct TraceReport {
-    /// As counted, by Model::species. Of those that radiosity takes: emitted, segments and leaked are of the
-    /// rays gathered for all of them, which are one pass; nothing is known of where particles ended.
+    /// Raw results by Model::species. Of species solved by radiosity, emitted, segments and leaked count the
+    /// rays gathered for all of them, which are one pass; where particles ended is not known.
     std::vector<flux::FluxResult> species;
     std::vector<SpeciesMethod> methods;      ///< by Model::species
     std::vector<std::vector<double>> error;  ///< standard errors of SurfaceFlux::flux, by tally and wedge
@@ -74,35 +73,19 @@ struct TracedSurface {
 struct TraceRequest {
     std::uint32_t key = 0;  ///< of the random numbers: the time step, counted over the whole run
     bool settle = false;    ///< trace again until the coverages have settled; else one trace does
-    std::function<void(double)> progress = {};  ///< told the finished fraction; may be empty
+    std::function<void(double)> progress = {};  ///< called with the finished fraction; may be empty
     double time = 0.0;                          ///< since the step began
     std::function<bool()> stop = interrupted;   ///< asked often, by any thread; true ends the trace
     /// By species, as chosen earlier in the step; empty: choose now.
     std::vector<SpeciesMethod> methods = {};
-    flux::Shares shares = {};  ///< other processes that trace the same surface
-    bool errors = true;        ///< radiosity's standard errors are asked for
+    flux::Shares shares = {};                         ///< other processes that trace the same surface
+    bool errors = true;                               ///< radiosity's standard errors are asked for
+    std::function<void(std::string_view)> warn = {};  ///< takes warnings, a line each; may be empty
 };
 
-/// Extracts the surface, coarsens it as the recipe says if the model traces species, and traces them;
-/// coverages follow from the fluxes, and the next fluxes from them.
-/// \param carried  of the surface before, from field_to_carry; coverages of the model's that it lacks begin
-///                 at 0.
-/// \throws NumericsError if particles leak through the surface as extracted or nothing is left of it,
-///         or ranks have come to different ones; Interrupted if the user asked to stop.
-TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
-                            const SurfaceField& carried, const TraceRequest& request, Timing& timing);
-
-/// Extracts the surface and gives it the fluxes and coverages of an earlier one, from field_to_carry with [flux] reuse, in place of
-/// a trace: those of the closest points.
-/// \param time  since the step began.
-/// \pre the model traces species.
-TracedSurface carried_surface(const Model& model, const levelset::MaterialStack& stack,
-                              const SurfaceField& carried, double time, Timing& timing);
-
-/// What the next time step needs to know of this one's surface: coverages; how steeply fluxes vary if the
-/// recipe lets that bound the simplification; the fluxes themselves if it lets them be used again.
-/// \param dt  of this time step, by the end of which transient coverages have changed.
-SurfaceField field_to_carry(const Recipe& recipe, const Model& model, const TracedSurface& surface,
-                            double dt);
+/// More particles leak through the surface than rounding explains.
+struct LeakError : NumericsError {
+    using NumericsError::NumericsError;
+};
 
 }  // namespace sidewall::app

@@ -6,22 +6,16 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 
 #include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
-#include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/flux_methods.hpp"
-#include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/process/arriving/rates.hpp"
-#include "app/process/arriving/traced_surface.hpp"
-#include "app/process/estimate/fastest_speed.hpp"
 #include "app/process/estimate/memory.hpp"
+#include "app/process/estimate/pilot.hpp"
 #include "app/process/record/saved_meshes.hpp"
-#include "app/process/reshape.hpp"
-#include "app/process/state.hpp"
-#include "app/process/stop.hpp"
 #include "app/process/time_step.hpp"
+#include "app/process/wafer.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
@@ -32,34 +26,21 @@
 namespace sidewall::app {
 namespace {
 
-// What is known so far.
+// The estimate so far.
 struct Estimation {
     const Recipe& recipe;
-    Recipe measured;      // on the grid that is looked at
+    Recipe measured;      // on the grid that is measured
     RunState state;       // of the wafer on it
     double cells = 1.0;   // of the recipe's grid for one of this
     double effort = 0.0;  // seconds of tracing a step
     double limit = 0.0;   // seconds for all steps
     double start = now();
     double lowest = 0.0;                         // below this the steps so far cannot etch
-    double looked_at = 0.0;                      // process time of the steps that were,
+    double measured_time = 0.0;                  // process time of the steps that were,
     double left_out = 0.0;                       // and of those that the limit left out
-    double link_bytes = 0.0;                     // of the step whose radiosity takes the most
+    double exchange_bytes = 0.0;                 // of the step whose radiosity takes the most
     double last_rays = 0.0, last_seconds = 0.0;  // of a trace and the files with which the run ends
     Estimate total;
-};
-
-// The fluxes of a step's first time step.
-struct Tracing {
-    TracedSurface surface;
-    double reducing = 0.0;               // seconds from the grid to the mesh that is traced
-    double seconds = 0.0;                // of a trace with all rays
-    double rays = 0.0;                   // all, of all species
-    int at_start = 0, later = 0;         // traces of the step's first time step and of the others
-    double error = 0.0;                  // relative, of the worst species
-    double link_bytes = 0.0;             // that the rays of radiosity take
-    std::vector<SpeciesMethod> methods;  // by species
-    std::vector<std::string> short_of;   // of the errors asked for
 };
 
 // The recipe on a grid that needs at most about this much memory, but four times coarser at most: more would
@@ -83,174 +64,7 @@ Recipe on_coarser_grid(const Recipe& recipe, double memory) {
     return coarse;
 }
 
-double relative_error(const TracedSurface& surface) {
-    double error = 0.0;
-    for (const flux::FluxResult& flux : surface.arriving->trace->species)
-        error = std::max(error, flux.relative_error);
-    return error;
-}
-
-double seconds_of_reducing(const Timing& timing) {
-    return timing.extract + timing.features + timing.simplify + timing.bvh;
-}
-
-// Rays of all species, and of how many.
-std::pair<double, double> rays_of(const TracedSurface& surface) {
-    double rays = 0.0;
-    for (const flux::FluxResult& flux : surface.arriving->trace->species)
-        rays += static_cast<double>(flux.emitted);
-    return {rays, static_cast<double>(surface.arriving->trace->species.size())};
-}
-
-// The most rays of radiosity, and the errors that they are for: what a recipe asks, or auto.
-struct Asked {
-    double most = 0.0;
-    std::vector<double> errors;  // by species; 0: none
-};
-
-Asked asked_of(const FluxSection& flux, const std::vector<SpeciesMethod>& methods) {
-    Asked asked{radiosity_memory(flux) / static_cast<double>(flux::exchange_bytes(1)), {}};
-    for (const SpeciesMethod& method : methods)
-        asked.errors.push_back(flux.relative_error.value_or(method.target));
-    return asked;
-}
-
-// Says so if the rays allowed do not reach the error asked for.
-void note_error(const Estimation& e, const std::string& species, bool solved, double error, double asked,
-                Tracing& tracing) {
-    constexpr double kScatter = 1.1;  // of an estimate's error
-    if (!(asked > 0.0) || !(error > kScatter * asked)) return;
-    const FluxSection& flux = e.recipe.flux;
-    tracing.short_of.push_back(fmt::format(
-        "{}: the rays allowed ({}) reach a relative error of about {:.2g}, not the {:.2g} {}", species,
-        solved ? fmt::format("flux.memory = {:g}, {} = {:g}", flux.memory,
-                             flux.relative_error ? "flux.max_rays" : "flux.rays",
-                             static_cast<double>(flux.relative_error ? flux.max_rays : flux.rays))
-               : fmt::format("flux.max_rays = {:g}", static_cast<double>(flux.max_rays)),
-        error, asked, flux.relative_error ? "asked for" : "of its paths"));
-}
-
-// What a trace with radiosity comes to from one of few rays: of paths, their number and time go with the
-// square of the error; of radiosity, the number of its rays, and with it the time of gathering and solving.
-void count_solved(const Estimation& e, double seconds, double path_rays, double paths_needed,
-                  Tracing& tracing) {
-    const TraceReport& trace = *tracing.surface.arriving->trace;
-    const Asked asked = asked_of(e.recipe.flux, tracing.methods);
-    double gathered = 0.0, passes = 0.0, path_seconds = 0.0, worst = 0.0;
-    for (std::size_t k = 0; k < trace.species.size(); ++k) {
-        const flux::FluxResult& result = trace.species[k];
-        if (trace.methods[k].radiosity) {
-            gathered = static_cast<double>(result.emitted);
-            if (asked.errors[k] > 0.0) worst = std::max(worst, result.relative_error / asked.errors[k]);
-        } else if (result.pass_place == 0) {
-            passes += 1.0;
-            path_seconds += result.seconds;
-        }
-    }
-    const double most = std::max(gathered, asked.most);
-    const double needed = worst > 0.0 ? std::clamp(e.cells * gathered * worst * worst, gathered, most) : most;
-    for (std::size_t k = 0; k < trace.species.size(); ++k) {
-        const bool solved = trace.methods[k].radiosity;
-        const double error = trace.species[k].relative_error *
-                             std::sqrt(e.cells * (solved ? gathered / needed : path_rays / paths_needed));
-        tracing.error = std::max(tracing.error, error);
-        note_error(e, trace.methods[k].species, solved, error, asked.errors[k], tracing);
-    }
-    tracing.rays = needed / tracing.later + passes * paths_needed;  // gathered once for all traces
-    tracing.link_bytes = static_cast<double>(flux::exchange_bytes(static_cast<std::uint64_t>(needed)));
-    tracing.seconds = std::max(0.0, seconds / tracing.later - path_seconds) * needed / gathered +
-                      path_seconds * paths_needed / path_rays;
-}
-
-// Too few rays between points of the surface may leave some of it without a way out: then more, up to \p
-// most.
-TracedSurface traced_if_enough(const Estimation& e, const Model& model, Recipe& probe,
-                               const SurfaceField& carried, const TraceRequest& request, double most,
-                               Timing& timing) {
-    while (true) {
-        try {
-            return trace_surface(probe, model, e.state.stack, carried, request, timing);
-        } catch (const NumericsError&) {
-            const auto rays = static_cast<double>(probe.flux.rays);
-            if (e.recipe.flux.method == "monte-carlo" || rays >= most) throw;
-            probe.flux.rays = static_cast<std::int64_t>(std::min(most, 4.0 * rays));
-            timing = {};
-        }
-    }
-}
-
-// Traces a pilot, which also lets the coverages settle, and then as many rays as the effort allows.
-Tracing trace(const Estimation& e, const Model& model) {
-    Tracing tracing;
-    TracedSurface& surface = tracing.surface;
-    Timing first, second;
-    Recipe probe = e.measured;
-    const std::optional<double> target = probe.flux.relative_error;
-    const auto most = static_cast<double>(target ? probe.flux.max_rays : probe.flux.rays);
-    const double pilot = std::min(most, 1e4);
-    probe.flux.relative_error.reset();
-    probe.flux.rays = static_cast<std::int64_t>(pilot);
-    if (probe.flux.method == "auto") probe.flux.method = "monte-carlo";
-    surface = traced_if_enough(e, model, probe, {}, {0, true}, most, first);
-    tracing.reducing = seconds_of_reducing(first);
-    if (model.species.empty()) return tracing;
-    const std::vector<double> sticking = sticking_left(model, surface, *surface.arriving);
-    tracing.methods = choose_methods(e.measured, model, surface, *surface.arriving, sticking, {});
-    tracing.at_start = surface.arriving->trace->traces;
-    tracing.later = model.coverages.pulse > 0.0 ? tracing.at_start : 1;
-
-    // A trace of few rays underestimates its error.
-    constexpr double kUncertain = 4.0;
-    const auto needed_for = [&](double rays) {
-        const double error = target ? relative_error(surface) / *target : 0.0;
-        return target ? std::clamp(e.cells * rays * error * error, pilot, most) : most;
-    };
-    const double one = first.trace / tracing.at_start;
-    double rays = std::clamp(pilot * e.effort / (tracing.later * one), pilot,
-                             std::min(most, kUncertain * needed_for(pilot)));
-    const bool any_solved = std::ranges::any_of(tracing.methods, &SpeciesMethod::radiosity);
-    std::vector<SpeciesMethod> methods = tracing.methods;
-    if (any_solved) {  // as few as tell its error, whatever it is
-        constexpr double kRaysOfUnknown =
-            31.0;  // more would start where they matter, and leave some places few
-        for (SpeciesMethod& method : methods) method.target = 0.0;
-        rays = std::min(kRaysOfUnknown * static_cast<double>(surface.arriving->wedges.count()),
-                        asked_of(e.recipe.flux, methods).most);
-    }
-    probe.flux.rays = static_cast<std::int64_t>(rays);
-    const SurfaceField carried = field_to_carry(e.measured, model, surface, 0.0);
-    const TraceRequest again{.key = 1, .methods = std::move(methods)};
-    surface = traced_if_enough(e, model, probe, carried, again, most, second);
-    if (any_solved) rays = static_cast<double>(probe.flux.rays);
-    tracing.reducing = seconds_of_reducing(second);
-
-    if (any_solved) {
-        count_solved(e, second.trace, rays, needed_for(rays), tracing);
-        return tracing;
-    }
-    const double two = second.trace / tracing.later;
-    const bool tells = rays > 1.5 * pilot && two > one;
-    const double per_ray = tells ? (two - one) / (rays - pilot) : two / rays;
-    const double fixed = std::max(0.0, two - per_ray * rays);
-    double needed = needed_for(rays);
-    tracing.rays = rays_of(surface).first * needed / rays;
-    tracing.error = relative_error(surface) * std::sqrt(e.cells * rays / needed);
-    if (target && relative_error(surface) <= *target && e.cells == 1.0) {  // the run will stop as early
-        probe.flux.relative_error = target;
-        surface = trace_surface(probe, model, e.state.stack, carried, {.key = 1, .methods = tracing.methods},
-                                first);
-        const auto [all, times] = rays_of(surface);
-        tracing.rays = all;
-        needed = all / times;
-        tracing.error = relative_error(surface);
-    }
-    for (std::size_t k = 0; k < model.species.size() && target; ++k)
-        note_error(e, model.species[k].name, false, tracing.error, *target, tracing);
-    tracing.seconds = e.cells * fixed + per_ray * needed;
-    return tracing;
-}
-
-// As choose_time_step divides a step of constant speed.
+// Time steps of a step of constant speed, divided as by choose_time_step.
 double time_steps(const Recipe& recipe, double duration, double speed) {
     const double pieces = recipe.output.every ? std::ceil(duration / *recipe.output.every) : 1.0;
     const double distance = duration / pieces * speed / (recipe.advection.cfl * domain_of(recipe).spacing);
@@ -260,7 +74,7 @@ double time_steps(const Recipe& recipe, double duration, double speed) {
 // Seconds to put the surface and what lies below it into files.
 double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
                        const TracedSurface& surface) {
-    constexpr std::ptrdiff_t kEnough = 8;  // layers tell what one takes
+    constexpr std::ptrdiff_t kEnough = 8;  // layers, to find what one takes
     const auto layers = std::min(std::ssize(stack.layers), kEnough);
     const levelset::MaterialStack upper = levelset::upper_layers(stack, layers);
     const double start = now();
@@ -271,39 +85,78 @@ double seconds_to_save(const Model& model, const levelset::MaterialStack& stack,
     return files / static_cast<double>(layers) * (extracted - start) + files * (now() - extracted);
 }
 
+// The largest |V| of every material on the wafer, buried ones included, as an etch will reach them; at least
+// \p at_first. Films of earlier steps, which no time step has grown here, count everywhere, the step's own
+// one where it grows.
+double fastest_speed(const Model& model, const levelset::MaterialStack& stack, const levelset::Motion& motion,
+                     double at_first) {
+    double fastest = 0.0;
+    for (std::size_t n = 0; n < motion.extension.samples.size(); ++n) {
+        const std::size_t bare = exposed(stack, motion, n);
+        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
+            const double v = motion.law.speed(n, k, Vec3::UnitZ());
+            const bool own_film = k > bare && stack.layers[k].material == model.deposit;
+            if (std::isfinite(v) && (v > 0.0 || !own_film)) fastest = std::max(fastest, std::abs(v));
+        }
+    }
+    if (stack.coarser) fastest = fastest_speed(model, *stack.coarser, *motion.coarser, fastest);
+    if (model.depends_on_normal && fastest > 0.0)
+        fastest = std::max(fastest, model.hints.max_speed.value_or(0.0));
+    return std::max(fastest, at_first);
+}
+
+// The speed that leads to the step's stop condition: of the lowest points if it is a depth, else \p fastest.
+double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, const levelset::Motion& motion,
+                     double fastest) {
+    if (!step.stop_depth) return fastest;
+    if (stack.coarser)
+        return speed_to_stop(step, *stack.coarser, *motion.coarser, fastest);  // the coarsest is everywhere
+    const auto height = [](const levelset::SurfaceSample& s) {
+        return s.node.z() + static_cast<double>(s.foot.z());
+    };
+    double lowest = std::numeric_limits<double>::infinity(), speed = 0.0;
+    for (const levelset::SurfaceSample& s : motion.extension.samples) lowest = std::min(lowest, height(s));
+    for (std::size_t n = 0; n < motion.extension.samples.size(); ++n)
+        if (height(motion.extension.samples[n]) < lowest + 1.0)
+            speed = std::max(speed, std::abs(motion.law.speed(n, exposed(stack, motion, n), Vec3::UnitZ())));
+    return speed;
+}
+
 // Makes the first time step of a step that is repeated \p times, and counts what all of them come to.
 void count_step(Estimation& e, const Step& step, double times) {
     const Model model = make_model(step, e.measured.materials, e.measured.domain);
     if (model.deposit) levelset::begin_film(e.state.stack, *model.deposit);
-    const Tracing tracing = trace(e, model);
-    e.total.flux_error = std::max(e.total.flux_error, tracing.error);
-    e.link_bytes = std::max(e.link_bytes, std::min(tracing.link_bytes, 1e9 * e.recipe.flux.memory));
-    if (e.recipe.flux.method != "monte-carlo" && !tracing.methods.empty()) {
-        const std::string methods = describe(tracing.methods);
+    const Pilot pilot = trace_pilot({e.recipe, e.measured, e.state.stack, e.cells, e.effort}, model);
+    e.total.flux_error = std::max(e.total.flux_error, pilot.error);
+    e.exchange_bytes = std::max(e.exchange_bytes, std::min(pilot.exchange_bytes, 1e9 * e.recipe.flux.memory));
+    if (e.recipe.flux.method != "monte-carlo" && !pilot.methods.empty()) {
+        const std::string methods = describe(pilot.methods);
         std::vector<std::string>& known = e.total.methods;
         if (std::ranges::find(known, methods) == known.end()) known.push_back(methods);
     }
-    for (const std::string& note : tracing.short_of)
+    for (const std::string& note : pilot.short_of)
         if (std::ranges::find(e.total.short_of, note) == e.total.short_of.end())
             e.total.short_of.push_back(note);
-    e.last_rays = tracing.rays;
-    e.last_seconds = e.cells * tracing.reducing + tracing.seconds;
+    e.last_rays = pilot.rays;
+    e.last_seconds = e.cells * pilot.reducing + pilot.seconds;
 
     double start = now();
-    const double to_stop = distance_to_stop(e.measured, step, e.state.stack, tracing.surface.raw).left;
+    const double to_stop = distance_to_stop(e.measured, step, e.state.stack, pilot.surface.raw).left;
     if (to_stop == 0.0) return;
     Timing timing;
-    const levelset::Motion motion = surface_motion(model, e.state.stack, tracing.surface, timing);
+    std::vector<levelset::Motion> motions;
+    motions.push_back(surface_motion(model, e.state.stack, pilot.surface, timing));
+    const levelset::Motion& motion = motions.front();
     const TimeStep next = choose_time_step(e.recipe, step, model, e.state, motion, to_stop);
-    measure(e.measured, e.state.stack, tracing.surface.raw);
+    measure(e.measured, e.state.stack, pilot.surface.raw);
     double moving = now() - start;
     const double fastest = fastest_speed(model, e.state.stack, motion, next.speed);
     const double towards = speed_to_stop(step, e.state.stack, motion, fastest);
     const double duration = towards > 0.0 ? std::min(step.duration, to_stop / towards) : step.duration;
-    const double saving = seconds_to_save(model, e.state.stack, tracing.surface);
+    const double saving = seconds_to_save(model, e.state.stack, pilot.surface);
     e.last_seconds += e.cells * saving;
     start = now();
-    levelset::advect(e.state.stack, motion, next.dt, scheme_for(model, e.measured.advection));
+    advect(e.measured, model, motions, next, e.state.stack, timing);
     moving += now() - start;
 
     const double steps =
@@ -312,11 +165,11 @@ void count_step(Estimation& e, const Step& step, double times) {
     const bool all_stages = e.recipe.flux.stages == "all" && !model.species.empty();
     const double stages =
         all_stages ? static_cast<double>(levelset::stage_count(e.recipe.advection.time_integration)) : 1.0;
-    const double traces = steps * stages * tracing.later + tracing.at_start - tracing.later;
+    const double traces = steps * stages * pilot.later + pilot.at_start - pilot.later;
     e.total.time_steps += times * steps;
-    e.total.rays += times * traces * tracing.rays;
-    e.total.seconds += times * (traces * tracing.seconds +
-                                e.cells * (steps * (moving + stages * tracing.reducing) + saves * saving));
+    e.total.rays += times * traces * pilot.rays;
+    e.total.seconds += times * (traces * pilot.seconds +
+                                e.cells * (steps * (moving + stages * pilot.reducing) + saves * saving));
     e.lowest -= 2.0 * times * duration * fastest;
 }
 
@@ -325,7 +178,7 @@ void count_reshaping(Estimation& e, const Step& step, double times) {
     // openings.
     if (step.model == "planarize") {
         const double height = step.values.get<double>("height");
-        if (height < lowest_point(e.state.stack) && (height >= e.lowest || e.cells != 1.0)) return;
+        if (height < lowest_of_substrate(e.state.stack) && (height >= e.lowest || e.cells != 1.0)) return;
     }
     const double start = now();
     reshape(e.measured, step, e.state.stack);
@@ -349,7 +202,7 @@ void count(Estimation& e, const std::vector<Step>& steps, const std::string& num
         } else if (find_model(step.model)->apply != nullptr) {
             count_reshaping(e, step, repeated);
         } else {
-            e.looked_at += repeated * step.duration;
+            e.measured_time += repeated * step.duration;
             count_step(e, step, repeated);
         }
     }
@@ -385,16 +238,16 @@ Estimate estimate_run(const Recipe& recipe, double effort, double most_building)
     e.cells = std::pow(e.state.stack.domain.spacing / domain_of(recipe).spacing, 2);
     e.total.building = e.cells * (now() - e.start);
     e.total.seconds = 2.0 * e.total.building;  // the summary compares with it
-    e.lowest = lowest_point(e.state.stack);
+    e.lowest = lowest_of_substrate(e.state.stack);
     e.start = now();
     count(e, recipe.steps, "", 1.0);
-    if (e.looked_at > 0.0) {
-        const double whole = 1.0 + e.left_out / e.looked_at;
+    if (e.measured_time > 0.0) {
+        const double whole = 1.0 + e.left_out / e.measured_time;
         for (double* figure : {&e.total.time_steps, &e.total.rays, &e.total.seconds}) *figure *= whole;
     }
     e.total.rays += e.last_rays;
     e.total.seconds += e.last_seconds;
-    e.total.memory += e.link_bytes;
+    e.total.memory += e.exchange_bytes;
     return e.total;
 }
 

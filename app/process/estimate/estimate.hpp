@@ -30,7 +30,7 @@ struct Estimate {
 /// Usually within a factor of two; what a step uncovers or closes later is not seen. With [flux] reuse, which
 /// depends on how fluxes change, rays and seconds are those without it.
 /// \param effort  seconds to spend tracing; three times as long and steps that are left count by their duration,
-///                like those before. A large wafer is looked at on a grid up to four times coarser.
+///                like those before. A large wafer is measured on a grid up to four times coarser.
 /// \param most_building  seconds that building the wafer may take, reckoned from its cells and layers
 /// \throws what the run would throw at once: RecipeError for a step that never ends or one that polishes below
 ///         all that the steps before can etch, GeometryError for a shape without a surface, NumericsError.

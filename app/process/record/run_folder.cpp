@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string_view>
 
@@ -35,14 +34,14 @@ void spare_recipe(const std::string& file, const fs::path& copy, const std::stri
             file));
 }
 
-// No run of the recipe saves as many surfaces.
+// More surfaces than any run of the recipe saves.
 std::size_t above_saved(const Recipe& recipe) {
     const std::vector<Step> steps = expanded_steps(recipe);
     if (!recipe.output.every) return steps.size() + 1;
     return static_cast<std::size_t>(total_duration(steps) / *recipe.output.every) + 2;
 }
 
-// Of the runs beside an earlier one to an accuracy.
+// Removes the runs made beside an earlier one to an accuracy.
 void remove_records(const fs::path& records) {
     std::error_code failure;
     if (!fs::is_directory(fs::symlink_status(records, failure)) || accuracy_records(records).empty()) return;
@@ -143,17 +142,17 @@ void RunFolder::refuse_foreign_files(bool has_manifest) const {
                         (options_.output / foreign).string(), kManifest));
 }
 
-// Of a folder to overwrite without a list of what a run wrote there: what its surface.pvd tells, and what
-// this run would write over.
+// Lists what to overwrite in a folder without a list of what a run wrote there: what its surface.pvd names,
+// and what this run would write over.
 void RunFolder::take_over() {
     const fs::path pvd = options_.output / "surface.pvd";
-    const std::string told = fs::is_regular_file(pvd) ? surface::read_whole_file(pvd) : "";
+    const std::string listed = fs::is_regular_file(pvd) ? surface::read_whole_file(pvd) : "";
     const std::size_t above = above_saved(recipe_);
     for (const auto& entry : fs::directory_iterator(options_.output)) {
         const std::string name = entry.path().filename().string();
         const std::optional<std::size_t> number = saved_number(name);
         if (number && (*number < above ||
-                       told.find(fmt::format("file=\"surface_{:04}.vtp\"", *number)) != std::string::npos))
+                       listed.find(fmt::format("file=\"surface_{:04}.vtp\"", *number)) != std::string::npos))
             names_.insert(name);
     }
 }
@@ -174,11 +173,9 @@ void RunFolder::refuse_other_runs() const {
 void RunFolder::begin(const RunState& state) {
     if (!writes_) return;
     remove_partial_files(options_.output, names_);
-    if (options_.resume && !goes_on_ && !options_.quiet)
-        std::fputs(
-            fmt::format("{}: holds no checkpoint yet: the run begins at time 0\n", options_.output.string())
-                .c_str(),
-            stderr);
+    if (options_.resume && !goes_on_ && options_.warn)
+        options_.warn(
+            fmt::format("{}: holds no checkpoint yet: the run begins at time 0", options_.output.string()));
     if (goes_on_)
         go_on(state);
     else
@@ -221,7 +218,7 @@ fs::path RunFolder::timeline() const {
     return options_.output / "timeline.csv";
 }
 
-// To the rows before the checkpoint, and the header.
+// Cuts the timeline to its header and the rows before the checkpoint.
 void RunFolder::cut_timeline(std::size_t rows) const {
     if (rows == 0) return remove_file(timeline());
     const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
@@ -233,11 +230,9 @@ void RunFolder::cut_timeline(std::size_t rows) const {
         end = at + 1;
         ++lines;
     }
-    if (lines <= rows)
-        std::fputs(fmt::format("{}: lacks {} of the {} rows before the checkpoint\n", timeline().string(),
-                               rows + 1 - std::max<std::size_t>(lines, 1), rows)
-                       .c_str(),
-                   stderr);
+    if (lines <= rows && options_.warn)
+        options_.warn(fmt::format("{}: lacks {} of the {} rows before the checkpoint", timeline().string(),
+                                  rows + 1 - std::max<std::size_t>(lines, 1), rows));
     if (end != text.size()) write_file(timeline(), text.substr(0, end));
 }
 
@@ -247,21 +242,21 @@ void RunFolder::revise(RunState& state) {
     checkpoint(state);
 }
 
-// Before the files are made.
+// Lists files in the manifest, before they are made.
 void RunFolder::list(std::vector<std::string> names) {
     std::erase_if(names, [&](const std::string& name) { return !names_.insert(name).second; });
     add_to_manifest(options_.output, names);
 }
 
 bool RunFolder::due(const RunState& state) const {
-    if (recipe_.output.every) return state.time >= static_cast<double>(state.saved) * *recipe_.output.every;
+    if (recipe_.output.every) return state.reached(state.next_save(*recipe_.output.every));
     return state.begins_step() && !state.is_saved();
 }
 
 void RunFolder::save(RunState& state, const Model& model, const TracedSurface& surface) {
     const PhaseClock clock(state.timing.output);
     if (!writes_) {
-        state.files.push_back({state.time, 0, {}});
+        state.files.push_back({state.process_time(), 0, {}});
         ++state.saved;
         return;
     }
@@ -270,16 +265,16 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     write_meshes(state, model, surface);
     write_profiles(surface.raw, state.saved);
     ++state.saved;
-    state.stacks.push_back({state.time, state.step, layer_materials(state.stack)});
+    state.stacks.push_back({state.process_time(), state.step, layer_materials(state.stack)});
     write_pvd(state);
 }
 
 void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const {
-    const auto meta = metadata_of(recipe_, state.time);
+    const auto meta = metadata_of(recipe_, state.process_time());
     int part = 0;
     const auto write = [&](const std::string& name, const TriangleMesh& mesh) {
         surface::write_mesh(options_.output / name, mesh, meta);
-        state.files.push_back({state.time, part++, name});
+        state.files.push_back({state.process_time(), part++, name});
     };
     const std::string number = fmt::format("{:04}", state.saved);
     levelset::StackMeshes meshes = levelset::extract_materials(state.stack, surface.raw);
@@ -331,7 +326,7 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
         }
     std::string row =
         fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1, csv_field(step.name),
-                    state.time, next.dt, next.speed, surface.raw.vertices.size(),
+                    state.process_time(), next.dt, next.speed, surface.raw.vertices.size(),
                     surface.raw.triangles.size(), traced.vertices.size(), traced.triangles.size(), segments,
                     leaked, reused ? std::string() : fmt::format("{:.6g}", error));
     const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
@@ -346,7 +341,7 @@ void RunFolder::checkpoint(RunState& state) const {
     if (!writes_) return;
     const PhaseClock clock(state.timing.output);
     // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
-    // Where nobody can tell whether there is a timeline, opening it says why.
+    // Where it is unknown whether there is a timeline, opening it says why.
     std::error_code unknown;
     if (fs::exists(timeline(), unknown) || unknown) surface::sync_file(timeline());
     save_state(options_.output, recipe_, state);

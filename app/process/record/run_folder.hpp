@@ -5,14 +5,14 @@
 #include "app/common/json_fwd.hpp"
 #include "app/process/arriving/traced_surface.hpp"
 #include "app/process/record/manifest.hpp"
-#include "app/process/simulation.hpp"
+#include "app/process/run_options.hpp"
 #include "app/process/state.hpp"
 #include "app/process/time_step.hpp"
 
 namespace sidewall::app {
 
 /// Writes a run's folder. Every file is whole or absent, and listed in manifest.txt before it is made. Where several
-/// processes make the run, rank 0 writes; the others keep the state alike, and go on when rank 0 knows what the folder holds.
+/// processes make the run, rank 0 writes; the others keep the same state, and go on when rank 0 knows what the folder holds.
 class RunFolder {
   public:
     /// Makes the folder, keeps other processes from writing there, and finds what it holds; changes nothing

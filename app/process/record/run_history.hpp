@@ -34,7 +34,7 @@ struct StepEnd {
     std::string stopped_by;  ///< "duration", or the key of the stop condition that held
 };
 
-/// What a run has to tell at its end besides its last surface, and what it needs to know for that. Part of
+/// Events and volumes that summary.json reports of a run, and what it needs to know for that. Part of
 /// its state.
 struct History {
     std::vector<Event> events;
@@ -46,7 +46,7 @@ struct History {
     std::vector<int> layer_materials;
     std::vector<double> layer_volumes;
 
-    // As last seen.
+    // At the last check.
     std::vector<std::uint8_t> present;  ///< by material: something of it is left
     std::vector<Box3> hanging, voids;
     bool bottom_reached = false, top_reached = false;

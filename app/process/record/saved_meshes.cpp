@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "app/process/arriving/line_of_sight.hpp"
 #include "app/process/arriving/rates.hpp"
 
 namespace sidewall::app {
@@ -77,10 +78,11 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
             if (!hit) hit = surface.scene->closest_point(centroid, 1e30);
             if (surface.arriving) interpolate(*surface.arriving, hit.triangle, hit.u, hit.v, here);
             if (model.visibility)
-                point.visible = visible(surface, hit.point, traced_normals[hit.triangle], *model.visibility,
-                                        stack.domain.spacing);
+                point.visible = in_line_of_sight(surface, hit.point, traced_normals[hit.triangle],
+                                                 *model.visibility, stack.domain.spacing);
         } else if (model.visibility) {
-            point.visible = visible(surface, centroid, point.normal, *model.visibility, stack.domain.spacing);
+            point.visible =
+                in_line_of_sight(surface, centroid, point.normal, *model.visibility, stack.domain.spacing);
         }
         point.flux = here.first(tallies);
         point.coverage = here.subspan(tallies);
@@ -98,7 +100,7 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
         mesh.triangle_attributes.push_back({names[k], 1, Scalar::float64, std::move(column)});
     }
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
-    // The traced mesh has its errors; here they stand if it is this one.
+    // Errors are those of the mesh that was traced, which may be this one.
     for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
         for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
             std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;

@@ -1,6 +1,8 @@
 #pragma once
 #include "app/models/model.hpp"
 #include "app/process/arriving/traced_surface.hpp"
+#include "app/recipe/recipe.hpp"
+#include "levelset/layers/stack.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/triangle_mesh.hpp"

@@ -92,7 +92,7 @@ void add_events(const Recipe& recipe, const std::vector<Step>& steps, const Hist
     }
 }
 
-// Of every material that there ever was, and its net change as a measure.
+// Adds the volumes of every material that there ever was, and their net changes as measures.
 void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std::vector<Measure>& measures) {
     const History& history = state.history;
     const std::string &length = recipe.domain.length_unit, &time = recipe.domain.time_unit;
@@ -117,11 +117,11 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
                  {"gross_added", number_or_null(settled(history.added[m], domain) / width, kDigits)},
                  {"gross_removed", number_or_null(settled(history.removed[m], domain) / width, kDigits)}};
     }
-    // Of the wafer as a whole: growth if positive, etching if negative.
-    if (state.time > 0.0)
+    // The mean rate of the whole wafer: growth if positive, etching if negative.
+    if (state.process_time() > 0.0)
         measures.push_back({"mean_rate",
                             settled(grown, domain) / ((domain.max[0] - domain.min[0]) *
-                                                      (domain.max[1] - domain.min[1]) * state.time),
+                                                      (domain.max[1] - domain.min[1]) * state.process_time()),
                             length + "/" + time});
 }
 
@@ -147,7 +147,7 @@ Json summary_of(const Recipe& recipe, const RunState& state, const std::vector<S
                  {"time_unit", recipe.domain.time_unit},
                  {"grid_spacing", number_or_null(state.stack.domain.spacing, kTimeDigits)},
                  {"grid", grid_json(state.stack)},
-                 {"time", number_or_null(state.time, kTimeDigits)},
+                 {"time", number_or_null(state.process_time(), kTimeDigits)},
                  {"time_steps", state.time_step},
                  {"steps", steps_json(steps, state)},
                  {"timing", seconds_json(state.timing)},

@@ -53,7 +53,7 @@ TEST_CASE("isotropic: V is the material's rate, whatever the normal") {
     CHECK(etch.speed("Mask") == 0.0);  // what a table leaves out is inert
     CHECK(etch.model.species.empty());
     CHECK_FALSE(etch.model.deposit.has_value());
-    CHECK(etch.model.max_speed == 0.5);
+    CHECK(etch.model.hints.max_speed == 0.5);
     CHECK_FALSE(etch.model.visibility.has_value());
 
     const Case film =
@@ -73,7 +73,7 @@ TEST_CASE("directional: V follows the cosine to the source, and only where the s
     CHECK(etch.speed("Si", {}, Vec3(0.6, 0.0, 0.8)) == Approx(-0.85));
     CHECK(etch.speed("Mask") == 0.0);
     CHECK(etch.model.depends_on_normal);
-    CHECK(etch.model.max_speed == Approx(1.05));
+    CHECK(etch.model.hints.max_speed == Approx(1.05));
     REQUIRE(etch.model.visibility.has_value());
     CHECK(*etch.model.visibility == Vec3::UnitZ());
 
@@ -98,7 +98,7 @@ TEST_CASE("single_particle: V is rate times flux, and at flux 1 a blanket wafer 
     CHECK(neutral.sticking[static_cast<std::size_t>(film.id("Si"))] == 0.2);
     CHECK(neutral.sticking[static_cast<std::size_t>(film.id("Mask"))] == 0.0);
     CHECK(neutral.sticking[static_cast<std::size_t>(film.id("SiO2"))] == 0.1);
-    CHECK_FALSE(film.model.max_speed.has_value());
+    CHECK_FALSE(film.model.hints.max_speed.has_value());
 
     const Case etch = step("model = \"single_particle\"\nrate = { Si = -2.0 }\n");
     CHECK(etch.speed("Si", {0.5}) == -1.0);

@@ -2,7 +2,7 @@
 
 #include "app/models/model.hpp"
 #include "app/process/arriving/rates.hpp"
-#include "app/process/arriving/traced_surface.hpp"
+#include "app/process/arriving/trace.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/layers/stack.hpp"
 

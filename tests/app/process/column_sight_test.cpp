@@ -1,4 +1,4 @@
-#include "app/process/arriving/column_sight.hpp"
+#include "app/process/arriving/line_of_sight.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>

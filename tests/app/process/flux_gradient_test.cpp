@@ -1,8 +1,8 @@
-#include "app/process/arriving/flux_gradient.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "app/process/arriving/surface_field.hpp"
+#include "app/process/arriving/traced_mesh.hpp"
 #include "tests/surface/surface_meshes.hpp"
 
 using namespace sidewall;

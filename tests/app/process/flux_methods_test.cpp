@@ -5,7 +5,7 @@
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/process/estimate/memory.hpp"
-#include "app/process/state.hpp"
+#include "app/process/wafer.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/radiosity/exchange.hpp"
 

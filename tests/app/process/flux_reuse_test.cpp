@@ -1,4 +1,4 @@
-#include "app/process/arriving/flux_reuse.hpp"
+#include "app/process/arriving/surface_field.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -54,7 +54,7 @@ TEST_CASE("a surface takes the fluxes of the closest points") {
     REQUIRE(moved.flux.size() == 1);
     CHECK(moved.coverage.empty());
     CHECK_FALSE(moved.trace);
-    // The look-up starts a tenth of the way from the wedge's vertex to its fan's middle.
+    // Values are taken a tenth of the way from the wedge's vertex to its fan's middle.
     for (std::size_t v = 0; v < 4; ++v)
         CHECK(moved.flux[0][v] == Approx(2.0 * (1.0 + mesh.vertices[v].x())).margin(2.0 * 0.07));
 }

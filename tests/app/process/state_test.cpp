@@ -1,4 +1,4 @@
-#include "app/process/state.hpp"
+#include "app/process/wafer.hpp"
 
 #include <catch2/catch.hpp>
 #include <functional>
@@ -85,4 +85,21 @@ TEST_CASE("a state comes back from its checkpoint, one that no run can be in is 
         CHECK_THROWS_WITH(resume_state(folder.path, recipe),
                           Contains((folder.path / "checkpoint.vdb").string() + ": "));
     }
+}
+
+TEST_CASE(
+    "a time step that the time cannot tell from nothing is refused, and a short step counts from its start") {
+    RunState state;
+    state.enter(0);
+    state.begin_step(1e8);
+    state.advance(1e8, 1e8);
+    state.enter(1);
+    RunState other = state;
+    CHECK_THROWS_AS(other.advance(1e-9, 1e8 + 1.0), NumericsError);
+    state.begin_step(1e-7);
+    CHECK(state.begins_step());
+    CHECK(state.process_time() == 1e8);
+    for (int n = 0; n < 100; ++n) state.advance(1e-9, state.step_start + 1e-7);
+    CHECK(state.reached(state.step_start + 1e-7));
+    CHECK(state.since(state.starts[1]) == 1e-7);
 }

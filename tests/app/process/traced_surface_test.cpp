@@ -1,10 +1,10 @@
-#include "app/process/arriving/traced_surface.hpp"
+#include "app/process/arriving/trace.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "app/process/arriving/rates.hpp"
-#include "app/process/state.hpp"
+#include "app/process/wafer.hpp"
 #include "app/recipe/step_model.hpp"
 
 using namespace sidewall;

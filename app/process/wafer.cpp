@@ -1,17 +1,21 @@
-#include "app/process/start.hpp"
+#include "app/process/wafer.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "app/process/recipe_levels.hpp"
-#include "app/process/state.hpp"
+#include "app/models/model.hpp"
+#include "app/process/events.hpp"
+#include "app/recipe/grid_levels.hpp"
+#include "app/recipe/layers.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/make_stack.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -19,12 +23,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
+int margin_of(const Recipe& recipe) {
+    // Models whose speed depends on the normal take lax_friedrichs.
+    levelset::AdvectionOptions turning = recipe.advection;
+    turning.scheme = levelset::Scheme::lax_friedrichs;
+    return std::max(levelset::margin_for(recipe.advection), levelset::margin_for(turning));
+}
+
+// Gives a stack of one level those that the recipe asks for.
+void give_levels(const Recipe& recipe, levelset::MaterialStack& stack) {
+    const int levels = grid_levels(recipe, stack.domain);
+    if (levels > 1) levelset::make_levels(stack, levels, margin_of(recipe));
+}
+
+levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::function<bool()>& stop) {
+    std::vector<std::pair<int, levelset::Shape>> bodies;
+    for (const MaterialLayer& layer : expanded_layers(recipe))
+        bodies.emplace_back(layer.material, layer.shape);
+    const auto sample = [&](const levelset::Domain& domain, const levelset::LeafChoice& where) {
+        return levelset::sample_stack(domain, bodies, stop, where);
+    };
+    const levelset::Domain domain = domain_of(recipe);
+    const int levels = grid_levels(recipe, domain);
+    if (levels > 1) return levelset::make_levels(domain, levels, margin_of(recipe), sample);
+    levelset::MaterialStack stack = sample(domain, {});
+    levelset::make_distances(stack);
+    return stack;
+}
+
 bool same_time(double a, double b) {
     return std::abs(a - b) <= 1e-9 * std::max(1.0, std::abs(a));
 }
 
-// Whether the wafer is that at the end of the step before: one that takes time saves a surface when it
-// begins.
+// Whether the saved wafer is that at the end of the step before: a step that takes time saves a surface when
+// it begins.
 bool ends_step(const RunState& run, const SavedStack& saved) {
     return saved.step > 0 && saved.time == run.starts[saved.step];
 }
@@ -34,7 +66,7 @@ bool is_wanted(const StartSection& start, const RunState& run, const SavedStack&
     return saved.step == static_cast<std::size_t>(start.step) && ends_step(run, saved);
 }
 
-// What the run can be left from, for a message.
+// The times or steps at which the run can be left, for a message.
 std::string choices(const StartSection& start, const RunState& run, const std::vector<SavedStack>& all) {
     std::vector<std::string> list;
     for (const SavedStack& saved : all) {
@@ -50,7 +82,7 @@ std::string choices(const StartSection& start, const RunState& run, const std::v
     return fmt::format("{}", fmt::join(list, ", "));
 }
 
-// The bodies below each interface, and the surface.
+// The stack of the bodies below each interface and the surface.
 levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, const SavedStack& saved,
                                 const std::vector<SavedFile>& written, const levelset::Domain& domain,
                                 const std::function<bool()>& stop) {
@@ -70,8 +102,18 @@ levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, cons
     return levelset::make_stack(domain, bodies, stop);
 }
 
-}  // namespace
+// Polishing below all that was ever shaped would leave a flat piece of substrate.
+void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack) {
+    const double height = step.values.get<double>("height"), lowest = lowest_of_substrate(stack);
+    constexpr double kNear = 1e-2;  // in grid spacings
+    if (height < lowest - kNear * stack.domain.spacing)
+        throw RecipeError(fmt::format(
+            "{}: step {}: height = {:g}: lies below the whole wafer, whose substrate's surface goes down to {:.4g} "
+            "by then: nothing of its shape would be left; polish above that",
+            recipe.file, step.name, height, lowest));
+}
 
+// The wafer that [start] names, its materials by the recipe's ids.
 levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<bool()>& stop) {
     const StartSection& start = recipe.start;
     Checkpoint checkpoint =
@@ -84,7 +126,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
                                recipe.domain.length_unit));
     RunState& run = checkpoint.state;
     std::vector<SavedStack> all = run.stacks;
-    all.push_back({run.time, run.step, {}});
+    all.push_back({run.process_time(), run.step, {}});
     std::size_t chosen = all.size() - 1;
     const bool asked = start.time || start.step > 0;
     if (!asked && !fs::exists(fs::path(start.from) / "summary.json"))
@@ -115,6 +157,44 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
     }
     give_levels(recipe, stack);
     return stack;
+}
+
+}  // namespace
+
+RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) {
+    RunState state;
+    state.inputs = input_files(recipe);
+    state.stack = recipe.start.from.empty() ? stack_of_layers(recipe, stop) : stack_of_run(recipe, stop);
+    state.enter(0);
+    state.history = begin_history(state.stack, recipe.materials.size());
+    begin_events(recipe, state);
+    return state;
+}
+
+double lowest_of_substrate(const levelset::MaterialStack& stack) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : levelset::extract_surface(stack, 0).vertices) lowest = std::min(lowest, p.z());
+    return lowest;
+}
+
+bool reshape(const Recipe& recipe, const Step& step, levelset::MaterialStack& stack) {
+    const ModelEntry* entry = find_model(step.model);
+    if (entry->apply == nullptr) return false;
+    if (step.model == "planarize") refuse_to_lose_all(recipe, step, stack);
+    // Sharp edges are made where the grid is fine, which then is coarsened where they are not.
+    if (stack.coarser) stack = levelset::on_one_level(stack);
+    entry->apply(step.values, recipe.materials,
+                 entry->patterned ? pattern_of(step, recipe) : levelset::Shape{}, stack);
+    give_levels(recipe, stack);
+    return true;
+}
+
+void require_values(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack) {
+    try {
+        require_values({step.name, &step, layer_materials(stack)}, recipe.materials);
+    } catch (const KeyError& error) {
+        throw RecipeError(fmt::format("{}: step {}: {}", recipe.file, step.name, error.what()));
+    }
 }
 
 }  // namespace sidewall::app

@@ -1,4 +1,4 @@
-#include "app/process/arriving/column_sight.hpp"
+#include "app/process/arriving/line_of_sight.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -23,7 +23,7 @@ double turn(const Vec3& a, const Vec3& b, const Vec3& p) {
     return (b.x() - a.x()) * (p.y() - a.y()) - (b.y() - a.y()) * (p.x() - a.x());
 }
 
-// Whether the triangle, which looks down, covers the point and lies higher there. Points on an edge count for
+// Whether the triangle, which faces down, covers the point and lies higher there. Points on an edge count for
 // both its triangles, so that none slips between them.
 bool covers(const std::array<Vec3, 3>& t, const Vec3& p) {
     const double u = turn(t[1], t[2], p), v = turn(t[2], t[0], p), w = turn(t[0], t[1], p);
@@ -33,8 +33,8 @@ bool covers(const std::array<Vec3, 3>& t, const Vec3& p) {
     return (u * t[0].z() + v * t[1].z() + w * t[2].z()) / area > p.z();
 }
 
-// The triangles that look down.
-std::vector<std::array<Vec3, 3>> faces_down(const TriangleMesh& mesh) {
+// The triangles whose normal points down.
+std::vector<std::array<Vec3, 3>> downward_faces(const TriangleMesh& mesh) {
     constexpr std::size_t kGrain = 1024;
     std::vector<std::vector<std::array<Vec3, 3>>> parts((mesh.triangles.size() + kGrain - 1) / kGrain);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
@@ -72,7 +72,7 @@ ColumnSight::ColumnSight(const TriangleMesh& mesh, double width) : width_(width)
             1 + static_cast<std::size_t>((box.max[axis] - box.min[axis]) / width_);
 
     const std::size_t columns = count_[0] * count_[1];
-    corners_ = faces_down(mesh);
+    corners_ = downward_faces(mesh);
     std::vector<std::atomic<std::uint32_t>> next(columns + 1);  // of each column's entries
     const auto each = [&](auto&& use) {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 1024), [&](const auto& range) {
@@ -118,6 +118,37 @@ bool ColumnSight::open_above(const Vec3& point) const {
         if (covers(corners_[entries_[n].triangle], point)) return false;
     }
     return true;
+}
+
+bool in_line_of_sight(const TracedSurface& surface, const Vec3& point, const Vec3& normal,
+                      const Vec3& direction, double spacing) {
+    Vec3 position = point + 1e-2 * spacing * (normal + direction), path = direction;
+    if (surface.box.boundary[0] != flux::Boundary::open)
+        for (int axis = 0; axis < 2; ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            position[axis] = std::clamp(position[axis], surface.box.min[a], surface.box.max[a]);
+        }
+    // A periodic profile one cell wide is the same at all y: a path along it meets nothing.
+    if (surface.box.boundary[1] == flux::Boundary::periodic &&
+        surface.box.max[1] - surface.box.min[1] < 1.5 * spacing)
+        path.y() = 0.0;
+    if (surface.columns) {
+        // From below a ceiling that meets the surface here: raised into it, the point would no longer lie
+        // under it.
+        position.z() -= 2e-2 * spacing;
+        return surface.columns->open_above(position);
+    }
+    // A path that crosses so many sides before it rises above the surface is flat but for rounding (below
+    // 0.006 degrees where the surface is as high as the domain is wide); it counts as shadowed.
+    constexpr int kMostSides = 10000;
+    for (int sides = 0; sides < kMostSides; ++sides) {
+        const flux::SideMeeting side = flux::next_side(surface.box, position, path);
+        if (surface.scene->occluded(position, path, 0.0, side.distance)) return false;
+        if (!std::isfinite(side.distance)) return true;
+        const bool above = position.z() + side.distance * path.z() > surface.scene->top();
+        if (above || !flux::cross_side(surface.box, side, position, path)) return true;
+    }
+    return false;
 }
 
 }  // namespace sidewall::app

@@ -1,0 +1,209 @@
+#include "app/process/arriving/trace.hpp"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "app/process/arriving/coverages.hpp"
+#include "app/process/arriving/flux_methods.hpp"
+#include "app/process/arriving/line_of_sight.hpp"
+#include "app/process/arriving/species_flux.hpp"
+#include "app/process/arriving/traced_mesh.hpp"
+#include "levelset/layers/layer_depths.hpp"
+
+namespace sidewall::app {
+namespace {
+
+std::shared_ptr<const surface::RayScene> build_scene(const TriangleMesh& mesh, Timing& timing) {
+    const PhaseClock clock(timing.bvh);
+    return std::make_shared<const surface::RayScene>(mesh);
+}
+
+// Ranks on unequal processors may round otherwise, and then their sums mean nothing.
+void require_same(const flux::Shares& shares, const TriangleMesh& mesh) {
+    if (shares.ranks == 1) return;
+    std::uint64_t hash = mesh.triangles.size();
+    for (const Vec3& vertex : mesh.vertices)
+        for (const double x : vertex)
+            hash = (hash ^ std::bit_cast<std::uint64_t>(x)) * 0x100000001b3u + (hash >> 32);
+    if (!flux::all_same(shares, hash))
+        throw NumericsError(
+            "the ranks have come to different surfaces: their processors compute differently; use machines of one kind, and "
+            "one installation");
+}
+
+// The traced mesh with the material of each triangle, split at creases and material edges; no flux yet.
+SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
+    SurfaceFlux parts;
+    parts.materials.resize(mesh.triangles.size());
+    tbb::parallel_for(std::size_t{0}, parts.materials.size(), [&](std::size_t t) {
+        parts.materials[t] = levelset::exposed_material(stack, triangle_centroid(mesh, t));
+    });
+    parts.wedges = flux::make_wedges(mesh, parts.materials);
+    return parts;
+}
+
+// The largest mean change of a coverage over the surface.
+double mean_change(const flux::Wedges& wedges, const std::vector<std::vector<double>>& before,
+                   const std::vector<std::vector<double>>& after) {
+    double most = 0.0;
+    for (std::size_t k = 0; k < after.size(); ++k) {
+        double change = 0.0, area = 0.0;
+        for (std::size_t w = 0; w < wedges.count(); ++w) {
+            change += wedges.area[w] * std::abs(after[k][w] - before[k][w]);
+            area += wedges.area[w];
+        }
+        most = std::max(most, area > 0.0 ? change / area : 0.0);
+    }
+    return most;
+}
+
+// The traces of one surface, with the coverages' reactions between them.
+struct Tracing {
+    const Recipe& recipe;
+    const Model& model;
+    const TracedSurface& surface;
+    const SurfaceField& carried;
+    const TraceRequest& request;
+    SurfaceFlux arriving;
+    WedgePoints points = wedge_points(model, surface, arriving);
+    SharedTraces shared = shared_traces(model, request.methods);
+    std::vector<std::vector<double>> balance = {};  // fluxes that steady coverages desorb against; or none
+
+    std::vector<std::vector<double>> from_before(const std::vector<std::string>& names) const {
+        return kept_or_carried(carried, names, surface.traced(), arriving.wedges);
+    }
+
+    // Traces every species with what the coverages leave, and lets these react for a time.
+    void trace_once(int number, double time, bool errors) {
+        const auto [sticking, emission] = leaving_of(model, arriving, points, balance);
+        if (!are_of(model, shared.methods))
+            shared =
+                shared_traces(model, choose_methods(recipe, model, surface, arriving, sticking, request));
+        TraceRequest own = request;
+        own.errors = errors;
+        trace_species(recipe, model, surface, sticking, emission, own, shared, arriving);
+        arriving.trace->traces = number;
+        if (model.coverages.names.empty()) return;
+        std::vector<std::vector<double>> next = reacted(model, time, arriving, points);
+        arriving.trace->coverage_change = mean_change(arriving.wedges, arriving.coverage, next);
+        arriving.coverage = std::move(next);
+        if (model.desorption && are_steady(model.coverages)) balance = arriving.flux;
+    }
+
+    void begin_with_carried_coverages() {
+        const Coverages& coverages = model.coverages;
+        if (coverages.names.empty()) return;
+        arriving.coverage = from_before(coverages.names);
+        if (!model.desorption || !are_steady(coverages)) return;
+        balance = from_before(carried_names(model));
+        balance.resize(balance.size() - coverages.names.size());
+    }
+
+    // One trace, whose fluxes the coverages, if any, follow.
+    void single() {
+        begin_with_carried_coverages();
+        trace_once(1, 0.0, request.errors);
+    }
+
+    // Trace after trace until the mean change of the coverages is below their tolerance.
+    void steady() {
+        begin_with_carried_coverages();
+        const int most = model.coverages.most_iterations;
+        const auto settle_from = [&](int traces) {
+            const int last = traces + most;
+            do {
+                trace_once(++traces, 0.0, request.errors);
+            } while (traces < last && arriving.trace->coverage_change > model.coverages.tolerance);
+            return traces;
+        };
+        const int traces = settle_from(0);
+        if (recipe.flux.method != "auto" || !model.sticking || are_of(model, request.methods)) return;
+        // Sites are taken now, and so will they be in the time steps that follow: methods are chosen anew.
+        SharedTraces anew =
+            shared_traces(model, choose_methods(recipe, model, surface, arriving,
+                                                sticking_left(model, surface, arriving), request));
+        arriving.trace->methods = anew.methods;
+        const bool same = std::ranges::equal(shared.methods, anew.methods, {}, &SpeciesMethod::radiosity,
+                                             &SpeciesMethod::radiosity);
+        shared = std::move(anew);
+        if (same) return;
+        arriving.trace.reset();
+        settle_from(traces);
+    }
+
+    // The equal parts of a pulse on a bare surface, each traced with the coverages at its beginning. Errors
+    // fall as sites are taken: those of the first part decide how many rays to gather, the last one's are
+    // reported.
+    void pulsed() {
+        const Coverages& coverages = model.coverages;
+        arriving.coverage.assign(coverages.names.size(), std::vector<double>(arriving.wedges.count(), 0.0));
+        for (int part = 1; part <= coverages.parts; ++part)
+            trace_once(part, coverages.pulse / coverages.parts, part == 1 || part == coverages.parts);
+    }
+};
+
+// What a speed asks for where nothing is traced.
+void prepare_sight(const Model& model, double spacing, TracedSurface& surface, Timing& timing) {
+    const bool line_of_sight = model.visibility.has_value();
+    if (model.depends_on_position || model.speeds ||
+        (line_of_sight && !model.visibility->head<2>().isZero(0.0))) {
+        surface.scene = build_scene(surface.raw, timing);
+    } else if (line_of_sight) {
+        const PhaseClock clock(timing.bvh);
+        surface.columns = std::make_shared<const ColumnSight>(surface.raw, spacing);
+    }
+}
+
+}  // namespace
+
+void trace(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+           const SurfaceField& carried, const TraceRequest& request, TracedSurface& surface, Timing& timing) {
+    if (model.species.empty()) return prepare_sight(model, stack.domain.spacing, surface, timing);
+    for (;;) {
+        require_same(request.shares, surface.traced());
+        surface.scene = build_scene(surface.traced(), timing);
+        const PhaseClock clock(timing.trace);
+        try {
+            Tracing tracing{recipe,  model,   surface,
+                            carried, request, split_at_creases(stack, surface.traced())};
+            if (model.coverages.pulse > 0.0)
+                tracing.pulsed();
+            else if (request.settle && !model.coverages.names.empty())
+                tracing.steady();
+            else
+                tracing.single();
+            surface.arriving = std::move(tracing.arriving);
+            return;
+        } catch (const LeakError& leak) {
+            // A fold that simplification left among thousands of time steps must not end the run.
+            if (!surface.simplified) throw;
+            if (request.warn)
+                request.warn(fmt::format("time step {}: {}: tracing the surface as extracted instead",
+                                         request.key, leak.what()));
+            surface.simplified.reset();
+            surface.scene.reset();
+        }
+    }
+}
+
+TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
+                            const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
+    TracedSurface surface = extract(stack, request.time, timing);
+    if (!model.species.empty()) simplify(recipe, stack, carried, surface, timing);
+    trace(recipe, model, stack, carried, request, surface, timing);
+    return surface;
+}
+
+void reuse_fluxes(const Model& model, const levelset::MaterialStack& stack, const SurfaceField& carried,
+                  TracedSurface& surface, Timing& timing) {
+    surface.scene = build_scene(surface.raw, timing);
+    const PhaseClock clock(timing.rates);
+    surface.arriving = carried_fluxes(model, carried, surface.raw, split_at_creases(stack, surface.raw));
+}
+
+}  // namespace sidewall::app

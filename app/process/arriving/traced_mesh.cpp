@@ -1,0 +1,134 @@
+#include "app/process/arriving/traced_mesh.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/grid_curvature.hpp"
+#include "simplify/simplify.hpp"
+#include "surface/curvature.hpp"
+
+namespace sidewall::app {
+namespace {
+
+simplify::Options simplify_options(const SimplifySection& section, double spacing) {
+    simplify::Options options;
+    options.method = simplify::method_from_string(section.method);
+    options.l0 = section.l0;
+    options.step = section.step;
+    options.l_max = section.l_max;
+    options.max_error = section.max_error;
+    options.grid_spacing = spacing;
+    if (section.target_vertices > 0)
+        options.target_vertices = static_cast<std::size_t>(section.target_vertices);
+    if (!section.weights.empty())
+        options.weights = simplify::Weights{section.weights[0], section.weights[1], section.weights[2]};
+    return options;
+}
+
+// Marks the vertices on periodic sides. Particles in a profile of one cell leave through no side across y.
+std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, const TriangleMesh& raw) {
+    const bool crossed = domain.cells[1] > 1;
+    std::vector<std::uint8_t> flags(raw.vertices.size(), 0);
+    for (std::size_t v = 0; v < raw.vertices.size(); ++v)
+        for (int axis = 0; axis < (crossed ? 2 : 1); ++axis) {
+            const auto a = static_cast<std::size_t>(axis);
+            const double x = raw.vertices[v][axis];
+            if (domain.side[a] == levelset::Side::periodic && (x == domain.min[a] || x == domain.max[a]))
+                flags[v] = 1;
+        }
+    return flags;
+}
+
+// The mesh's outline on the side of least y, extruded to the opposite side: one radiosity unknown serves all
+// y.
+TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& domain) {
+    constexpr std::uint32_t kNone = 0xffffffffu;
+    TriangleMesh extruded;
+    std::vector<std::uint32_t> copy(mesh.vertices.size(), kNone);
+    const auto vertex = [&](std::uint32_t v) {
+        if (copy[v] != kNone) return copy[v];
+        copy[v] = static_cast<std::uint32_t>(extruded.vertices.size());
+        const Vec3& p = mesh.vertices[v];
+        extruded.vertices.push_back(p);
+        extruded.vertices.emplace_back(p.x(), domain.max[1], p.z());
+        return copy[v];
+    };
+    for (const auto& triangle : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
+            if (mesh.vertices[from].y() != domain.min[1] || mesh.vertices[to].y() != domain.min[1]) continue;
+            const std::uint32_t a = vertex(from), b = vertex(to);
+            extruded.triangles.push_back({a, b, b + 1});
+            extruded.triangles.push_back({a, b + 1, a + 1});
+        }
+    return extruded;
+}
+
+flux::LateralBox lateral_box(const levelset::Domain& domain) {
+    flux::LateralBox box{domain.min, domain.max, {}};
+    for (std::size_t a = 0; a < 2; ++a)
+        box.boundary[a] = domain.side[a] == levelset::Side::periodic ? flux::Boundary::periodic
+                                                                     : flux::Boundary::reflective;
+    return box;
+}
+
+std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::MaterialStack& stack,
+                                      const TriangleMesh& raw) {
+    const double spacing = stack.domain.spacing;
+    // Vertices where grid levels meet lie on no edge of a grid.
+    const surface::Curvature curvature =
+        stack.coarser ? surface::mesh_curvature(raw) : levelset::curvature(stack.top(), stack.domain, raw);
+    const double parameter = recipe.simplify.feature_parameter.value_or(
+        surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
+    return surface::feature_flags(curvature, spacing, parameter);
+}
+
+}  // namespace
+
+TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing) {
+    const PhaseClock clock(timing.extract);
+    TracedSurface surface;
+    surface.time = time;
+    surface.box = lateral_box(stack.domain);
+    surface.raw = levelset::extract_surface(stack);
+    if (surface.raw.triangles.empty())
+        throw NumericsError(
+            "the surface has vanished: no material boundary is left in the domain; shorten the step");
+    surface.pieces = levelset::surface_pieces(surface.raw, stack.domain);
+    return surface;
+}
+
+void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const SurfaceField& carried,
+              TracedSurface& surface, Timing& timing) {
+    if (recipe.simplify.method == "none") return;
+    const double spacing = stack.domain.spacing;
+    simplify::Options options = simplify_options(recipe.simplify, spacing);
+    std::vector<std::uint8_t> features;
+    if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
+        const PhaseClock clock(timing.features);
+        features = features_of(recipe, stack, surface.raw);
+    }
+    const PhaseClock clock(timing.simplify);
+    std::vector<double> lengths;
+    if (bounds_by_flux(recipe.simplify)) {
+        lengths = resolving_lengths(carried, surface.raw, recipe.simplify.flux_change, spacing);
+        options.max_length_at = lengths;
+    }
+    const std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, surface.raw);
+    options.fixed = fixed;
+    TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
+    const bool profile = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;
+    surface.simplified =
+        profile && recipe.flux.method != "monte-carlo" ? extruded_side(mesh, stack.domain) : std::move(mesh);
+}
+
+std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,
+                                      double spacing) {
+    std::vector<double> lengths = carry(carried, {kFluxGradient}, mesh.vertices).front();
+    for (double& length : lengths)
+        length = length > 0.0 ? std::max(spacing, change / length) : std::numeric_limits<double>::infinity();
+    return lengths;
+}
+
+}  // namespace sidewall::app

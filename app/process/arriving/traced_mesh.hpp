@@ -1,0 +1,30 @@
+#pragma once
+#include <vector>
+
+#include "app/common/timing.hpp"
+#include "app/process/arriving/surface_field.hpp"
+#include "app/process/arriving/traced_surface.hpp"
+#include "app/recipe/recipe.hpp"
+#include "levelset/layers/stack.hpp"
+
+namespace sidewall::app {
+
+/// Extracts the stack's surface, with its pieces and the sides of the domain. Nothing is traced yet.
+/// \param time  since the step began.
+/// \throws NumericsError if nothing is left of it.
+TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing);
+
+/// Sets the mesh that is traced in place of the surface as extracted, coarsened as [simplify] says; without
+/// effect if the recipe asks for no simplification. Vertices on periodic sides stay, so that a particle that
+/// leaves through one finds the same surface on the opposite one.
+/// \param stack    that \p surface was extracted from.
+/// \param carried  how steeply the fluxes of the time step before vary, see kFluxGradient.
+void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const SurfaceField& carried,
+              TracedSurface& surface, Timing& timing);
+
+/// Longest edges, by vertex of \p mesh, along which no flux of the time step before changes by more than \p change
+/// of itself; not below \p spacing, infinite where nothing is known. In the mesh's unit.
+std::vector<double> resolving_lengths(const SurfaceField& carried, const TriangleMesh& mesh, double change,
+                                      double spacing);
+
+}  // namespace sidewall::app
