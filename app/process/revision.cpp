@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "app/recipe/differences.hpp"
+#include "app/recipe/steps.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -23,12 +24,13 @@ Step revised_as(Step step, const Step& other) {
     step.stop_depth = other.stop_depth;
     step.stop_thickness = other.stop_thickness;
     step.stop_material = other.stop_material;
-    const auto deposit = step.values.entries.find("deposit");
-    Values values = other.values;
-    values.entries.erase("deposit");
-    if (deposit != step.values.entries.end()) values.entries.insert(*deposit);
-    step.values = values;
-    return step;
+    step.stop = other.stop;
+    if (step.model != other.model) return step;
+    Step revised = step;
+    revised.parameters = other.parameters;
+    if (auto* film = target_of<std::string>(keys_of(revised), "deposit"))
+        *film = *target_of<std::string>(keys_of(step), "deposit");
+    return revised;
 }
 
 }  // namespace

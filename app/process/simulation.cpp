@@ -24,7 +24,6 @@
 #include "app/process/stop.hpp"
 #include "app/process/time_step.hpp"
 #include "app/recipe/step_materials.hpp"
-#include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/whole_summary.hpp"
 #include "levelset/layers/levels.hpp"
@@ -103,7 +102,7 @@ void require_values_on(const levelset::MaterialStack& stack, const Recipe& recip
 
 // The step's model, with the caller's law for its speed if there is one.
 Model model_of(const Run& run, const Step& step) {
-    Model model = make_model(step, run.recipe.materials, run.recipe.domain);
+    Model model = *step.built;
     if (!run.options.speeds) return model;
     if (model.depends_on_normal)
         throw RecipeError(fmt::format(
@@ -128,7 +127,7 @@ Model begin_step(const Run& run, const Step& step, RunState& state) {
 // Process time at which the step at hand began; after the last one, the last that takes time.
 double began(const Run& run, const RunState& state) {
     std::size_t k = std::min(state.step, run.steps.size() - 1);
-    while (state.step == run.steps.size() && k > 0 && find_model(run.steps[k].model)->make == nullptr) --k;
+    while (state.step == run.steps.size() && k > 0 && !run.steps[k].built) --k;
     return state.starts[k];
 }
 
@@ -281,7 +280,7 @@ void make_steps(const Run& run, RunState& state) {
 // The model whose fluxes a further time step would be made with; one that does nothing if no step takes time.
 Model last_model(const Run& run) {
     for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step)
-        if (find_model(step->model)->make != nullptr) return model_of(run, *step);
+        if (step->built) return model_of(run, *step);
     Model still;
     still.speed = [](const SurfacePoint&) { return 0.0; };
     return still;

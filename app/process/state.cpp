@@ -15,6 +15,7 @@
 #include "app/process/record/extended_run.hpp"
 #include "app/process/start.hpp"
 #include "app/recipe/differences.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/layers/checkpoint.hpp"

@@ -25,9 +25,7 @@ Step as_long_as(Step step, const Step& other) {
     step.duration = other.duration;
     step.stop_depth = other.stop_depth;
     step.stop_thickness = other.stop_thickness;
-    step.values.entries.erase("stop");
-    if (const auto stop = other.values.entries.find("stop"); stop != other.values.entries.end())
-        step.values.entries.insert(*stop);
+    step.stop = other.stop;
     return step;
 }
 
@@ -37,7 +35,7 @@ bool comes_earlier(const std::optional<double>& now, const std::optional<double>
 
 // Whether the step's condition is met before the other's, or cannot be compared with it.
 bool stops_earlier(const Recipe& recipe, const Step& now, const Step& there) {
-    const std::string text = stop_text(now), before = stop_text(there);
+    const std::string text = now.stop, before = there.stop;
     if (text == before || text.empty()) return false;
     if (before.empty()) return true;
     const StopRule rule = stop_rule(recipe, text), other = stop_rule(recipe, before);
