@@ -12,11 +12,12 @@
 #include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
 #include "app/common/version.hpp"
+#include "app/models/model.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
 #include "app/process/record/run_folder.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/flat.hpp"
-#include "app/recipe/step_model.hpp"
 #include "app/results/result.hpp"
 #include "app/results/whole_summary.hpp"
 #include "app/sweep/run_table.hpp"
@@ -40,7 +41,7 @@ constexpr int kDigits = 6;
 
 bool traces(const Recipe& recipe) {
     for (const Step& step : expanded_steps(recipe))
-        if (!make_model(step, recipe.materials, recipe.domain).species.empty()) return true;
+        if (step.built && !step.built->species.empty()) return true;
     return false;
 }
 

@@ -9,6 +9,7 @@
 #include "app/common/threads.hpp"
 #include "app/process/estimate/estimate.hpp"
 #include "app/process/estimate/memory.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"

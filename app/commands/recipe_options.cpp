@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/commands/cli_options.hpp"
+#include "app/recipe/notes.hpp"
 
 namespace sidewall::app {
 

@@ -7,13 +7,13 @@
 
 namespace sidewall::app {
 
-/// How a process ended.
+/// The end of a process.
 struct ProcessEnd {
     int exit_code = 0;   ///< 128 and more by a signal
     std::string output;  ///< what it said on standard output and standard error
 };
 
-/// This very program, running beside itself with other arguments. It reads nothing, a Ctrl-C at the terminal
+/// A copy of this program that runs beside it with other arguments. It reads nothing, a Ctrl-C at the terminal
 /// does not reach it, and when its parent ends, however that ends, it is asked to stop (Linux).
 class ChildProcess {
   public:

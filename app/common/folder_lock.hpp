@@ -18,7 +18,7 @@ struct HeldElsewhere : IoError {
 class FolderLock {
   public:
     /// \pre the folder exists.
-    /// \param file  in the folder, where locks of several kinds are asked for.
+    /// \param file  of the lock, in the folder; locks on different files do not exclude each other.
     /// \throws HeldElsewhere naming the process that holds the folder; IoError with the system's reason.
     explicit FolderLock(const std::filesystem::path& folder, const char* file = kFile);
     ~FolderLock();
@@ -32,7 +32,7 @@ class FolderLock {
     int file_ = -1;
 };
 
-/// Who holds a folder's lock, e.g. "process 7 on host, since ..."; nothing if nobody does.
+/// The process that holds a folder's lock, e.g. "process 7 on host, since ..."; nothing if nobody does.
 std::optional<std::string> lock_holder(const std::filesystem::path& folder);
 
 }  // namespace sidewall::app

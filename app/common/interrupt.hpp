@@ -2,11 +2,11 @@
 
 namespace sidewall::app {
 
-/// From now on Ctrl-C and SIGTERM are noted, once; before, and the second time, they end the program. So is
-/// SIGHUP, of a closed terminal, unless it is ignored, as nohup does.
+/// Lets the first Ctrl-C or SIGTERM set the flag that interrupted() reads; a second one ends the program. SIGHUP, of a
+/// closed terminal, counts as well, unless it is ignored, as nohup does.
 void install_interrupt_handler();
 
-/// One was noted.
+/// Whether a signal has asked the program to stop.
 bool interrupted();
 
 }  // namespace sidewall::app

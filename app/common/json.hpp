@@ -16,7 +16,7 @@ void write_json(const std::string& path, const Json& json);
 /// \param digits  significant ones; those beyond are rounded away.
 Json number_or_null(double value, int digits = 17);
 
-/// {"vertices": ..., "triangles": ...}: how many there are.
+/// The numbers of vertices and triangles: {"vertices": ..., "triangles": ...}.
 Json mesh_sizes(const TriangleMesh& mesh);
 
 /// The JSON in a file.

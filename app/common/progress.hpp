@@ -4,7 +4,7 @@
 
 namespace sidewall::app {
 
-/// When long work that nobody watches on a terminal is to say how far it is: once a minute, and at every tenth.
+/// A timer for lines of progress where there is no terminal: one is due every minute, and at every tenth of the work.
 class LineTimer {
   public:
     /// \param fraction  that is done at the start, where nothing is due. \p tenths false leaves the minutes alone.
@@ -18,7 +18,7 @@ class LineTimer {
     double last_seconds_ = 0.0;
 };
 
-/// What else a ProgressBar wants to know.
+/// Options of a ProgressBar.
 struct ProgressOptions {
     double from = 0.0;    ///< what is done already when it begins, as in a resumed run
     bool tenths = false;  ///< where there is no terminal, a line at every tenth too

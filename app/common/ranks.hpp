@@ -6,13 +6,13 @@
 // Processes that `mpirun -n N sidewall ...` has started together. Rank 0 speaks and writes for all of them.
 namespace sidewall::app {
 
-/// This process among those that mpirun has started.
+/// The place of this process among those that mpirun has started.
 struct Ranks {
     std::uint32_t rank = 0, count = 1;
     std::uint32_t on_this_machine = 1;
 };
 
-/// What mpirun told this process; the same at each call, whatever becomes of the environment.
+/// The rank and the number of processes that mpirun gave in the environment when the program began.
 const Ranks& ranks();
 
 /// At the start of the program: ranks but the first fall silent, and each takes its part of the machine's cores as its
@@ -30,7 +30,7 @@ bool any_rank_interrupted();
 /// Seconds that this rank has spent in sums, waiting for others included.
 double seconds_in_sums();
 
-/// Says why the program ends with an error. A rank other than the first leaves that to the first, which mostly
+/// Writes the error that ends the program to standard error. A rank other than the first leaves that to the first, which mostly
 /// meets the same error, and speaks if it is still alive two seconds later.
 /// \param exit_code  that the program will end with; an interruption all ranks agree on.
 void tell_failure(const char* text, int exit_code);

@@ -21,7 +21,7 @@ std::string csv_field(const std::string& text);
 /// A word of a command line: in quotes if a shell would read it otherwise.
 std::string shell_word(const std::string& text);
 
-/// 64 bits of FNV-1a as hexadecimal digits, to tell texts apart.
+/// 64 bits of FNV-1a as hexadecimal digits, which differ for different texts.
 std::string digest(std::string_view text);
 
 }  // namespace sidewall::app

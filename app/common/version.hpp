@@ -2,7 +2,7 @@
 
 namespace sidewall::app {
 
-/// Of the program, e.g. "0.2.0".
+/// The version of the program, e.g. "0.2.0".
 const char* version();
 
 }  // namespace sidewall::app

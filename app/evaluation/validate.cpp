@@ -14,6 +14,7 @@
 #include "app/common/version.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/process/simulation.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/results/result.hpp"
 #include "app/results/whole_summary.hpp"
 #include "app/schema/keys.hpp"

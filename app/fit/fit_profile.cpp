@@ -227,7 +227,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     std::vector<double> times{0.0, total};
     double end = 0.0;
     for (const Step& step : steps) {
-        if (step.stop_depth || step.stop_thickness || !step.stop_material.empty() || !stop_text(step).empty())
+        if (step.stop_depth || step.stop_thickness || !step.stop_material.empty() || !step.stop.empty())
             return;  // who knows when it ends
         times.push_back(end += step.duration);
     }

@@ -6,20 +6,45 @@
 namespace sidewall::app {
 namespace {
 
+struct Ald {
+    double growth_per_cycle = 0.0, pulse = 0.0, purge = 0.0, precursor_flux = 0.0;
+    ByMaterial sticking{1.0};
+    double evaporation = 0.0, sites = 1.0;
+    std::int64_t parts = 10;
+    std::string deposit;
+    Gas gas;
+};
+
+std::vector<Key> ald_keys(Ald& p) {
+    const std::string flux = "1e15 /cm^2/time";
+    std::vector<Key> keys = {
+        {"growth_per_cycle", &p.growth_per_cycle, "length", "at full coverage", required(kPositive)},
+        {"pulse", &p.pulse, "time", "dosing in a cycle", required(kPositive)},
+        {"purge", &p.purge, "time", "rest of a cycle, the other half-reaction included",
+         required(kNotNegative)},
+        {"precursor_flux", &p.precursor_flux, flux, "Gamma on an open wafer", required(kPositive)},
+        {"sticking", &p.sticking, "", "s on a bare surface", kProbability},
+        {"evaporation", &p.evaporation, flux, "Gamma_ev, what a full layer loses", kNotNegative},
+        {"sites", &p.sites, "1e15 /cm^2", "s_0", kPositive},
+        {"parts", &p.parts, "", "traces a pulse, each with the coverage so far", within(1, 1000)},
+        deposit_key(p.deposit)};
+    append_keys(keys, gas_keys(p.gas));
+    return keys;
+}
+
 // Every cycle doses a bare surface: d theta/dt = (Gamma s phi (1 - theta) - Gamma_ev theta)/s_0 over the
 // pulse, loss alone over the purge; then it grows by growth_per_cycle theta.
-Model make_ald(const Values& values, const Materials& materials) {
-    const auto number = [&](const char* key) { return values.get<double>(key); };
-    const double dose = number("precursor_flux"), loss = number("evaporation"), sites = number("sites"),
-                 pulse = number("pulse"), purge = number("purge"), growth = number("growth_per_cycle");
-    const std::vector<double> sticking = by_material_id(values.get<ByMaterial>("sticking"), materials);
+Model make_ald(const Ald& p, const Materials& materials) {
+    const double dose = p.precursor_flux, loss = p.evaporation, sites = p.sites, pulse = p.pulse,
+                 purge = p.purge, growth = p.growth_per_cycle;
+    const std::vector<double> sticking = by_material_id(p.sticking, materials);
     Model model;
     model.species = {{"precursor", 1.0, sticking}};
-    add_gas(values, "", model);
-    model.deposit = film(values, materials, true);
+    add_gas(p.gas, "", model);
+    model.deposit = film(p.deposit, materials, true);
     model.coverages.names = {"precursor"};
     model.coverages.pulse = pulse;
-    model.coverages.parts = static_cast<int>(values.get<std::int64_t>("parts"));
+    model.coverages.parts = static_cast<int>(p.parts);
     model.coverages.react = [=](const SurfacePoint& point, double time, std::span<double> theta) {
         const double gain = dose * sticking[static_cast<std::size_t>(point.material)] * point.flux[0];
         theta[0] = pulsed_coverage(theta[0], gain, loss, sites, time);
@@ -37,26 +62,10 @@ Model make_ald(const Values& values, const Materials& materials) {
 }  // namespace
 
 ModelEntry ald() {
-    const std::string flux = "1e15 /cm^2/time";
-    ModelEntry entry{
+    return model_entry(
         "ald",
         "atomic layer deposition, cycle after cycle of pulse and purge: V = growth_per_cycle * theta / cycle",
-        {{"growth_per_cycle", 0.0, "length", "at full coverage", required(kPositive)},
-         {"pulse", 0.0, "time", "dosing in a cycle", required(kPositive)},
-         {"purge", 0.0, "time", "rest of a cycle, the other half-reaction included", required(kNotNegative)},
-         {"precursor_flux", 0.0, flux, "Gamma on an open wafer", required(kPositive)},
-         {"sticking", ByMaterial{1.0}, "", "s on a bare surface", kProbability},
-         {"evaporation", 0.0, flux, "Gamma_ev, what a full layer loses", kNotNegative},
-         {"sites", 1.0, "1e15 /cm^2", "s_0", kPositive},
-         {"parts",
-          std::int64_t{10},
-          "",
-          "traces a pulse, each with the coverage so far",
-          {.min = 1, .max = 1000}},
-         deposit_key()},
-        make_ald};
-    for (Key& key : gas_keys()) entry.keys.push_back(std::move(key));
-    return entry;
+        ald_keys, make_ald);
 }
 
 }  // namespace sidewall::app

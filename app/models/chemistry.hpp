@@ -4,7 +4,7 @@
 #include <cstddef>
 
 // Surface kinetics as pure functions. Rates in sites per area and time, all in the same unit; any of them may
-// be zero, and the limits are taken exactly.
+// be zero, where the steady state is the exact one-sided limit.
 namespace sidewall::app {
 
 /// Fractions of the sites held by an etchant and by what passivates the surface.
@@ -73,7 +73,7 @@ struct FluorocarbonRates {
     double evaporation = 0.0;         ///< k_ev F_ev
 };
 
-/// Their steady state.
+/// The steady state of a fluorocarbon plasma's coverages.
 inline FluorocarbonCoverage fluorocarbon_coverage(const FluorocarbonRates& r) {
     const auto ratio = [](double part, double whole) { return part > 0.0 ? part / whole : 0.0; };
     FluorocarbonCoverage theta;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/models/model.hpp"
+#include "app/models/ions.hpp"
 
 namespace sidewall::app {
 
@@ -54,96 +54,112 @@ CrystalAxes crystal_axes(const Vec3& first, const Vec3& second) {
 
 namespace {
 
-CrystalAxes axes_of(const Values& values) {
-    const auto vector = [&](const char* key) {
-        const auto& n = values.get<std::vector<double>>(key);
-        return Vec3(n[0], n[1], n[2]);
-    };
-    const Vec3 first = vector("axis_100"), second = vector("axis_010");
+// Slowest on <111>, as in selective epitaxy of silicon and its alloys with germanium, which these faces
+// bound. 1 and 0.5 are the defaults of ViennaPS 4.6 (psSelectiveEpitaxy.hpp), which knows these two families;
+// the others grow at their mean.
+constexpr double kGrowth100 = 1.0, kShare111 = 0.5;
+
+// A crystal by its axes; the rates of its four families of faces are members of who holds it.
+struct Crystal {
+    std::string material;
+    std::vector<double> axis_100{1.0, 1.0, 0.0}, axis_010{-1.0, 1.0, 0.0};
+};
+
+struct Wet {
+    Crystal crystal;
+    CrystalRates rates;
+};
+
+struct Epitaxy {
+    Crystal crystal;
+    double r100 = kGrowth100;
+    std::optional<double> r110, r111, r311;
+    std::string deposit;
+};
+
+CrystalAxes axes_of(const Crystal& crystal) {
+    const auto vector = [](const std::vector<double>& n) { return Vec3(n[0], n[1], n[2]); };
+    const Vec3 first = vector(crystal.axis_100), second = vector(crystal.axis_010);
     if (!(first.norm() > 0.0)) throw KeyError("axis_100", "must not be zero");
     if (!(first.cross(second).norm() > 1e-3 * first.norm() * second.norm()))
         throw KeyError("axis_010", "must not be parallel to axis_100, or zero");
     return crystal_axes(first, second);
 }
 
-std::vector<Key> crystal_keys(const char* what) {
-    const auto rate = [&](const char* name, const char* faces) {
-        return Key{name, 0.0, "length/time", std::string(what) + " of " + faces, required(kNotNegative)};
-    };
-    return {{"material",
-             std::string(),
-             "",
-             "the crystal; all else is inert",
-             {.required = true, .material = true}},
-            rate("r100", "<100> faces"),
-            rate("r110", "<110> faces"),
-            rate("r111", "<111> faces"),
-            rate("r311", "<311> faces"),
-            {"axis_100",
-             std::vector<double>{1.0, 1.0, 0.0},
-             "",
-             "a <100> axis of the crystal; the default is a (100) wafer whose x axis is <110>",
-             {.size = 3}},
-            {"axis_010", std::vector<double>{-1.0, 1.0, 0.0}, "", "another one", {.size = 3}}};
+// \p rates are the keys of the four families.
+std::vector<Key> crystal_keys(Crystal& crystal, std::vector<Key> rates) {
+    std::vector<Key> keys = {
+        {"material", &crystal.material, "", "the crystal; all else is inert", required(kMaterial)}};
+    append_keys(keys, std::move(rates));
+    keys.push_back({"axis_100", &crystal.axis_100, "",
+                    "a <100> axis of the crystal; the default is a (100) wafer whose x axis is <110>",
+                    sized(3)});
+    keys.push_back({"axis_010", &crystal.axis_010, "", "another one", sized(3)});
+    return keys;
 }
 
-// V(n) on the materials marked, 0 elsewhere.
-Model crystal_model(const Values& values, const CrystalRates& rates, std::vector<std::uint8_t> marked,
+std::vector<Key> wet_keys(Wet& p) {
+    const auto rate = [](const char* name, double& target, const char* faces) {
+        return Key{name, &target, "length/time", std::string("etch rate of ") + faces,
+                   required(kNotNegative)};
+    };
+    return crystal_keys(
+        p.crystal, {rate("r100", p.rates.r100, "<100> faces"), rate("r110", p.rates.r110, "<110> faces"),
+                    rate("r111", p.rates.r111, "<111> faces"), rate("r311", p.rates.r311, "<311> faces")});
+}
+
+std::vector<Key> epitaxy_keys(Epitaxy& p) {
+    const std::string unit = "length/time", mean = "; auto: the mean of r100 and r111";
+    Rule open = kNotNegative;
+    open.word = "auto";
+    std::vector<Key> keys = crystal_keys(
+        p.crystal, {{"r100", &p.r100, unit, "growth rate of <100> faces", kNotNegative},
+                    {"r110", &p.r110, unit, "growth rate of <110> faces" + mean, open},
+                    {"r111", &p.r111, unit, "growth rate of <111> faces; auto: half of r100", open},
+                    {"r311", &p.r311, unit, "growth rate of <311> faces" + mean, open}});
+    keys.push_back(deposit_key(p.deposit));
+    return keys;
+}
+
+// V(n) on the materials that move, 0 elsewhere.
+Model crystal_model(const Crystal& crystal, const CrystalRates& rates, std::vector<std::uint8_t> moving,
                     double sign) {
-    const CrystalAxes axes = axes_of(values);
+    const CrystalAxes axes = axes_of(crystal);
     Model model;
     model.depends_on_normal = true;
     const CrystalBound bound = crystal_bound(axes, rates);
     // Lax-Friedrichs is monotone up to a Courant number of 1 by the sum of its bounds; cfl is at most 0.5.
     model.hints.max_speed = std::max(bound.sum, 0.5 * bound.by_axis.sum());
-    for (const std::uint8_t moves : marked) {
+    for (const std::uint8_t moves : moving) {
         model.hints.dissipation.push_back(moves != 0 ? bound.by_axis : Vec3::Zero());
         model.hints.inert.push_back(moves == 0);
     }
     // Between the four families the rate is a mean of theirs.
     const double fastest = std::max({rates.r100, rates.r110, rates.r111, rates.r311});
-    model.hints.max_etch_rate = [marked, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {
-        return marked[static_cast<std::size_t>(point.material)] != 0 ? rate : 0.0;
+    model.hints.max_etch_rate = [moving, rate = sign < 0.0 ? fastest : 0.0](const SurfacePoint& point) {
+        return moving[static_cast<std::size_t>(point.material)] != 0 ? rate : 0.0;
     };
-    model.speed = [=, marked = std::move(marked)](const SurfacePoint& point) {
-        const bool moves = marked[static_cast<std::size_t>(point.material)] != 0;
+    model.speed = [=, moving = std::move(moving)](const SurfacePoint& point) {
+        const bool moves = moving[static_cast<std::size_t>(point.material)] != 0;
         return moves ? sign * crystal_rate(point.normal, axes, rates) : 0.0;
     };
     return model;
 }
 
-Model make_wet(const Values& values, const Materials& materials) {
-    std::vector<std::uint8_t> marked(materials.size(), 0);
-    marked[static_cast<std::size_t>(*material_id(materials, values.get<std::string>("material")))] = 1;
-    const CrystalRates rates{values.get<double>("r100"), values.get<double>("r110"),
-                             values.get<double>("r111"), values.get<double>("r311")};
-    return crystal_model(values, rates, std::move(marked), -1.0);
-}
-
-using Number = std::optional<double>;
-
-// Slowest on <111>, as in selective epitaxy of silicon and its alloys with germanium, which these faces
-// bound. 1 and 0.5 are the defaults of ViennaPS 4.6 (psSelectiveEpitaxy.hpp), which knows these two families;
-// the others grow at their mean.
-constexpr double kGrowth100 = 1.0, kShare111 = 0.5;
-
-CrystalRates growth_rates(const Values& values) {
-    CrystalRates rates;
-    rates.r100 = values.get<double>("r100");
-    rates.r111 = values.get<Number>("r111").value_or(kShare111 * rates.r100);
-    const double mean = 0.5 * (rates.r100 + rates.r111);
-    rates.r110 = values.get<Number>("r110").value_or(mean);
-    rates.r311 = values.get<Number>("r311").value_or(mean);
-    return rates;
+Model make_wet(const Wet& p, const Materials& materials) {
+    return crystal_model(p.crystal, p.rates, marked({p.crystal.material}, materials), -1.0);
 }
 
 // The film is a crystal like the one it grows on.
-Model make_epitaxy(const Values& values, const Materials& materials) {
-    std::vector<std::uint8_t> marked(materials.size(), 0);
-    const std::optional<int> deposit = film(values, materials, true);
-    marked[static_cast<std::size_t>(*material_id(materials, values.get<std::string>("material")))] = 1;
-    marked[static_cast<std::size_t>(*deposit)] = 1;
-    Model model = crystal_model(values, growth_rates(values), std::move(marked), 1.0);
+Model make_epitaxy(const Epitaxy& p, const Materials& materials) {
+    const std::optional<int> deposit = film(p.deposit, materials, true);
+    CrystalRates rates;
+    rates.r100 = p.r100;
+    rates.r111 = p.r111.value_or(kShare111 * rates.r100);
+    const double mean = 0.5 * (rates.r100 + rates.r111);
+    rates.r110 = p.r110.value_or(mean);
+    rates.r311 = p.r311.value_or(mean);
+    Model model = crystal_model(p.crystal, rates, marked({p.crystal.material, p.deposit}, materials), 1.0);
     model.deposit = deposit;
     return model;
 }
@@ -151,28 +167,14 @@ Model make_epitaxy(const Values& values, const Materials& materials) {
 }  // namespace
 
 ModelEntry wet() {
-    return {"wet",
-            "wet etching of a crystal: V by the face's direction, between <100>, <110>, <111> and <311>",
-            crystal_keys("etch rate"), make_wet};
+    return model_entry(
+        "wet", "wet etching of a crystal: V by the face's direction, between <100>, <110>, <111> and <311>",
+        wet_keys, make_wet);
 }
 
 ModelEntry epitaxy() {
-    std::vector<Key> keys = crystal_keys("growth rate");
-    Rule open = kNotNegative;
-    open.word = "auto";
-    for (Key& key : keys) {
-        if (key.name == "r100") {
-            key.fallback = kGrowth100;
-            key.rule = kNotNegative;
-        } else if (key.name.starts_with("r")) {
-            key.fallback = Number();
-            key.doc += key.name == "r111" ? "; auto: half of r100" : "; auto: the mean of r100 and r111";
-            key.rule = open;
-        }
-    }
-    keys.push_back(deposit_key());
-    return {"epitaxy", "selective epitaxy: a crystal grows on a crystal only, facets by direction",
-            std::move(keys), make_epitaxy};
+    return model_entry("epitaxy", "selective epitaxy: a crystal grows on a crystal only, facets by direction",
+                       epitaxy_keys, make_epitaxy);
 }
 
 }  // namespace sidewall::app

@@ -17,7 +17,7 @@ using CrystalAxes = std::array<Vec3, 3>;
 /// between them (Hubbard; Radjenovic et al., Sensors 10, 4950 (2010)). \p normal need not have unit length.
 double crystal_rate(const Vec3& normal, const CrystalAxes& axes, const CrystalRates& rates);
 
-/// Of |dH/dp| along the axes of the grid, H = |p| V(p/|p|), over all directions.
+/// Largest |dH/dp| along the axes of the grid over all directions p, H = |p| V(p/|p|).
 struct CrystalBound {
     Vec3 by_axis = Vec3::Zero();  ///< the largest along each
     double sum = 0.0;             ///< the largest sum over them

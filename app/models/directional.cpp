@@ -7,11 +7,28 @@
 namespace sidewall::app {
 namespace {
 
+struct Directional {
+    ByMaterial directional, isotropic;
+    std::vector<double> direction{0.0, 0.0, 1.0};
+    bool visibility = true;
+    std::string deposit;
+};
+
+std::vector<Key> directional_keys(Directional& p) {
+    return {
+        {"directional", &p.directional, "length/time",
+         "speed of a surface that faces the source; 0 for materials a table leaves out", required()},
+        {"isotropic", &p.isotropic, "length/time", "speed everywhere; 0 for materials a table leaves out"},
+        {"direction", &p.direction, "", "d, from the surface towards the source", sized(3)},
+        {"visibility", &p.visibility, "", "whether what lies between a point and the source shadows it"},
+        deposit_key(p.deposit)};
+}
+
 // V = directional max(0, n.d) [visible] + isotropic, d towards the source: a beam plus a chemical part.
-Model make_directional(const Values& values, const Materials& materials) {
-    const std::vector<double> beam = by_material_id(values.get<ByMaterial>("directional"), materials);
-    const std::vector<double> chemical = by_material_id(values.get<ByMaterial>("isotropic"), materials);
-    const auto& d = values.get<std::vector<double>>("direction");
+Model make_directional(const Directional& p, const Materials& materials) {
+    const std::vector<double> beam = by_material_id(p.directional, materials);
+    const std::vector<double> chemical = by_material_id(p.isotropic, materials);
+    const std::vector<double>& d = p.direction;
     const double length = std::hypot(d[0], d[1], d[2]);
     if (!(d[2] > 0.0))
         throw KeyError("direction",
@@ -27,11 +44,11 @@ Model make_directional(const Values& values, const Materials& materials) {
         grows = grows || chemical[m] > 0.0 || beam[m] + chemical[m] > 0.0;
         model.hints.inert.push_back(beam[m] == 0.0 && chemical[m] == 0.0);
     }
-    model.deposit = film(values, materials, grows);
+    model.deposit = film(p.deposit, materials, grows);
     model.hints.max_speed = bound;
     model.depends_on_normal = true;
     model.beam = towards;
-    if (values.get<bool>("visibility")) model.visibility = towards;
+    if (p.visibility) model.visibility = towards;
     model.speed = [beam, chemical, towards](const SurfacePoint& point) {
         const auto m = static_cast<std::size_t>(point.material);
         const double facing = point.visible ? std::max(0.0, point.normal.dot(towards)) : 0.0;
@@ -53,20 +70,10 @@ Model make_directional(const Values& values, const Materials& materials) {
 }  // namespace
 
 ModelEntry directional() {
-    return {
+    return model_entry(
         "directional",
         "a parallel beam and an isotropic part: V = directional * max(0, n.d) where visible + isotropic",
-        {{"directional", ByMaterial{}, "length/time",
-          "speed of a surface that faces the source; 0 for materials a table leaves out", required()},
-         {"isotropic", ByMaterial{}, "length/time", "speed everywhere; 0 for materials a table leaves out"},
-         {"direction",
-          std::vector<double>{0.0, 0.0, 1.0},
-          "",
-          "d, from the surface towards the source",
-          {.size = 3}},
-         {"visibility", true, "", "whether what lies between a point and the source shadows it"},
-         deposit_key()},
-        make_directional};
+        directional_keys, make_directional);
 }
 
 }  // namespace sidewall::app

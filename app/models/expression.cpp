@@ -81,7 +81,7 @@ std::string list_of(const std::vector<std::string>& names) {
     return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-// What muParser says, in words that tell a recipe's author what to do.
+// muParser's message in words from which a recipe's author knows what to do.
 std::string reason(const mu::ParserError& error, const std::string& text,
                    const std::vector<std::string>& names, const std::vector<std::string>& functions) {
     const std::string& token = error.GetToken();

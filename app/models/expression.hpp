@@ -33,11 +33,11 @@ class Expression {
     Expression(const std::string& text, std::vector<std::string> variables,
                std::map<std::string, double> constants, Tables tables = {});
 
-    /// Its value for these values of all variables. Not finite where it has none. May be called in parallel.
+    /// The expression's value for these values of all variables. Not finite where it has none. May be called in parallel.
     double operator()(std::span<const double> values) const;
 
     const std::string& text() const;
-    /// Indices of the variables that it names, rising.
+    /// Indices of the variables that the expression names, rising.
     const std::vector<std::size_t>& used() const;
 
   private:

@@ -3,48 +3,101 @@
 
 #include "app/models/chemistry.hpp"
 #include "app/models/ions.hpp"
+#include "app/models/sputter_yields.hpp"
 
 namespace sidewall::app {
 namespace {
 
 constexpr double kBoltzmannEv = 8.617333262e-5;  // eV/K
 
+struct Fluorocarbon {
+    double ion_flux = 56.0, etchant_flux = 500.0, polymer_flux = 100.0;
+    ByMaterial etchant_sticking{0.9}, polymer_sticking{0.26};
+    double etchant_on_polymer_sticking = 0.6, polymer_loss = 1.0, coverage_tolerance = 1e-3;
+    ByMaterial sputter_yield = sputter_yields(18.0, 0.0337);  // silicon: Belen et al. (2005)
+    double sputter_threshold = 18.0, sputter_angle = 9.3;
+    ByMaterial enhanced_yield{std::nullopt, {{"SiO2", 0.0361}, {"Mask", 0.0361}, {"Polymer", 0.0361}}};
+    double enhanced_threshold = 4.0, enhanced_sites = 2.0;
+    double removal_yield = 0.0361, removal_threshold = 4.0;
+    double evaporation = 0.0027895, activation_energy = 0.168, evaporation_sites = 2.0, temperature = 300.0;
+    std::string deposit;
+    Ions ions;
+
+    // The usual film, which grows and goes by its own balance.
+    Fluorocarbon() { sputter_yield.named["Polymer"] = 0.0139; }
+};
+
+std::vector<Key> fluorocarbon_keys(Fluorocarbon& p) {
+    const std::string flux = "1e15 /cm^2/s", energy = "eV";
+    std::vector<Key> list = {
+        {"ion_flux", &p.ion_flux, flux, "ions on an open wafer", kNotNegative},
+        {"etchant_flux", &p.etchant_flux, flux, "etchant on an open wafer", kNotNegative},
+        {"polymer_flux", &p.polymer_flux, flux, "polymer precursor on an open wafer", kNotNegative},
+        {"etchant_sticking", &p.etchant_sticking, "", "beta_e on free sites", kProbability},
+        {"polymer_sticking", &p.polymer_sticking, "", "beta_p", kProbability},
+        {"etchant_on_polymer_sticking", &p.etchant_on_polymer_sticking, "", "beta_ep", kProbability},
+        {"polymer_loss", &p.polymer_loss, flux, "delta_p", kPositive},
+        coverage_tolerance_key(p.coverage_tolerance),
+        {"sputter_yield", &p.sputter_yield, "",
+         "A_sp of every material on the wafer but the film; those with a published value need not be named",
+         kNotNegative},
+        {"sputter_threshold", &p.sputter_threshold, energy, "E_sp", kNotNegative},
+        {"sputter_angle", &p.sputter_angle, "", "B_sp", kNotNegative},
+        {"enhanced_yield", &p.enhanced_yield, "",
+         "A_ie of every material on the wafer but the film; the paper has one for SiO2", kNotNegative},
+        {"enhanced_threshold", &p.enhanced_threshold, energy, "E_ie", kNotNegative},
+        {"enhanced_sites", &p.enhanced_sites, "", "k_ie: sites an ion-enhanced event frees", kNotNegative},
+        {"removal_yield", &p.removal_yield, "", "A_p: polymer an ion removes", kNotNegative},
+        {"removal_threshold", &p.removal_threshold, energy, "E_p", kNotNegative},
+        {"evaporation", &p.evaporation, "", "K of F_ev = K Gamma_e exp(-E_a/kT)", kNotNegative},
+        {"activation_energy", &p.activation_energy, energy, "E_a", kNotNegative},
+        {"evaporation_sites", &p.evaporation_sites, "", "k_ev: sites an evaporated molecule frees",
+         kNotNegative},
+        {"temperature", &p.temperature, "K", "of the wafer", kPositive},
+        deposit_key(p.deposit),
+    };
+    append_keys(list, ion_keys(p.ions));
+    return list;
+}
+
 // La Magna and Garozzo, J. Electrochem. Soc. 150, F178 (2003). Fluxes in 1e15 /cm^2/s. The defaults, beta_ep
 // = 0.6 and the stickings among them, are those that ViennaPS (psFluorocarbonEtching.hpp) gives for this
 // paper.
-Model make_fluorocarbon(const Values& values, const Materials& materials) {
+Model make_fluorocarbon(const Fluorocarbon& p, const Materials& materials) {
     enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPolymer };
     enum Site : std::size_t { kEtchantSite, kPolymerSite, kEtchantOnPolymer };
-    const auto number = [&](const char* key) { return values.get<double>(key); };
-    const auto by_material = [&](const char* key) {
-        return by_material_id(values.get<ByMaterial>(key), materials);
-    };
-    const double ions = number("ion_flux"), etchant = number("etchant_flux"),
-                 polymer = number("polymer_flux");
-    const std::vector<double> beta_e = by_material("etchant_sticking"),
-                              beta_p = by_material("polymer_sticking"), rho = densities(materials);
-    const double beta_ep = number("etchant_on_polymer_sticking"), polymer_loss = number("polymer_loss"),
-                 k_ie = number("enhanced_sites"), k_ev = number("evaporation_sites"),
-                 evaporation = number("evaporation") * std::exp(-number("activation_energy") /
-                                                                (kBoltzmannEv * number("temperature")));
-    const double e_sp = number("sputter_threshold"), e_ie = number("enhanced_threshold"),
-                 e_p = number("removal_threshold");
+    const double ions = p.ion_flux, etchant = p.etchant_flux, polymer = p.polymer_flux;
+    const std::vector<double> beta_e = by_material_id(p.etchant_sticking, materials),
+                              beta_p = by_material_id(p.polymer_sticking, materials),
+                              rho = densities(materials);
+    const double beta_ep = p.etchant_on_polymer_sticking, polymer_loss = p.polymer_loss,
+                 k_ie = p.enhanced_sites, k_ev = p.evaporation_sites,
+                 evaporation =
+                     p.evaporation * std::exp(-p.activation_energy / (kBoltzmannEv * p.temperature));
 
-    if (values.get<std::string>("deposit").empty())
+    if (p.deposit.empty())
         throw KeyError("deposit",
                        "missing: this plasma grows a polymer; name it, e.g. deposit = \"Polymer\"");
     Model model;
-    model.deposit = film(values, materials, true);
+    model.deposit = film(p.deposit, materials, true);
     const auto film_id = *model.deposit;
-    flux::Species ion = ion_species(values, std::min({e_sp, e_ie, e_p}));
-    ion.yields = {
-        {"sputter", flux::Angular::sputter, e_sp, by_material("sputter_yield"), {number("sputter_angle")}},
-        {"enhanced", flux::Angular::cosine, e_ie, by_material("enhanced_yield"), {}},
-        {"removal", flux::Angular::cosine, e_p, {number("removal_yield")}, {}}};
+    flux::Species ion =
+        ion_species(p.ions, std::min({p.sputter_threshold, p.enhanced_threshold, p.removal_threshold}));
+    ion.yields = {{"sputter",
+                   flux::Angular::sputter,
+                   p.sputter_threshold,
+                   by_material_id(p.sputter_yield, materials),
+                   {p.sputter_angle}},
+                  {"enhanced",
+                   flux::Angular::cosine,
+                   p.enhanced_threshold,
+                   by_material_id(p.enhanced_yield, materials),
+                   {}},
+                  {"removal", flux::Angular::cosine, p.removal_threshold, {p.removal_yield}, {}}};
     model.species = {std::move(ion), {"etchant", 1.0, beta_e}, {"polymer", 1.0, beta_p}};
 
     model.coverages.names = {"etchant", "polymer", "etchant_on_polymer"};
-    model.coverages.tolerance = number("coverage_tolerance");
+    model.coverages.tolerance = p.coverage_tolerance;
     model.coverages.react = [=](const SurfacePoint& point, double, std::span<double> theta) {
         const auto m = static_cast<std::size_t>(point.material);
         const double arriving = etchant * point.flux[kEtchant];
@@ -86,53 +139,13 @@ Model make_fluorocarbon(const Values& values, const Materials& materials) {
     return model;
 }
 
-std::vector<Key> fluorocarbon_keys() {
-    const std::string flux = "1e15 /cm^2/s", energy = "eV";
-    constexpr double kSputterThreshold = 18.0, kSilicon = 0.0337;  // silicon: Belen et al. (2005)
-    ByMaterial sputter = sputter_yields(kSputterThreshold, kSilicon);
-    sputter.named["Polymer"] = 0.0139;  // the usual film, which grows and goes by its own balance
-    std::vector<Key> list = {
-        {"ion_flux", 56.0, flux, "ions on an open wafer", kNotNegative},
-        {"etchant_flux", 500.0, flux, "etchant on an open wafer", kNotNegative},
-        {"polymer_flux", 100.0, flux, "polymer precursor on an open wafer", kNotNegative},
-        {"etchant_sticking", ByMaterial{0.9}, "", "beta_e on free sites", kProbability},
-        {"polymer_sticking", ByMaterial{0.26}, "", "beta_p", kProbability},
-        {"etchant_on_polymer_sticking", 0.6, "", "beta_ep", kProbability},
-        {"polymer_loss", 1.0, flux, "delta_p", kPositive},
-        {"coverage_tolerance",
-         1e-3,
-         "",
-         "mean change of a coverage at which the first fluxes are settled",
-         {.min = 1e-8, .max = 1.0}},
-        {"sputter_yield", std::move(sputter), "",
-         "A_sp of every material on the wafer but the film; those with a published value need not be named",
-         kNotNegative},
-        {"sputter_threshold", kSputterThreshold, energy, "E_sp", kNotNegative},
-        {"sputter_angle", 9.3, "", "B_sp", kNotNegative},
-        {"enhanced_yield",
-         ByMaterial{std::nullopt, {{"SiO2", 0.0361}, {"Mask", 0.0361}, {"Polymer", 0.0361}}}, "",
-         "A_ie of every material on the wafer but the film; the paper has one for SiO2", kNotNegative},
-        {"enhanced_threshold", 4.0, energy, "E_ie", kNotNegative},
-        {"enhanced_sites", 2.0, "", "k_ie: sites an ion-enhanced event frees", kNotNegative},
-        {"removal_yield", 0.0361, "", "A_p: polymer an ion removes", kNotNegative},
-        {"removal_threshold", 4.0, energy, "E_p", kNotNegative},
-        {"evaporation", 0.0027895, "", "K of F_ev = K Gamma_e exp(-E_a/kT)", kNotNegative},
-        {"activation_energy", 0.168, energy, "E_a", kNotNegative},
-        {"evaporation_sites", 2.0, "", "k_ev: sites an evaporated molecule frees", kNotNegative},
-        {"temperature", 300.0, "K", "of the wafer", kPositive},
-        deposit_key(),
-    };
-    for (Key& key : ion_keys()) list.push_back(std::move(key));
-    return list;
-}
-
 }  // namespace
 
 ModelEntry fluorocarbon() {
-    return {
+    return model_entry(
         "fluorocarbon",
         "fluorocarbon plasma: etches by ions and etchant where the polymer is thin, deposits it elsewhere",
-        fluorocarbon_keys(), make_fluorocarbon};
+        fluorocarbon_keys, make_fluorocarbon);
 }
 
 }  // namespace sidewall::app

@@ -7,7 +7,6 @@
 
 #include "app/models/formula_coverages.hpp"
 #include "app/models/formula_yields.hpp"
-#include "app/models/gas_keys.hpp"
 #include "app/models/ions.hpp"
 #include "app/models/particles.hpp"
 
@@ -31,60 +30,75 @@ flux::Yield cosine_tally() {
     return yield;
 }
 
-// How the ions of the plasma models are reflected: cone, inflection, energy_exponent.
-std::vector<Key> reflection_keys() {
-    const std::vector<Key> keys = ion_keys();
-    return {keys.end() - 3, keys.end()};
-}
+struct SpeciesLaw {
+    Particle particle;
+    Cone cone;
+    Expressions sticking{{{"default", "1.0"}}}, desorption{{{"default", "0.0"}}};
+    std::vector<YieldLaw> yields;
+    std::optional<double> stop_energy;
+};
 
-flux::Species read_species(const Values& values, std::size_t k, const Names& names, bool cosines) {
-    const std::string path = species_path(k);
-    flux::Species species = particle(values, path);
-    const auto& yields = values.get<std::vector<Values>>("yields");
-    const auto stop = values.get<std::optional<double>>("stop_energy");
-    if (!is_ion(values)) {
-        if (!yields.empty()) throw KeyError(path + "yields", "is for ions; set kind = \"ion\" or drop it");
-        if (stop) throw KeyError(path + "stop_energy", "is for ions; set kind = \"ion\" or drop it");
-        for (const Key& key : reflection_keys())
-            if (values.entries.at(key.name) != key.fallback)
-                throw KeyError(path + key.name, "is for ions; set kind = \"ion\" or drop it");
+struct TableFile {
+    std::string name, file;
+};
+
+struct FormulaKeys {
+    Expressions rate{{{"default", "0.0"}}};
+    std::vector<SpeciesLaw> species;
+    Expressions parameters;
+    std::vector<TableFile> tables;
+    Expressions coverages, coverage_rates, diffusion;
+    std::vector<std::string> diffuses_on;
+    double coverage_tolerance = 1e-3;
+    std::int64_t time_steps = 0;
+    std::string time_spacing = "equal", deposit;
+};
+
+flux::Species read_species(const SpeciesLaw& law, const std::string& path, const Names& names, bool cosines) {
+    flux::Species species = species_of(law.particle, path);
+    if (!law.particle.is_ion()) {
+        const auto refuse = [&](const std::string& key) {
+            throw KeyError(path + key, "is for ions; set kind = \"ion\" or drop it");
+        };
+        if (!law.yields.empty()) refuse("yields");
+        if (law.stop_energy) refuse("stop_energy");
+        Cone given = law.cone, usual;
+        const std::vector<Key> keys = reflection_keys(given), defaults = reflection_keys(usual);
+        for (std::size_t k = 0; k < keys.size(); ++k)
+            if (toml_text(keys[k]) != toml_text(defaults[k])) refuse(keys[k].name);
         return species;
     }
-    species.reflection.cone = kRadiansPerDegree * values.get<double>("cone");
-    species.reflection.inflection = kRadiansPerDegree * values.get<double>("inflection");
-    species.reflection.exponent = values.get<double>("energy_exponent");
-    if (values.get<Expressions>("sticking") != Expressions{{{"default", "1.0"}}})
+    set_reflection(law.cone, species);
+    if (law.sticking != SpeciesLaw().sticking)
         throw KeyError(path + "sticking",
                        "is for neutrals; set reflect_from_deg and reflect_to_deg for ions");
-    if (values.get<Expressions>("desorption") != Expressions{{{"default", "0.0"}}})
+    if (law.desorption != SpeciesLaw().desorption)
         throw KeyError(path + "desorption", "is for neutrals; drop it or the kind");
-    for (std::size_t y = 0; y < yields.size(); ++y)
+    for (std::size_t y = 0; y < law.yields.size(); ++y)
         species.yields.push_back(
-            read_yield(yields[y], fmt::format("{}yields[{}].", path, y), species, names));
-    species.stop_energy = stop.value_or(least_energy(species));
+            read_yield(law.yields[y], fmt::format("{}yields[{}].", path, y), species, names));
+    species.stop_energy = law.stop_energy.value_or(least_energy(species));
     if (cosines) species.yields.push_back(cosine_tally());
     return species;
 }
 
 // Whether an expression of the step names one of these.
-bool anywhere(const Values& values, std::initializer_list<std::string_view> variables) {
+bool anywhere(const FormulaKeys& p, std::initializer_list<std::string_view> variables) {
     const auto in = [&](const Expressions& expressions) {
         for (const auto& [name, text] : expressions.named)
             for (const std::string_view variable : variables)
                 if (names_variable(text, variable)) return true;
         return false;
     };
-    for (const Values& species : values.get<std::vector<Values>>("species"))
-        for (const char* key : {"sticking", "desorption"})
-            if (in(species.get<Expressions>(key))) return true;
-    return in(values.get<Expressions>("rate")) || in(values.get<Expressions>("coverages")) ||
-           in(values.get<Expressions>("coverage_rates")) || in(values.get<Expressions>("diffusion"));
+    for (const SpeciesLaw& law : p.species)
+        if (in(law.sticking) || in(law.desorption)) return true;
+    return in(p.rate) || in(p.coverages) || in(p.coverage_rates) || in(p.diffusion);
 }
 
-void read_parameters(const Values& values, Names& names, std::set<std::string>& taken) {
+void read_parameters(const FormulaKeys& p, Names& names, std::set<std::string>& taken) {
     names.constants = {{"pi", std::numbers::pi}};
     const Names numbers = names;
-    for (const auto& [name, text] : values.get<Expressions>("parameters").named) {
+    for (const auto& [name, text] : p.parameters.named) {
         const std::string key = "parameters." + name;
         check_name(key, name, taken);
         const double value = read_expression(key, text, {}, numbers)({});
@@ -93,42 +107,40 @@ void read_parameters(const Values& values, Names& names, std::set<std::string>& 
     }
 }
 
-void read_tables(const Values& values, Names& names, std::set<std::string>& taken) {
-    const auto& list = values.get<std::vector<Values>>("tables");
-    for (std::size_t k = 0; k < list.size(); ++k) {
-        const auto& name = list[k].get<std::string>("name");
+void read_tables(const FormulaKeys& p, Names& names, std::set<std::string>& taken) {
+    for (std::size_t k = 0; k < p.tables.size(); ++k) {
+        const auto& [name, file] = p.tables[k];
         check_name(fmt::format("tables[{}].name", k), name, taken);
-        names.tables[name] = std::make_shared<const Table>(read_table(list[k].get<std::string>("file")));
+        names.tables[name] = std::make_shared<const Table>(read_table(file));
     }
 }
 
-void read_all_species(const Values& values, Model& model, Names& names, std::set<std::string>& taken) {
-    const auto& list = values.get<std::vector<Values>>("species");
-    const bool cosines = anywhere(values, {"cos"});
-    for (std::size_t k = 0; k < list.size(); ++k) {
+void read_all_species(const FormulaKeys& p, Model& model, Names& names, std::set<std::string>& taken) {
+    const bool cosines = anywhere(p, {"cos"});
+    for (std::size_t k = 0; k < p.species.size(); ++k) {
+        const std::string path = species_path(k);
         const std::size_t first = names.fluxes.size();
-        model.species.push_back(read_species(list[k], k, names, cosines));
-        add_gas(list[k], species_path(k), model);
-        model.species_keys.push_back(species_path(k));
+        model.species.push_back(read_species(p.species[k], path, names, cosines));
+        add_gas(p.species[k].particle.gas, path, model);
+        model.species_keys.push_back(path);
         const std::vector<std::string> tallies = flux::tally_names(model.species.back());
         for (std::size_t t = 0; t < tallies.size(); ++t) {
-            const std::string yields = fmt::format("{}yields[{}].name", species_path(k), t - 1);
-            check_name(t == 0 ? species_path(k) + "name" : yields, tallies[t], taken);
+            const std::string yields = fmt::format("{}yields[{}].name", path, t - 1);
+            check_name(t == 0 ? path + "name" : yields, tallies[t], taken);
             names.fluxes.push_back(tallies[t]);
         }
-        if (!is_ion(list[k])) continue;
+        if (!p.species[k].particle.is_ion()) continue;
         names.ions.push_back(first);
         if (cosines) names.ion_cosines.push_back(names.fluxes.size() - 1);
     }
 }
 
 // What leaves the surface, by species.
-void read_desorption(const Values& values, Model& model, Formula& formula) {
-    const auto& list = values.get<std::vector<Values>>("species");
-    formula.desorption.resize(list.size());
-    for (std::size_t k = 0; k < list.size(); ++k) {
-        const auto& text = list[k].get<Expressions>("desorption");
-        if (text == Expressions{{{"default", "0.0"}}}) continue;
+void read_desorption(const FormulaKeys& p, Model& model, Formula& formula) {
+    formula.desorption.resize(p.species.size());
+    for (std::size_t k = 0; k < p.species.size(); ++k) {
+        const Expressions& text = p.species[k].desorption;
+        if (text == SpeciesLaw().desorption) continue;
         const std::string key = species_path(k) + "desorption";
         formula.desorption[k] = laws_by_material(key, text, formula.names, false);
         bool none = true;
@@ -147,14 +159,13 @@ void read_desorption(const Values& values, Model& model, Formula& formula) {
 
 // Sticking without coverages, for the species; and whether it is the same everywhere on a material and at all
 // times.
-bool read_sticking(const Values& values, Model& model, Formula& formula) {
-    const auto& list = values.get<std::vector<Values>>("species");
+bool read_sticking(const FormulaKeys& p, Model& model, Formula& formula) {
     bool constant = true;
-    for (std::size_t k = 0; k < list.size(); ++k) {
+    for (std::size_t k = 0; k < p.species.size(); ++k) {
         formula.sticking.emplace_back();
-        if (is_ion(list[k])) continue;
-        formula.sticking[k] = laws_by_material(species_path(k) + "sticking",
-                                               list[k].get<Expressions>("sticking"), formula.names, false);
+        if (p.species[k].particle.is_ion()) continue;
+        formula.sticking[k] =
+            laws_by_material(species_path(k) + "sticking", p.species[k].sticking, formula.names, false);
         std::vector<double>& sticking = model.species[k].sticking;
         sticking.clear();
         for (std::size_t m = 0; m < formula.names.materials.size(); ++m) {
@@ -214,68 +225,94 @@ void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sti
     };
 }
 
-Model make_formula(const Values& values, const Materials& materials) {
+Model make_formula(const FormulaKeys& p, const Materials& materials) {
     Model model;
     const auto formula = std::make_shared<Formula>();
     std::set<std::string> taken;
     formula->names.materials = materials;
-    read_tables(values, formula->names, taken);
-    read_parameters(values, formula->names, taken);
-    read_all_species(values, model, formula->names, taken);
-    read_coverages(values, *formula, taken);
-    read_diffusion(values, materials, *formula);
-    read_desorption(values, model, *formula);
-    const bool fixed_sticking = read_sticking(values, model, *formula);
-    formula->rate = laws_by_material("rate", values.get<Expressions>("rate"), formula->names, true);
-    model.deposit = film(values, materials, !values.get<std::string>("deposit").empty());
+    read_tables(p, formula->names, taken);
+    read_parameters(p, formula->names, taken);
+    read_all_species(p, model, formula->names, taken);
+    read_coverages(p.coverages, p.coverage_rates, *formula, taken);
+    read_diffusion(p.diffusion, p.diffuses_on, materials, *formula);
+    read_desorption(p, model, *formula);
+    const bool fixed_sticking = read_sticking(p, model, *formula);
+    formula->rate = laws_by_material("rate", p.rate, formula->names, true);
+    model.deposit = film(p.deposit, materials, !p.deposit.empty());
     formula->grows = model.deposit.has_value();
 
     model.coverages.names = formula->names.coverages;
-    model.coverages.tolerance = values.get<double>("coverage_tolerance");
+    model.coverages.tolerance = p.coverage_tolerance;
     model.coverages.transient = !formula->moving.empty();
-    model.depends_on_position = anywhere(values, {"x", "y", "z", "depth"});
+    model.depends_on_position = anywhere(p, {"x", "y", "z", "depth"});
     constexpr int kTimeSteps = 100;
-    const auto asked = static_cast<int>(values.get<std::int64_t>("time_steps"));
-    const bool moves = model.coverages.transient || anywhere(values, {"time"});
+    const auto asked = static_cast<int>(p.time_steps);
+    const bool moves = model.coverages.transient || anywhere(p, {"time"});
     model.least_time_steps = asked > 0 ? asked : moves ? kTimeSteps : 1;
-    model.growing_time_steps = values.get<std::string>("time_spacing") == "parabolic";
+    model.growing_time_steps = p.time_spacing == "parabolic";
     if (model.growing_time_steps && model.least_time_steps == 1)
         throw KeyError("time_spacing", "needs time steps to space; give time_steps");
     add_functions(formula, fixed_sticking, model);
     return model;
 }
 
-std::vector<Key> species_keys() {
-    std::vector<Key> keys = particle_keys();
+std::vector<Key> species_law_keys(SpeciesLaw& p) {
+    std::vector<Key> keys = particle_keys(p.particle);
     keys[0].doc = "of its flux in expressions and outputs";
-    for (Key& key : reflection_keys()) {
+    for (Key& key : reflection_keys(p.cone)) {
         key.doc = "ions: " + key.doc;
         keys.push_back(std::move(key));
     }
     keys.push_back(
-        {"sticking",
-         Expressions{{{"default", "1.0"}}},
-         "",
+        {"sticking", &p.sticking, "",
          "neutrals: probability that a hit sticks, of coverages, position and time; kept in [0, 1]",
-         {.material = true}});
+         kMaterial});
     keys.push_back(
-        {"desorption",
-         Expressions{{{"default", "0.0"}}},
-         "",
+        {"desorption", &p.desorption, "",
          "neutrals: flux that leaves the surface by Lambert's law, beside what does not stick, of coverages, "
          "position and time: 1 is what arrives on an open flat wafer; 0 where an expression is negative, which a number may not be",
-         {.material = true}});
-    keys.push_back({"yields",
-                    std::vector<Values>(),
-                    "",
-                    "ions: further fluxes, each hit counted as angular * energy * scale",
-                    {.keys = yield_keys()}});
-    keys.push_back({"stop_energy",
-                    std::optional<double>(),
-                    "eV",
+         kMaterial});
+    keys.push_back({"yields", table_list(p.yields, yield_keys), "",
+                    "ions: further fluxes, each hit counted as angular * energy * scale"});
+    keys.push_back({"stop_energy", &p.stop_energy, "eV",
                     "ions: with less a reflected one is dropped; auto: where the last yield ends",
-                    {.min = 0.0, .max = 1e6, .word = "auto"}});
+                    or_word("auto", within(0.0, 1e6))});
     return keys;
+}
+
+std::vector<Key> table_file_keys(TableFile& table) {
+    return {{"name", &table.name, "", "by which expressions call it, e.g. map(x, y)", required()},
+            {"file", &table.file, "",
+             "CSV beside the recipe: a line of names, then arguments and value, a row for every point "
+             "of a grid; linear between them, constant beyond",
+             required()}};
+}
+
+std::vector<Key> formula_keys(FormulaKeys& p) {
+    return {
+        {"rate", &p.rate, "length/time",
+         "V: positive grows, negative etches; 0 for materials a table leaves out", required(kMaterial)},
+        {"species", table_list(p.species, species_law_keys), "", "what is traced"},
+        {"parameters", &p.parameters, "", "numbers by name"},
+        {"tables", table_list(p.tables, table_file_keys), "", "functions of one or two numbers from files"},
+        {"coverages", &p.coverages, "",
+         "in steady state with the fluxes: by name; those that name each other are solved together"},
+        {"coverage_rates", &p.coverage_rates, "1/time",
+         "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
+        {"diffusion", &p.diffusion, "length^2/time",
+         "of coverages that have a rate, along the surface: D by name, of coverages, position and time; d/dt = rate + div(D "
+         "grad)"},
+        {"diffuses_on", &p.diffuses_on, "",
+         "materials that coverages diffuse on, none from one to what is not named; empty: all", kMaterial},
+        coverage_tolerance_key(p.coverage_tolerance),
+        {"time_steps", &p.time_steps, "",
+         "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
+         within(0.0, 1e6)},
+        {"time_spacing", &p.time_spacing, "",
+         "of those: equal, or parabolic, the k-th of n ending at (k/n)^2 of the step: for fronts that go as the square root of "
+         "time",
+         one_of({"equal", "parabolic"})},
+        deposit_key(p.deposit)};
 }
 
 constexpr const char* kExample =
@@ -309,59 +346,11 @@ but sticking, desorption and diffusion no fluxes or cos, which follow from them,
 }  // namespace
 
 ModelEntry formula() {
-    return {
-        "formula",
-        "rate law, coverages, sticking and yields as expressions in the recipe",
-        {{"rate",
-          Expressions{{{"default", "0.0"}}},
-          "length/time",
-          "V: positive grows, negative etches; 0 for materials a table leaves out",
-          {.required = true, .material = true}},
-         {"species", std::vector<Values>(), "", "what is traced", {.keys = species_keys()}},
-         {"parameters", Expressions{}, "", "numbers by name"},
-         {"tables",
-          std::vector<Values>(),
-          "",
-          "functions of one or two numbers from files",
-          {.keys =
-               {{"name", std::string(), "", "by which expressions call it, e.g. map(x, y)", required()},
-                {"file", std::string(), "",
-                 "CSV beside the recipe: a line of names, then arguments and value, a row for every point "
-                 "of a grid; linear between them, constant beyond",
-                 required()}}}},
-         {"coverages", Expressions{}, "",
-          "in steady state with the fluxes: by name; those that name each other are solved together"},
-         {"coverage_rates", Expressions{}, "1/time",
-          "of coverages that are slower: d/dt by name; they begin at 0, or as the step before left them"},
-         {"diffusion", Expressions{}, "length^2/time",
-          "of coverages that have a rate, along the surface: D by name, of coverages, position and time; d/dt = rate + div(D "
-          "grad)"},
-         {"diffuses_on",
-          std::vector<std::string>(),
-          "",
-          "materials that coverages diffuse on, none from one to what is not named; empty: all",
-          {.material = true}},
-         {"coverage_tolerance",
-          1e-3,
-          "",
-          "mean change of a coverage at which the first fluxes are settled",
-          {.min = 1e-8, .max = 1.0}},
-         {"time_steps",
-          std::int64_t{0},
-          "",
-          "at least so many; 0: 100 where an expression names time or a coverage has a rate, else 1",
-          {.min = 0.0, .max = 1e6}},
-         {"time_spacing",
-          std::string("equal"),
-          "",
-          "of those: equal, or parabolic, the k-th of n ending at (k/n)^2 of the step: for fronts that go as the square root of "
-          "time",
-          {.choices = {"equal", "parabolic"}}},
-         deposit_key()},
-        make_formula,
-        nullptr,
-        false,
-        kExample};
+    ModelEntry entry =
+        model_entry("formula", "rate law, coverages, sticking and yields as expressions in the recipe",
+                    formula_keys, make_formula);
+    entry.more = kExample;
+    return entry;
 }
 
 }  // namespace sidewall::app

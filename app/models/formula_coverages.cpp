@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/models/ions.hpp"
+
 namespace sidewall::app {
 namespace {
 
@@ -33,10 +35,10 @@ void order_coverages(Formula& formula) {
 
 }  // namespace
 
-void read_coverages(const Values& values, Formula& formula, std::set<std::string>& taken) {
+void read_coverages(const Expressions& coverages, const Expressions& rates, Formula& formula,
+                    std::set<std::string>& taken) {
     Names& names = formula.names;
-    const auto& steady = values.get<Expressions>("coverages").named;
-    const auto& slow = values.get<Expressions>("coverage_rates").named;
+    const auto &steady = coverages.named, &slow = rates.named;
     for (const auto* list : {&steady, &slow})
         for (const auto& [name, text] : *list) {
             const std::string key = (list == &steady ? "coverages." : "coverage_rates.") + name;
@@ -65,12 +67,11 @@ void read_coverages(const Values& values, Formula& formula, std::set<std::string
     order_coverages(formula);
 }
 
-void read_diffusion(const Values& values, const Materials& materials, Formula& formula) {
+void read_diffusion(const Expressions& laws, const std::vector<std::string>& on, const Materials& materials,
+                    Formula& formula) {
     const Names& names = formula.names;
     formula.diffusion.resize(names.coverages.size());
-    const auto& laws = values.get<Expressions>("diffusion").named;
-    const auto& on = values.get<std::vector<std::string>>("diffuses_on");
-    for (const auto& [name, text] : laws) {
+    for (const auto& [name, text] : laws.named) {
         const std::string key = "diffusion." + name;
         const auto found = std::find(names.coverages.begin(), names.coverages.end(), name);
         const auto k = static_cast<std::size_t>(found - names.coverages.begin());
@@ -92,11 +93,9 @@ void read_diffusion(const Values& values, const Materials& materials, Formula& f
         if (!(d >= 0.0 && d <= kHuge))
             throw KeyError(key, fmt::format("is {:g}: must be in [0, {:g}]", d, kHuge));
     }
-    if (laws.empty() && !on.empty())
+    if (laws.named.empty() && !on.empty())
         throw KeyError("diffuses_on", "is where coverages diffuse, and none does; give diffusion or drop it");
-    formula.diffuses_on.assign(materials.size(), on.empty() ? 1 : 0);
-    for (const std::string& name : on)
-        formula.diffuses_on[static_cast<std::size_t>(*material_id(materials, name))] = 1;
+    formula.diffuses_on = on.empty() ? std::vector<std::uint8_t>(materials.size(), 1) : marked(on, materials);
 }
 
 }  // namespace sidewall::app

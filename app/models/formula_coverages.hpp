@@ -7,13 +7,15 @@
 // The coverages of a `formula` step, from its keys.
 namespace sidewall::app {
 
-/// Reads `coverages` and `coverage_rates`; names.coverages has the steady ones first.
+/// Reads the laws of the coverages in steady state and of those that take time; names.coverages has the steady ones first.
 /// \param taken  names of other things, which gets those of the coverages.
 /// \throws KeyError.
-void read_coverages(const Values& values, Formula& formula, std::set<std::string>& taken);
+void read_coverages(const Expressions& steady, const Expressions& rates, Formula& formula,
+                    std::set<std::string>& taken);
 
-/// Reads `diffusion` and `diffuses_on`, after read_coverages.
+/// Reads the laws of diffusion on the materials named, all if none is, after read_coverages.
 /// \throws KeyError.
-void read_diffusion(const Values& values, const Materials& materials, Formula& formula);
+void read_diffusion(const Expressions& laws, const std::vector<std::string>& on, const Materials& materials,
+                    Formula& formula);
 
 }  // namespace sidewall::app

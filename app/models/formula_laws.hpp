@@ -8,7 +8,8 @@
 #include "app/models/expression.hpp"
 #include "app/models/model.hpp"
 
-// What the expressions of a `formula` step may name, and what they come to at a point of the surface.
+// The names that expressions of a `formula` step may use, and the values of expressions at a point of the
+// surface.
 namespace sidewall::app {
 
 /// An expression and the key that holds it, for messages.
@@ -45,6 +46,7 @@ const std::vector<std::string>& reserved_names();
 /// \throws KeyError unless expressions can use it and nothing else has it.
 void check_name(const std::string& key, const std::string& name, std::set<std::string>& taken);
 
+/// Reads the expression that \p key holds.
 /// \throws KeyError naming \p key and the character where \p text cannot be read.
 Expression read_expression(const std::string& key, const std::string& text,
                            std::vector<std::string> variables, const Names& names);
@@ -59,13 +61,13 @@ std::vector<Law> laws_by_material(const std::string& key, const Expressions& exp
 double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
                 std::span<const double> values);
 
-/// "F = 0.3, theta = 0.1": what a law names, with its values.
+/// The names in a law with their values, e.g. "F = 0.3, theta = 0.1".
 std::string named_values(const Law& law, const Names& names, std::span<const double> values);
 
-/// "Si at (0.1, 0, -0.2)".
+/// The material and position of a point, e.g. "Si at (0.1, 0, -0.2)".
 std::string place_of(const Names& names, const SurfacePoint& point, std::span<const double> values);
 
-/// What the keys of a step come to.
+/// The laws of a step, read from its keys.
 struct Formula {
     Names names;
     std::vector<Law> rate;                         ///< by material
@@ -84,15 +86,15 @@ struct Formula {
     }
 };
 
-/// Brings \p theta to what it is after \p time at the point: first the coverages with a rate, then the steady ones.
+/// Advances the coverages \p theta at a point by \p time: first the coverages with a rate, then the steady ones.
 /// \throws NumericsError with the law, the material and the values where one is not finite or does not settle.
 void react(const Formula& formula, const SurfacePoint& point, double time, std::span<double> theta);
 
-/// d/dt of coverage \p k, which has a rate, with the steady ones settled around it.
+/// The rate d/dt of coverage \p k at a point, with the steady coverages in equilibrium with it.
 /// \throws as react.
 double coverage_rate(const Formula& formula, std::size_t k, const SurfacePoint& point);
 
-/// D of coverage \p k, which has one, at a point.
+/// The diffusivity of coverage \p k, which has one, at a point.
 /// \throws NumericsError if it is not finite or negative.
 double diffusivity(const Formula& formula, std::size_t k, const SurfacePoint& point);
 

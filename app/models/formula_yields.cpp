@@ -104,26 +104,23 @@ void set_energy(const Expression& energy, double top, const std::string& key, fl
 
 }  // namespace
 
-std::vector<Key> yield_keys() {
-    return {{"name", std::string(), "", "its flux is called SPECIES_NAME", required()},
-            {"angular", std::string("1"), "",
-             "expression of cos, of the incidence; what is negative counts as 0"},
-            {"energy", std::string("1"), "", "expression of E in eV; what is negative counts as 0"},
-            {"scale", ByMaterial{1.0}, "", "that both are multiplied by", kNotNegative}};
+std::vector<Key> yield_keys(YieldLaw& law) {
+    return {
+        {"name", &law.name, "", "its flux is called SPECIES_NAME", required()},
+        {"angular", &law.angular, "", "expression of cos, of the incidence; what is negative counts as 0"},
+        {"energy", &law.energy, "", "expression of E in eV; what is negative counts as 0"},
+        {"scale", &law.scale, "", "that both are multiplied by", kNotNegative}};
 }
 
-flux::Yield read_yield(const Values& values, const std::string& path, const flux::Species& ion,
+flux::Yield read_yield(const YieldLaw& law, const std::string& path, const flux::Species& ion,
                        const Names& names) {
     flux::Yield yield;
-    yield.name = values.get<std::string>("name");
-    yield.scale = by_material_id(values.get<ByMaterial>("scale"), names.materials);
-    const auto read = [&](const char* key, const char* variable) {
-        return read_expression(path + key, values.get<std::string>(key), {variable}, names);
-    };
-    set_angular(read("angular", "cos"), path + "angular", yield);
+    yield.name = law.name;
+    yield.scale = by_material_id(law.scale, names.materials);
+    set_angular(read_expression(path + "angular", law.angular, {"cos"}, names), path + "angular", yield);
     double top = ion.energy.mean + kReach * ion.energy.sigma;
     for (const flux::SourceBin& bin : ion.bins) top = std::max(top, bin.energy_to);
-    set_energy(read("energy", "E"), top, path + "energy", yield);
+    set_energy(read_expression(path + "energy", law.energy, {"E"}, names), top, path + "energy", yield);
     return yield;
 }
 

@@ -6,36 +6,23 @@
 namespace sidewall::app {
 namespace {
 
-using Number = std::optional<double>;
-
 constexpr double kBoltzmann = 1.380649e-23;                   // J/K
 constexpr double kRoomTemperature = 300.0, kNitrogen = 0.37;  // K, and nm
 
 }  // namespace
 
-std::vector<Key> gas_keys() {
+std::vector<Key> gas_keys(Gas& gas) {
     return {
-        {"mean_free_path",
-         Number(),
-         "length",
+        {"mean_free_path", &gas.mean_free_path, "length",
          "neutrals: between collisions in the gas, which leave every direction as likely; none: they fly straight, or "
          "pressure tells",
-         {.min = 0.0, .above_min = true, .word = "none"}},
-        {"pressure",
-         Number(),
-         "Pa",
+         or_word("none", kPositive)},
+        {"pressure", &gas.pressure, "Pa",
          "neutrals: of the gas, in place of mean_free_path: k T / (sqrt(2) pi d^2 p); none: no collisions",
-         {.min = 0.0, .max = 1e7, .above_min = true, .word = "none"}},
-        {"temperature",
-         Number(),
-         "K",
-         "T of that gas; auto: 300",
-         {.min = 0.0, .max = 1e4, .above_min = true, .word = "auto"}},
-        {"molecule_diameter",
-         Number(),
-         "nm",
-         "d of its molecules; auto: 0.37, nitrogen's",
-         {.min = 0.01, .max = 10.0, .word = "auto"}},
+         or_word("none", positive_to(1e7))},
+        {"temperature", &gas.temperature, "K", "T of that gas; auto: 300", or_word("auto", positive_to(1e4))},
+        {"molecule_diameter", &gas.molecule_diameter, "nm", "d of its molecules; auto: 0.37, nitrogen's",
+         or_word("auto", within(0.01, 10.0))},
     };
 }
 
@@ -44,30 +31,31 @@ double kinetic_free_path(double temperature, double diameter, double pressure) {
            (std::numbers::sqrt2 * std::numbers::pi * diameter * diameter * pressure);
 }
 
-void add_gas(const Values& values, const std::string& path, Model& model) {
-    const auto number = [&](const char* key) { return values.get<Number>(key); };
+void add_gas(Gas gas, const std::string& path, Model& model) {
+    // Throws for the first key that is given, from the \p first one on.
+    const auto refuse_from = [&](std::size_t first, const char* rule) {
+        const std::vector<Key> keys = gas_keys(gas);
+        for (std::size_t k = first; k < keys.size(); ++k)
+            if (*std::get<std::optional<double>*>(keys[k].target)) throw KeyError(path + keys[k].name, rule);
+    };
     flux::Species& species = model.species.back();
     if (species.reflection.kind != flux::Reemission::diffuse)
-        for (const char* key : {"mean_free_path", "pressure", "temperature", "molecule_diameter"})
-            if (number(key))
-                throw KeyError(
-                    path + key,
-                    "is for neutrals, which a collision leaves thermal; ions keep much of their direction: drop it, "
-                    "and widen their source by source_exponent or source_file");
-    if (const Number mean = number("mean_free_path")) {
-        for (const char* key : {"pressure", "temperature", "molecule_diameter"})
-            if (number(key)) throw KeyError(path + key, "comes with mean_free_path; drop one of the two");
-        species.mean_free_path = *mean;
+        refuse_from(
+            0,
+            "is for neutrals, which a collision leaves thermal; ions keep much of their direction: drop it, "
+            "and widen their source by source_exponent or source_file");
+    if (gas.mean_free_path) {
+        refuse_from(1, "comes with mean_free_path; drop one of the two");
+        species.mean_free_path = *gas.mean_free_path;
     }
-    if (const Number pressure = number("pressure")) {
+    if (gas.pressure) {
         model.free_paths.resize(model.species.size(), 0.0);
         model.free_paths.back() =
-            kinetic_free_path(number("temperature").value_or(kRoomTemperature),
-                              1e-9 * number("molecule_diameter").value_or(kNitrogen), *pressure);
+            kinetic_free_path(gas.temperature.value_or(kRoomTemperature),
+                              1e-9 * gas.molecule_diameter.value_or(kNitrogen), *gas.pressure);
         return;
     }
-    for (const char* key : {"temperature", "molecule_diameter"})
-        if (number(key)) throw KeyError(path + key, "belongs to pressure; give one, or drop this");
+    refuse_from(2, "belongs to pressure; give one, or drop this");
 }
 
 }  // namespace sidewall::app

@@ -1,106 +1,121 @@
-#include "levelset/motion/geometric.hpp"
+#include "app/models/geometric_steps.hpp"
 
 #include <limits>
 
 #include "app/models/model.hpp"
+#include "levelset/layers/geometric.hpp"
 
 // Steps that only shape: recipes name them like models, but they take no time.
 namespace sidewall::app {
 namespace {
 
-int id_of(const Values& values, const Materials& materials) {
-    return *material_id(materials, values.get<std::string>("material"));
+using levelset::MaterialStack;
+using levelset::Shape;
+
+int id_of(const GeometricStep& step, const Materials& materials) {
+    return *material_id(materials, step.material);
 }
 
-Key height_key(const char* doc) {
-    return {"height", 0.0, "length", doc, required()};
+Key height_key(GeometricStep& p, const char* doc) {
+    return {"height", &p.height, "length", doc, required()};
 }
 
-Key material_key(const char* doc) {
-    return {"material", std::string(), "", doc, {.required = true, .material = true}};
+Key thickness_key(GeometricStep& p, const char* doc) {
+    return {"thickness", &p.thickness, "length", doc, required(kPositive)};
+}
+
+Key material_key(GeometricStep& p, const char* doc) {
+    return {"material", &p.material, "", doc, required(kMaterial)};
+}
+
+using Apply = void (*)(const GeometricStep&, const Materials&, const Shape&, MaterialStack&);
+
+ModelEntry geometric_entry(std::string name, const std::string& doc, std::vector<Key> (*keys)(GeometricStep&),
+                           Apply apply, bool patterned = false) {
+    return {.name = std::move(name),
+            .doc = doc + "; takes no time",
+            .defaults = GeometricStep(),
+            .keys = [keys](std::any& p) { return keys(std::any_cast<GeometricStep&>(p)); },
+            .apply = apply,
+            .patterned = patterned};
 }
 
 }  // namespace
 
 ModelEntry planarize() {
-    return {"planarize",
-            "polishes everything down to a height; takes no time",
-            {height_key("z of the polished surface")},
-            nullptr,
-            [](const Values& values, const Materials&, const levelset::Shape&,
-               levelset::MaterialStack& stack) { levelset::planarize(stack, values.get<double>("height")); }};
+    return geometric_entry(
+        "planarize", "polishes everything down to a height",
+        [](GeometricStep& p) { return std::vector<Key>{height_key(p, "z of the polished surface")}; },
+        [](const GeometricStep& p, const Materials&, const Shape&, MaterialStack& stack) {
+            levelset::planarize(stack, p.height);
+        });
 }
 
 ModelEntry fill() {
-    return {"fill",
-            "fills everything up to a height, closed voids included; takes no time",
-            {material_key("what it is filled with"), height_key("z of the fill's surface")},
-            nullptr,
-            [](const Values& values, const Materials& materials, const levelset::Shape&,
-               levelset::MaterialStack& stack) {
-                levelset::fill(stack, id_of(values, materials), values.get<double>("height"));
-            }};
+    return geometric_entry(
+        "fill", "fills everything up to a height, closed voids included",
+        [](GeometricStep& p) {
+            return std::vector<Key>{material_key(p, "what it is filled with"),
+                                    height_key(p, "z of the fill's surface")};
+        },
+        [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
+            levelset::fill(stack, id_of(p, materials), p.height);
+        });
 }
 
 ModelEntry strip() {
-    return {"strip",
-            "takes away all of a material; takes no time",
-            {material_key("what goes")},
-            nullptr,
-            [](const Values& values, const Materials& materials, const levelset::Shape&,
-               levelset::MaterialStack& stack) { levelset::strip(stack, id_of(values, materials)); }};
+    return geometric_entry(
+        "strip", "takes away all of a material",
+        [](GeometricStep& p) { return std::vector<Key>{material_key(p, "what goes")}; },
+        [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
+            levelset::strip(stack, id_of(p, materials));
+        });
 }
 
 ModelEntry conformal() {
-    return {"conformal",
-            "coats everything, closed voids included, by the same thickness; takes no time",
-            {material_key("of the film"), {"thickness", 0.0, "length", "of the film", required(kPositive)}},
-            nullptr,
-            [](const Values& values, const Materials& materials, const levelset::Shape&,
-               levelset::MaterialStack& stack) {
-                levelset::conformal(stack, id_of(values, materials), values.get<double>("thickness"));
-            }};
+    return geometric_entry(
+        "conformal", "coats everything, closed voids included, by the same thickness",
+        [](GeometricStep& p) {
+            return std::vector<Key>{material_key(p, "of the film"), thickness_key(p, "of the film")};
+        },
+        [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
+            levelset::conformal(stack, id_of(p, materials), p.thickness);
+        });
 }
 
 ModelEntry mask() {
-    return {"mask",
-            "coats everything, closed voids excepted, with a film that has openings; takes no time",
-            {material_key("of the film"),
-             {"thickness", 0.0, "length", "of the film, above the highest point unless conformal",
-              required(kPositive)},
-             {"conformal", false, "", "as thick along every normal; else spun on to a flat top"}},
-            nullptr,
-            [](const Values& values, const Materials& materials, const levelset::Shape& pattern,
-               levelset::MaterialStack& stack) {
-                levelset::mask(stack, id_of(values, materials), pattern, values.get<double>("thickness"),
-                               values.get<bool>("conformal"));
-            },
-            true};
+    return geometric_entry(
+        "mask", "coats everything, closed voids excepted, with a film that has openings",
+        [](GeometricStep& p) {
+            return std::vector<Key>{
+                material_key(p, "of the film"),
+                thickness_key(p, "of the film, above the highest point unless conformal"),
+                {"conformal", &p.conformal, "", "as thick along every normal; else spun on to a flat top"}};
+        },
+        [](const GeometricStep& p, const Materials& materials, const Shape& pattern, MaterialStack& stack) {
+            levelset::mask(stack, id_of(p, materials), pattern, p.thickness, p.conformal);
+        },
+        true);
 }
 
 ModelEntry cut() {
-    return {"cut",
-            "takes away what lies in openings, straight down and whatever lies on it; takes no time",
-            {{"materials", std::vector<std::string>(), "", "what goes; all without it", {.material = true}},
-             {"depth",
-              std::optional<double>(),
-              "length",
-              "below z = 0, down to which it goes; needed where the substrate does",
-              {.word = "through"}}},
-            nullptr,
-            [](const Values& values, const Materials& materials, const levelset::Shape& pattern,
-               levelset::MaterialStack& stack) {
-                std::vector<int> ids;
-                for (const std::string& name : values.get<std::vector<std::string>>("materials"))
-                    ids.push_back(*material_id(materials, name));
-                for (const levelset::Layer& layer : stack.layers)
-                    if (values.get<std::vector<std::string>>("materials").empty())
-                        ids.push_back(layer.material);
-                const auto& depth = values.get<std::optional<double>>("depth");
-                levelset::cut(stack, ids, pattern,
-                              depth ? -*depth : -std::numeric_limits<double>::infinity());
-            },
-            true};
+    return geometric_entry(
+        "cut", "takes away what lies in openings, straight down and whatever lies on it",
+        [](GeometricStep& p) {
+            return std::vector<Key>{
+                {"materials", &p.materials, "", "what goes; all without it", kMaterial},
+                {"depth", &p.depth, "length",
+                 "below z = 0, down to which it goes; needed where the substrate does", or_word("through")}};
+        },
+        [](const GeometricStep& p, const Materials& materials, const Shape& pattern, MaterialStack& stack) {
+            std::vector<int> ids;
+            for (const std::string& name : p.materials) ids.push_back(*material_id(materials, name));
+            for (const levelset::Layer& layer : stack.layers)
+                if (p.materials.empty()) ids.push_back(layer.material);
+            levelset::cut(stack, ids, pattern,
+                          p.depth ? -*p.depth : -std::numeric_limits<double>::infinity());
+        },
+        true);
 }
 
 }  // namespace sidewall::app

@@ -15,6 +15,50 @@ enum Tally : std::size_t { kIons, kSputter, kRedeposited };
 // Atoms in 1e22 /cm^3: no solid has more, diamond 17.6. What has is an ideal mask.
 constexpr double kDensest = 20.0;
 
+struct IonBeam {
+    ByMaterial rate;
+    double tilt_deg = 0.0, azimuth_deg = 0.0;
+    bool rotating = false;
+    double threshold = 20.0;
+    std::vector<double> yield{10.3, 0.0, -9.3}, yield_table;
+    double redeposition_fraction = 0.0, redeposition_rate = 0.0;
+    ByMaterial redeposition_sticking{1.0};
+    std::string deposit;
+    Ions ions{.ion_exponent = 1000.0};
+};
+
+std::vector<Key> ion_beam_keys(IonBeam& p) {
+    std::vector<Key> list = {
+        {"rate", &p.rate, "length/time",
+         "etch rate of a flat wafer under this beam; 0 for materials a table leaves out",
+         required(kNotNegative)},
+        {"tilt_deg", &p.tilt_deg, "degree", "of the beam from the wafer's normal", within(0.0, 85.0)},
+        {"azimuth_deg", &p.azimuth_deg, "degree", "0: the beam flies towards +x; 90: towards +y",
+         within(-360.0, 360.0)},
+        {"rotating", &p.rotating, "", "the wafer turns: every azimuth is as likely"},
+        {"threshold", &p.threshold, "eV", "E_th below which nothing is sputtered", kNotNegative},
+        {"yield",
+         &p.yield,
+         "",
+         "a_k of Y = sum a_k cos^k / sum a_k, k from 1; the default is (1 + 9.3 sin^2) cos",
+         {.required = false}},
+        {"yield_table", &p.yield_table, "",
+         "Y at equal steps of the incidence from 0 to 90 degrees, linear in between; takes the place of yield"},
+        {"redeposition_fraction", &p.redeposition_fraction, "",
+         "of the atoms that the beam takes away: so many fly off about the ions' mirrored direction, and the film "
+         "grows by those that stick, by the materials' densities; of an ideal mask, denser than 20, volume for "
+         "volume; 0: none",
+         kProbability},
+        {"redeposition_rate", &p.redeposition_rate, "length/time",
+         "instead of a fraction: growth where a hit's yield lands, at yield 1, whatever the hit takes away; 0: none",
+         kNotNegative},
+        {"redeposition_sticking", &p.redeposition_sticking, "", "of sputtered material", kProbability},
+        deposit_key(p.deposit),
+    };
+    append_keys(list, ion_keys(p.ions));
+    return list;
+}
+
 // What the beam takes away and what comes down again, by material id.
 struct Redeposited {
     std::vector<double> rate;        // of etching on a flat wafer, length/time
@@ -34,8 +78,8 @@ Redeposited balance(const Materials& materials, int film_id, const std::vector<d
     return parts;
 }
 
-void check_film(const Values& values, const Redeposited& parts) {
-    const auto& name = values.get<std::string>("deposit");
+void check_film(const IonBeam& p, const Redeposited& parts) {
+    const std::string& name = p.deposit;
     if (parts.film_atoms > kDensest)
         throw KeyError(
             "deposit",
@@ -43,8 +87,7 @@ void check_film(const Values& values, const Redeposited& parts) {
                         "sputters, or give {} its own density by a [[material]]",
                         parts.film_atoms, name));
     // The beam sputters the film, too; a rate of 0 that nobody gave would let it shield the wafer for good.
-    const auto& given = values.get<ByMaterial>("rate");
-    if (!given.named.contains(name) && given.fallback.value_or(0.0) == 0.0)
+    if (!p.rate.named.contains(name) && p.rate.fallback.value_or(0.0) == 0.0)
         throw KeyError(
             "rate", fmt::format("has no value for {0}, the film that redeposits, which the beam etches, too: "
                                 "add {0} = {1:.4g}, which sputters as many atoms, or what was measured",
@@ -85,10 +128,8 @@ double balanced_speed(const Redeposited& parts, const SurfacePoint& point) {
     return atoms / (atoms > 0.0 ? parts.film_atoms : parts.atoms[m]);
 }
 
-flux::Species beam_species(const Values& values) {
-    const auto number = [&](const char* key) { return values.get<double>(key); };
-    const auto& coefficients = values.get<std::vector<double>>("yield");
-    const auto& table = values.get<std::vector<double>>("yield_table");
+flux::Species beam_species(const IonBeam& p) {
+    const std::vector<double>&coefficients = p.yield, &table = p.yield_table;
     double sum = 0.0;
     for (const double a : coefficients) sum += a;
     if (table.size() == 1)
@@ -97,15 +138,14 @@ flux::Species beam_species(const Values& values) {
         if (!(y >= 0.0)) throw KeyError("yield_table", "must not be negative");
     if (table.empty() && !(std::abs(sum) > 1e-9))
         throw KeyError("yield", "must not add up to 0: Y is 1 at normal incidence");
-    const double threshold = number("threshold");
-    if (threshold >= number("energy")) throw KeyError("threshold", "must be below energy, or nothing etches");
+    if (p.threshold >= p.ions.energy) throw KeyError("threshold", "must be below energy, or nothing etches");
 
-    flux::Species ion = ion_species(values, threshold);
-    ion.beam = tilted_beam(number("tilt_deg"), number("azimuth_deg"));
-    ion.rotating = values.get<bool>("rotating");
+    flux::Species ion = ion_species(p.ions, p.threshold);
+    ion.beam = tilted_beam(p.tilt_deg, p.azimuth_deg);
+    ion.rotating = p.rotating;
     ion.yields = {{"sputter",
                    table.empty() ? flux::Angular::polynomial : flux::Angular::table,
-                   threshold,
+                   p.threshold,
                    {1.0},
                    table.empty() ? coefficients : table}};
     return ion;
@@ -114,28 +154,26 @@ flux::Species beam_species(const Values& values) {
 // V = -rate * yield-weighted flux / its mean on a flat wafer, and what comes down of it: by
 // redeposition_fraction as many atoms as balanced_speed says, by redeposition_rate that rate times the yield
 // of the hits.
-Model make_ion_beam(const Values& values, const Materials& materials) {
-    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
-    flux::Species ion = beam_species(values);
+Model make_ion_beam(const IonBeam& p, const Materials& materials) {
+    const std::vector<double> rate = by_material_id(p.rate, materials);
+    flux::Species ion = beam_species(p);
     const double flat = flux::mean_yield(ion, ion.yields[0]);
     if (!(flat > 0.0)) throw KeyError("yield", "must be positive at the incidence tilt_deg");
-    const auto growth = values.get<double>("redeposition_rate"),
-               fraction = values.get<double>("redeposition_fraction");
+    const double growth = p.redeposition_rate, fraction = p.redeposition_fraction;
     if (growth > 0.0 && fraction > 0.0)
         throw KeyError("redeposition_rate", "takes the place of redeposition_fraction; drop one of the two");
 
     Model model;
     const bool comes_down = growth > 0.0 || fraction > 0.0;
-    if (comes_down && values.get<std::string>("deposit").empty())
+    if (comes_down && p.deposit.empty())
         throw KeyError("deposit", "missing: what redeposits is a film; name it, e.g. deposit = \"Si\"");
-    if (comes_down) model.deposit = film(values, materials, true);
-    const std::vector<double> sticking =
-        by_material_id(values.get<ByMaterial>("redeposition_sticking"), materials);
+    if (comes_down) model.deposit = film(p.deposit, materials, true);
+    const std::vector<double> sticking = by_material_id(p.redeposition_sticking, materials);
     if (model.deposit)
         ion.redeposition = flux::Redeposition{ion.yields[0], flux::Reemission::coned, sticking};
     if (fraction > 0.0) {
         Redeposited parts = balance(materials, *model.deposit, rate, flat);
-        check_film(values, parts);
+        check_film(p.deposit, parts);
         ion.redeposition->yield.scale = given_off(parts, fraction);
         parts.sticking = sticking;
         model.speed = [parts = std::move(parts)](const SurfacePoint& point) {
@@ -154,47 +192,13 @@ Model make_ion_beam(const Values& values, const Materials& materials) {
     return model;
 }
 
-std::vector<Key> ion_beam_keys() {
-    std::vector<Key> list = {
-        {"rate", ByMaterial{}, "length/time",
-         "etch rate of a flat wafer under this beam; 0 for materials a table leaves out",
-         required(kNotNegative)},
-        {"tilt_deg", 0.0, "degree", "of the beam from the wafer's normal", {.min = 0.0, .max = 85.0}},
-        {"azimuth_deg",
-         0.0,
-         "degree",
-         "0: the beam flies towards +x; 90: towards +y",
-         {.min = -360.0, .max = 360.0}},
-        {"rotating", false, "", "the wafer turns: every azimuth is as likely"},
-        {"threshold", 20.0, "eV", "E_th below which nothing is sputtered", kNotNegative},
-        {"yield",
-         std::vector<double>{10.3, 0.0, -9.3},
-         "",
-         "a_k of Y = sum a_k cos^k / sum a_k, k from 1; the default is (1 + 9.3 sin^2) cos",
-         {.required = false}},
-        {"yield_table", std::vector<double>{}, "",
-         "Y at equal steps of the incidence from 0 to 90 degrees, linear in between; takes the place of yield"},
-        {"redeposition_fraction", 0.0, "",
-         "of the atoms that the beam takes away: so many fly off about the ions' mirrored direction, and the film "
-         "grows by those that stick, by the materials' densities; of an ideal mask, denser than 20, volume for "
-         "volume; 0: none",
-         kProbability},
-        {"redeposition_rate", 0.0, "length/time",
-         "instead of a fraction: growth where a hit's yield lands, at yield 1, whatever the hit takes away; 0: none",
-         kNotNegative},
-        {"redeposition_sticking", ByMaterial{1.0}, "", "of sputtered material", kProbability},
-        deposit_key(),
-    };
-    for (Key& key : ion_keys(1000.0)) list.push_back(std::move(key));
-    return list;
-}
-
 }  // namespace
 
 ModelEntry ion_beam() {
-    return {"ion_beam",
-            "ion-beam etching: V = -rate * yield-weighted flux, with a tilted beam and what redeposits",
-            ion_beam_keys(), make_ion_beam};
+    return model_entry(
+        "ion_beam",
+        "ion-beam etching: V = -rate * yield-weighted flux, with a tilted beam and what redeposits",
+        ion_beam_keys, make_ion_beam);
 }
 
 }  // namespace sidewall::app

@@ -4,55 +4,41 @@
 
 namespace sidewall::app {
 
-std::vector<Key> ion_keys(double source_exponent) {
-    return {{"energy",
-             100.0,
-             "eV",
-             "mean energy of the ions",
-             {.min = 0.0, .max = 1e6, .above_min = true},
-             "ion_energy"},
-            {"energy_spread",
-             10.0,
-             "eV",
-             "its standard deviation",
-             {.min = 0.0, .max = 1e6},
-             "ion_energy_spread"},
-            {"ion_exponent", source_exponent, "", "n of the ions' cos^n", {.min = 0.0, .max = 1e6}},
-            {"reflect_from_deg",
-             70.0,
-             "degree",
-             "incidence from which ions start to be reflected",
-             {.min = 0.0, .max = 90.0},
-             "reflection_from"},
-            {"reflect_to_deg",
-             90.0,
-             "degree",
-             "incidence from which all are",
-             {.min = 0.0, .max = 90.0},
-             "reflection_to"},
-            {"cone",
-             80.0,
-             "degree",
-             "theta_min: half-angle of the reflected cone is 90 less incidence or this",
-             {.min = 0.0, .max = 90.0}},
-            {"inflection",
-             89.0,
-             "degree",
-             "theta_i of the energy a reflected ion keeps",
-             {.min = 1.0, .max = 89.99}},
-            {"energy_exponent", 10.0, "", "n_l of that energy", {.min = 0.0, .max = 1e3}}};
+std::vector<Key> reflection_keys(Cone& cone) {
+    return {{"cone", &cone.cone, "degree",
+             "theta_min: half-angle of the reflected cone is 90 less incidence or this", within(0.0, 90.0)},
+            {"inflection", &cone.inflection, "degree", "theta_i of the energy a reflected ion keeps",
+             within(1.0, 89.99)},
+            {"energy_exponent", &cone.energy_exponent, "", "n_l of that energy", within(0.0, 1e3)}};
 }
 
-flux::Species ion_species(const Values& values, double threshold) {
-    flux::Species ion = flux::ion("ion", {values.get<double>("energy"), values.get<double>("energy_spread")},
-                                  values.get<double>("ion_exponent"));
-    ion.reflection.from = kRadiansPerDegree * values.get<double>("reflect_from_deg");
-    ion.reflection.to = kRadiansPerDegree * values.get<double>("reflect_to_deg");
+void set_reflection(const Cone& cone, flux::Species& ion) {
+    ion.reflection.cone = kRadiansPerDegree * cone.cone;
+    ion.reflection.inflection = kRadiansPerDegree * cone.inflection;
+    ion.reflection.exponent = cone.energy_exponent;
+}
+
+std::vector<Key> ion_keys(Ions& p) {
+    std::vector<Key> keys = {
+        {"energy", &p.energy, "eV", "mean energy of the ions", positive_to(1e6), "ion_energy"},
+        {"energy_spread", &p.energy_spread, "eV", "its standard deviation", within(0.0, 1e6),
+         "ion_energy_spread"},
+        {"ion_exponent", &p.ion_exponent, "", "n of the ions' cos^n", within(0.0, 1e6)},
+        {"reflect_from_deg", &p.reflect_from_deg, "degree", "incidence from which ions start to be reflected",
+         within(0.0, 90.0), "reflection_from"},
+        {"reflect_to_deg", &p.reflect_to_deg, "degree", "incidence from which all are", within(0.0, 90.0),
+         "reflection_to"}};
+    append_keys(keys, reflection_keys(p.cone));
+    return keys;
+}
+
+flux::Species ion_species(const Ions& p, double threshold) {
+    flux::Species ion = flux::ion("ion", {p.energy, p.energy_spread}, p.ion_exponent);
+    ion.reflection.from = kRadiansPerDegree * p.reflect_from_deg;
+    ion.reflection.to = kRadiansPerDegree * p.reflect_to_deg;
     if (ion.reflection.to <= ion.reflection.from)
         throw KeyError("reflect_to_deg", "must be greater than reflect_from_deg");
-    ion.reflection.cone = kRadiansPerDegree * values.get<double>("cone");
-    ion.reflection.inflection = kRadiansPerDegree * values.get<double>("inflection");
-    ion.reflection.exponent = values.get<double>("energy_exponent");
+    set_reflection(p.cone, ion);
     ion.stop_energy = threshold;
     return ion;
 }
@@ -69,6 +55,12 @@ std::vector<double> densities(const Materials& materials) {
     std::vector<double> result;
     for (const Material& material : materials) result.push_back(material.density);
     return result;
+}
+
+std::vector<std::uint8_t> marked(const std::vector<std::string>& names, const Materials& materials) {
+    std::vector<std::uint8_t> flags(materials.size(), 0);
+    for (const std::string& name : names) flags[static_cast<std::size_t>(*material_id(materials, name))] = 1;
+    return flags;
 }
 
 }  // namespace sidewall::app

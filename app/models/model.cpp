@@ -52,21 +52,22 @@ std::vector<std::string> flux_names(const std::vector<flux::Species>& species) {
     return names;
 }
 
-Key deposit_key() {
-    return {"deposit",
-            std::string(),
-            "",
-            "material of the film that grows; needed where a rate is positive",
-            {.material = true}};
+Key deposit_key(std::string& deposit) {
+    return {"deposit", &deposit, "", "material of the film that grows; needed where a rate is positive",
+            kMaterial};
 }
 
-std::optional<int> film(const Values& values, const Materials& materials, bool grows) {
-    const auto& name = values.get<std::string>("deposit");
-    if (grows && name.empty())
+Key coverage_tolerance_key(double& tolerance) {
+    return {"coverage_tolerance", &tolerance, "",
+            "mean change of a coverage at which the first fluxes are settled", within(1e-8, 1.0)};
+}
+
+std::optional<int> film(const std::string& deposit, const Materials& materials, bool grows) {
+    if (grows && deposit.empty())
         throw KeyError("deposit", "missing: a positive rate grows a film; name it, e.g. deposit = \"SiO2\"");
-    if (!grows && !name.empty())
+    if (!grows && !deposit.empty())
         throw KeyError("deposit", "names a film, but no rate is positive; make one positive or drop deposit");
-    return name.empty() ? std::nullopt : material_id(materials, name);
+    return deposit.empty() ? std::nullopt : material_id(materials, deposit);
 }
 
 }  // namespace sidewall::app

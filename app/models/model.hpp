@@ -1,4 +1,5 @@
 #pragma once
+#include <any>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -19,6 +20,8 @@ struct Shape;
 
 namespace sidewall::app {
 
+struct GeometricStep;
+
 /// What a model sees of a point on the surface.
 struct SurfacePoint {
     int material = 0;  ///< id of the material under the point
@@ -32,15 +35,16 @@ struct SurfacePoint {
     double time = 0.0;                      ///< since the step began
 };
 
-/// What is adsorbed on the surface: fractions of its sites, which live on the surface and are carried to the
-/// next one. Fluxes and coverages depend on each other.
+/// Adsorbates on the surface as fractions of its sites, and their kinetics. Coverages are carried from one time step's
+/// surface to the next; fluxes and coverages depend on each other through sticking.
 struct Coverages {
     std::vector<std::string> names;
-    /// Brings \p theta to what it is after \p time (the recipe's unit) of the fluxes at the point. Where
-    /// coverages settle faster than the surface moves, their steady state, whatever the time.
+    /// Advances the coverages \p theta at a point by \p time (the recipe's unit) under the fluxes there. Where
+    /// coverages settle faster than the surface moves, it sets their steady state, whatever the time.
     std::function<void(const SurfacePoint&, double time, std::span<double> theta)> react;
-    double tolerance = 1e-3;   ///< at a step's start fluxes are traced until the mean change is below it
-    int most_iterations = 20;  ///< or this often
+    double tolerance =
+        1e-3;  ///< mean change of a coverage at which the iteration at a step's start has converged
+    int most_iterations = 20;  ///< of tracing fluxes and updating coverages in turn, at a step's start
     /// Pulsed processes: every time step traces one pulse of this length (the recipe's unit) from a bare
     /// surface, in equal parts, each with the coverages at its beginning. 0: steady state.
     double pulse = 0.0;
@@ -48,7 +52,7 @@ struct Coverages {
     /// Slow processes: coverages go from time step to time step, and `react` takes them through each one's time.
     /// Time 0 must leave those as they are.
     bool transient = false;
-    /// Those that spread along the surface, by their places: d/dt = rate + div(D grad). Only of transient ones.
+    /// Indices of the coverages that diffuse along the surface: d/dt = rate + div(D grad). Only of transient ones.
     std::vector<std::size_t> diffusing = {};
     /// D of coverage \p k at a point, length^2/time, at least 0; to be set where some diffuse.
     std::function<double(std::size_t k, const SurfacePoint&)> diffusivity = {};
@@ -77,53 +81,64 @@ struct SpeedHints {
 /// A process model ready to run: what it traces, how coverages follow from the fluxes, and V from both.
 struct Model {
     std::vector<flux::Species> species;
-    /// Where the recipe holds the keys of each species, e.g. "species[1]."; empty: beside the model's own.
+    /// The path of each species' keys in the step, e.g. "species[1]."; empty: beside the model's own.
     std::vector<std::string> species_keys;
     /// By species: mean free path in the gas in metres, which make_model (recipe/step_model.hpp) converts into
     /// Species::mean_free_path; 0, or no entry: as the species says.
     std::vector<double> free_paths;
     Coverages coverages;  ///< none by default
-    /// Sticking of species \p k where coverages decide it; empty: as the species says. Its fluxes do not
-    /// enter.
+    /// Sticking probability of species \p k at a point, of coverages but not of fluxes; empty: as the species says.
     std::function<double(std::size_t k, const SurfacePoint&)> sticking;
-    /// Flux of species \p k that leaves the surface diffusely, beside what arrives and goes on: 1 is what arrives on an
-    /// open flat wafer, at least 0. Empty: none does. Its fluxes do not enter.
+    /// Flux of species \p k that desorbs at a point and leaves diffusely, of coverages but not of fluxes; at least 0, and 1
+    /// is what arrives on an open flat wafer. Empty: nothing desorbs.
     std::function<double(std::size_t k, const SurfacePoint&)> desorption;
     std::optional<Vec3> visibility;  ///< unit, towards the source, where line of sight counts
     /// Unit, towards the source of a parallel beam that is not traced; the key that gives it is `direction`.
     std::optional<Vec3> beam;
-    bool depends_on_position = false;  ///< some function reads SurfacePoint::position
+    bool depends_on_position = false;  ///< some function here reads SurfacePoint::position
     int least_time_steps = 1;          ///< a step is cut into: where V depends on time itself
     bool growing_time_steps = false;   ///< the k-th of n of those ends at (k/n)^2 of the step, else k/n
     bool depends_on_normal = false;    ///< V is V(n): needs a scheme with dissipation bounds
     std::function<double(const SurfacePoint&)> speed;  ///< positive grows, negative etches
-    /// V at many points at once, each with the normal of its triangle; where it is set it stands for `speed`. Asked
-    /// once a time step, in the recipe's length per time, never in parallel: for laws of other languages.
+    /// V at many points at once, each with the normal of its triangle, in the recipe's length per time; replaces `speed`
+    /// where it is set. Called once a time step, never in parallel: for laws in other languages.
     std::function<std::vector<double>(std::span<const SurfacePoint>)> speeds;
     bool in_nm_per_s = false;    ///< the unit of `speed`; else the recipe's length per time
     std::optional<int> deposit;  ///< material id of the film that grows
     SpeedHints hints;            ///< what is known of `speed`
-    /// By material: what a user should know where it is on the wafer, beginning with the key concerned; or "".
+    /// Notes by material id for the user of a wafer that has it, beginning with the key concerned; or "".
     std::vector<std::string> notes;
 };
 
 /// Names of all fluxes a model sees: the tallies of its species, one after the other (flux/species.hpp).
 std::vector<std::string> flux_names(const std::vector<flux::Species>& species);
 
-/// A model that recipes can name. Each lives in its own file of app/models/ and has a line in model.cpp.
+/// A model that recipes can name. Each lives in a file of app/models/ and has a line in model.cpp. Its parameters are a
+/// struct of its own, which a recipe's keys fill (schema/keys.hpp).
 struct ModelEntry {
     std::string name;
     std::string doc;
-    std::vector<Key> keys;
+    std::any defaults;  ///< the parameters by default
+    std::function<std::vector<Key>(std::any& parameters)> keys;
     /// \throws KeyError where keys that are each right do not fit together.
-    Model (*make)(const Values& values, const Materials& materials) = nullptr;
+    std::function<Model(const std::any& parameters, const Materials& materials)> make = {};
     /// Geometric steps have this instead: they take no time and trace nothing.
-    void (*apply)(const Values& values, const Materials& materials, const levelset::Shape& pattern,
-                  levelset::MaterialStack& stack) = nullptr;
+    std::function<void(const GeometricStep& step, const Materials& materials, const levelset::Shape& pattern,
+                       levelset::MaterialStack& stack)>
+        apply = {};
     bool patterned =
         false;              ///< they have the keys of openings, too, which make `pattern` (recipe/layers.hpp)
     std::string more = {};  ///< what `sidewall models` says after the keys, in lines of its own
 };
+
+/// The entry of a model whose parameters are a struct P.
+template <class P>
+ModelEntry model_entry(std::string name, std::string doc, std::vector<Key> (*keys)(P&),
+                       Model (*make)(const P&, const Materials&), P defaults = {}) {
+    return {std::move(name), std::move(doc), std::move(defaults),
+            [keys](std::any& p) { return keys(std::any_cast<P&>(p)); },
+            [make](const std::any& p, const Materials& m) { return make(std::any_cast<const P&>(p), m); }};
+}
 
 /// All models, in the order they are listed.
 const std::vector<ModelEntry>& models();
@@ -134,11 +149,14 @@ const ModelEntry* find_model(std::string_view name);
 std::vector<std::string> model_names();
 
 /// The key `deposit`, which every model that can grow a film has.
-Key deposit_key();
+Key deposit_key(std::string& deposit);
 
-/// Id of the film named by `deposit`.
+/// The key `coverage_tolerance` (Coverages::tolerance).
+Key coverage_tolerance_key(double& tolerance);
+
+/// Id of the material that the key `deposit` names.
 /// \throws KeyError if \p grows, some speed being positive, and none is named, or if one is named and nothing
 ///         grows.
-std::optional<int> film(const Values& values, const Materials& materials, bool grows);
+std::optional<int> film(const std::string& deposit, const Materials& materials, bool grows);
 
 }  // namespace sidewall::app

@@ -2,18 +2,25 @@
 
 #include <fmt/format.h>
 
-#include "app/models/gas_keys.hpp"
+#include <initializer_list>
+#include <utility>
+
 #include "app/models/ions.hpp"
 #include "app/models/table.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// What `auto` stands for, by kind.
+// Defaults by kind.
 constexpr double kThermal = 1.0, kCollimated = 1000.0, kIon = 500.0;  // source exponents
 constexpr double kIonEnergy = 100.0, kIonSpread = 0.1;                // eV, and as a share of it
 
-using Number = std::optional<double>;
+// Throws for the first of these keys that the recipe gives.
+void refuse(const std::string& path, const char* rule,
+            std::initializer_list<std::pair<const char*, std::optional<double>>> keys) {
+    for (const auto& [name, value] : keys)
+        if (value) throw KeyError(path + name, rule);
+}
 
 double mean_energy(std::span<const flux::SourceBin> bins) {
     double mean = 0.0, before = 0.0;
@@ -24,113 +31,97 @@ double mean_energy(std::span<const flux::SourceBin> bins) {
     return mean;
 }
 
-void make_ion(flux::Species& species, const Values& values, const std::string& path) {
+void make_ion(flux::Species& species, const Particle& p, const std::string& path) {
     species.sticking = {0.0};
-    species.energy.mean = values.get<Number>("energy").value_or(kIonEnergy);
-    species.energy.sigma = values.get<Number>("energy_spread").value_or(kIonSpread * species.energy.mean);
+    species.energy.mean = p.energy.value_or(kIonEnergy);
+    species.energy.sigma = p.energy_spread.value_or(kIonSpread * species.energy.mean);
     if (species.energy.sigma > species.energy.mean)
         throw KeyError(path + "energy_spread", "is larger than the energy; make it smaller");
-    if (const auto& file = values.get<std::string>("source_file"); !file.empty()) {
-        for (const char* name : {"energy", "energy_spread", "source_exponent"})
-            if (values.get<Number>(name))
-                throw KeyError(path + name, "comes from source_file; drop one of the two");
-        species.bins = read_source(file);
+    if (!p.source_file.empty()) {
+        refuse(path, "comes from source_file; drop one of the two",
+               {{"energy", p.energy},
+                {"energy_spread", p.energy_spread},
+                {"source_exponent", p.source_exponent}});
+        species.bins = read_source(p.source_file);
         species.energy.mean = mean_energy(species.bins);
         species.energy.sigma = 0.0;
     }
     species.reflection = flux::ion("").reflection;
-    species.reflection.from = values.get<Number>("reflect_from_deg").value_or(70.0) * kRadiansPerDegree;
-    species.reflection.to = values.get<Number>("reflect_to_deg").value_or(90.0) * kRadiansPerDegree;
+    species.reflection.from = p.reflect_from_deg.value_or(70.0) * kRadiansPerDegree;
+    species.reflection.to = p.reflect_to_deg.value_or(90.0) * kRadiansPerDegree;
     if (species.reflection.from > species.reflection.to)
         throw KeyError(path + "reflect_from_deg", "is above reflect_to_deg; swap them");
 }
 
 }  // namespace
 
-std::vector<Key> particle_keys() {
-    const Rule angle{.min = 0.0, .max = 90.0, .word = "auto"};
+std::vector<Key> particle_keys(Particle& p) {
+    const Rule angle = or_word("auto", within(0.0, 90.0));
     std::vector<Key> keys = {
-        {"name", std::string(), "", "labels the flux in outputs", required()},
-        {"kind",
-         std::string("neutral"),
-         "",
+        {"name", &p.name, "", "labels the flux in outputs", required()},
+        {"kind", &p.kind, "",
          "neutral and collimated species stick or are re-emitted diffusely; ions are reflected at grazing "
          "incidence",
-         {.choices = {"neutral", "collimated", "ion"}}},
-        {"source_exponent",
-         Number(),
-         "",
+         one_of({"neutral", "collimated", "ion"})},
+        {"source_exponent", &p.source_exponent, "",
          "n of the source's cos^n; auto: 1 neutral, 1000 collimated, 500 ion",
-         {.min = 0.0, .max = 1e6, .word = "auto"}},
-        {"source_beta",
-         Number(),
-         "",
+         or_word("auto", within(0.0, 1e6))},
+        {"source_beta", &p.source_beta, "",
          "neutrals: b of a source cos (1 + b cos^2), which a sputtered target is: -1 to 0 under-cosine, above 0 "
          "over-cosine; none: cos^n",
-         {.min = -1.0, .max = 1e6, .word = "none"}},
-        {"source_file", std::string(), "",
+         or_word("none", within(-1.0, 1e6))},
+        {"source_file", &p.source_file, "",
          "CSV beside the recipe, of how many come from which angle (degree, from the source's axis). Ions: energy_from, "
          "energy_to (eV), angle_from, angle_to, weight, a bin a row. Neutrals: angle_from, angle_to, weight; or angle "
          "and intensity, what the source sends per solid angle"},
-        {"tilt_deg", 0.0, "degree", "of the source's axis from the vertical", {.min = 0.0, .max = 85.0}},
-        {"azimuth_deg", 0.0, "degree", "it flies to, from x to y", {.min = -360.0, .max = 360.0}},
-        {"rotating", false, "", "the wafer turns under the tilted source"},
-        {"energy",
-         Number(),
-         "eV",
-         "ions: mean; auto: 100",
-         {.min = 0.0, .max = 1e6, .above_min = true, .word = "auto"}},
-        {"energy_spread",
-         Number(),
-         "eV",
-         "ions: standard deviation; auto: a tenth of the energy",
-         {.min = 0.0, .max = 1e6, .word = "auto"}},
-        {"reflect_from_deg", Number(), "degree", "ions: least incidence that reflects; auto: 70", angle},
-        {"reflect_to_deg", Number(), "degree", "ions: incidence from which all reflect; auto: 90", angle},
+        {"tilt_deg", &p.tilt_deg, "degree", "of the source's axis from the vertical", within(0.0, 85.0)},
+        {"azimuth_deg", &p.azimuth_deg, "degree", "it flies to, from x to y", within(-360.0, 360.0)},
+        {"rotating", &p.rotating, "", "the wafer turns under the tilted source"},
+        {"energy", &p.energy, "eV", "ions: mean; auto: 100", or_word("auto", positive_to(1e6))},
+        {"energy_spread", &p.energy_spread, "eV", "ions: standard deviation; auto: a tenth of the energy",
+         or_word("auto", within(0.0, 1e6))},
+        {"reflect_from_deg", &p.reflect_from_deg, "degree", "ions: least incidence that reflects; auto: 70",
+         angle},
+        {"reflect_to_deg", &p.reflect_to_deg, "degree", "ions: incidence from which all reflect; auto: 90",
+         angle},
     };
-    for (Key& key : gas_keys()) keys.push_back(std::move(key));
+    append_keys(keys, gas_keys(p.gas));
     return keys;
 }
 
-flux::Species particle(const Values& values, const std::string& path) {
-    const auto& kind = values.get<std::string>("kind");
+flux::Species species_of(const Particle& p, const std::string& path) {
     flux::Species species;
-    species.name = values.get<std::string>("name");
-    species.source_exponent = values.get<Number>("source_exponent")
-                                  .value_or(kind == "ion"          ? kIon
-                                            : kind == "collimated" ? kCollimated
-                                                                   : kThermal);
-    if (const double tilt = values.get<double>("tilt_deg"); tilt != 0.0) {
-        species.beam = tilted_beam(tilt, values.get<double>("azimuth_deg"));
-        species.rotating = values.get<bool>("rotating");
+    species.name = p.name;
+    species.source_exponent = p.source_exponent.value_or(p.is_ion()               ? kIon
+                                                         : p.kind == "collimated" ? kCollimated
+                                                                                  : kThermal);
+    if (p.tilt_deg != 0.0) {
+        species.beam = tilted_beam(p.tilt_deg, p.azimuth_deg);
+        species.rotating = p.rotating;
     }
-    if (is_ion(values)) {
-        if (values.get<Number>("source_beta"))
+    if (p.is_ion()) {
+        if (p.source_beta)
             throw KeyError(path + "source_beta", "is for neutrals; ions have source_exponent or source_file");
-        make_ion(species, values, path);
+        make_ion(species, p, path);
         return species;
     }
-    for (const char* name : {"energy", "energy_spread", "reflect_from_deg", "reflect_to_deg"})
-        if (values.get<Number>(name))
-            throw KeyError(path + name, "is for ions; set kind = \"ion\" or drop it");
-    const auto& file = values.get<std::string>("source_file");
-    const Number beta = values.get<Number>("source_beta");
-    if (beta && !file.empty())
+    refuse(path, "is for ions; set kind = \"ion\" or drop it",
+           {{"energy", p.energy},
+            {"energy_spread", p.energy_spread},
+            {"reflect_from_deg", p.reflect_from_deg},
+            {"reflect_to_deg", p.reflect_to_deg}});
+    if (p.source_beta && !p.source_file.empty())
         throw KeyError(path + "source_beta", "comes from source_file; drop one of the two");
-    if (!beta && file.empty()) return species;
-    if (values.get<Number>("source_exponent"))
+    if (!p.source_beta && p.source_file.empty()) return species;
+    if (p.source_exponent)
         throw KeyError(path + "source_exponent", fmt::format("comes from {}; drop one of the two",
-                                                             beta ? "source_beta" : "source_file"));
+                                                             p.source_beta ? "source_beta" : "source_file"));
     species.source_exponent = kThermal;
-    if (beta)
-        species.source_beta = *beta;
+    if (p.source_beta)
+        species.source_beta = *p.source_beta;
     else
-        species.bins = read_source_angles(file);
+        species.bins = read_source_angles(p.source_file);
     return species;
-}
-
-bool is_ion(const Values& values) {
-    return values.get<std::string>("kind") == "ion";
 }
 
 std::string species_path(std::size_t k) {

@@ -1,19 +1,30 @@
 #pragma once
-#include "app/models/model.hpp"
+#include "app/models/gas_keys.hpp"
 
 // Particles that a recipe describes: what the models with a list of species share.
 namespace sidewall::app {
 
-/// name, kind, the source and its tilt, of neutrals the gas, and of ions energy and reflection.
-std::vector<Key> particle_keys();
+/// A particle of a recipe's list `species`: its source, of neutrals the gas, of ions energy and reflection. Absent numbers
+/// have defaults that depend on the kind.
+struct Particle {
+    std::string name, kind = "neutral";
+    std::optional<double> source_exponent, source_beta;
+    std::string source_file;
+    double tilt_deg = 0.0, azimuth_deg = 0.0;
+    bool rotating = false;
+    std::optional<double> energy, energy_spread, reflect_from_deg, reflect_to_deg;
+    Gas gas;
 
-/// The species that they describe, without a neutral's sticking and an ion's yields. Ions have sticking 0: reflection
+    bool is_ion() const { return kind == "ion"; }
+};
+
+std::vector<Key> particle_keys(Particle& particle);
+
+/// The species that the keys describe, without a neutral's sticking and an ion's yields. Ions have sticking 0: reflection
 /// decides what becomes of them.
 /// \param path  of its keys, e.g. "species[1].", for messages.
 /// \throws KeyError for keys that belong to another kind, and for an energy spread or angles that do not fit.
-flux::Species particle(const Values& values, const std::string& path);
-
-bool is_ion(const Values& values);
+flux::Species species_of(const Particle& particle, const std::string& path);
 
 /// Path of the keys of species \p k of the list `species`.
 std::string species_path(std::size_t k);

@@ -2,48 +2,81 @@
 
 #include "app/models/chemistry.hpp"
 #include "app/models/ions.hpp"
+#include "app/models/sputter_yields.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// Tallies, in the order of flux::tally_names: the ion's arrivals and yields, then the neutrals.
-// Ion, etchant and passivant: Belen et al., JVST A 23, 99 (2005). Fluxes in 1e15 /cm^2/s.
-Model make_plasma_etch(const Values& values, const Materials& materials) {
-    enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPassivant };
-    // Coverages.
-    enum Site : std::size_t { kEtchantSite, kPassivantSite };
-    const auto number = [&](const char* key) { return values.get<double>(key); };
-    const auto by_material = [&](const char* key) {
-        return by_material_id(values.get<ByMaterial>(key), materials);
-    };
-    const double ions = number("ion_flux"), etchant = number("etchant_flux"),
-                 passivant = number("oxygen_flux"), k_sigma = number("k_sigma"),
-                 beta_sigma = number("beta_sigma");
-    const std::vector<double> beta_e = by_material("etchant_sticking"),
-                              beta_p = by_material("oxygen_sticking"), rho = densities(materials);
-    const bool beta_in_coverage = values.get<bool>("coverage_beta");
-    std::vector<std::uint8_t> reacts(materials.size(), 0);
-    for (const std::string& name : values.get<std::vector<std::string>>("etched"))
-        reacts[static_cast<std::size_t>(*material_id(materials, name))] = 1;
+struct PlasmaEtch {
+    double ion_flux = 10.0, etchant_flux = 4500.0, oxygen_flux = 800.0;
+    std::vector<std::string> etched{"Si", "PolySi"};
+    ByMaterial etchant_sticking{}, oxygen_sticking{1.0};
+    bool coverage_beta = true;
+    double coverage_tolerance = 1e-3, k_sigma = 300.0, beta_sigma = 0.04;
+    ByMaterial sputter_yield{};
+    double sputter_threshold = 0.0, sputter_angle = 9.3;
+    double enhanced_yield = 0.0, enhanced_threshold = 15.0;
+    double removal_yield = 3.0, removal_threshold = 10.0;
+    Ions ions{};
+};
 
-    const double e_sp = number("sputter_threshold"), e_ie = number("enhanced_threshold"),
-                 e_p = number("removal_threshold");
+std::vector<Key> plasma_etch_keys(PlasmaEtch& p) {
+    const std::string flux = "1e15 /cm^2/s", energy = "eV";
+    std::vector<Key> keys = {
+        {"ion_flux", &p.ion_flux, flux, "ions on an open wafer", kNotNegative},
+        {"etchant_flux", &p.etchant_flux, flux, "etchant on an open wafer", kNotNegative},
+        {"oxygen_flux", &p.oxygen_flux, flux, "passivant on an open wafer", kNotNegative},
+        {"etched", &p.etched, "", "materials that react; all others only sputter", kMaterial},
+        {"etchant_sticking", &p.etchant_sticking, "", "beta_E on free sites", kProbability},
+        {"oxygen_sticking", &p.oxygen_sticking, "", "beta_P on free sites", kProbability},
+        {"coverage_beta", &p.coverage_beta, "", "whether beta enters the coverages too, as it should"},
+        coverage_tolerance_key(p.coverage_tolerance),
+        {"k_sigma", &p.k_sigma, flux, "thermal desorption of etched material", kNotNegative},
+        {"beta_sigma", &p.beta_sigma, flux, "desorption of the passivant", kNotNegative},
+        {"sputter_yield", &p.sputter_yield, "",
+         "A_sp of every material on the wafer; those with a published value need not be named", kNotNegative},
+        {"sputter_threshold", &p.sputter_threshold, energy, "E_sp", kNotNegative},
+        {"sputter_angle", &p.sputter_angle, "", "B_sp", kNotNegative},
+        {"enhanced_yield", &p.enhanced_yield, "", "A_ie", kNotNegative},
+        {"enhanced_threshold", &p.enhanced_threshold, energy, "E_ie", kNotNegative},
+        {"removal_yield", &p.removal_yield, "", "A_p: passivant an ion removes", kNotNegative},
+        {"removal_threshold", &p.removal_threshold, energy, "E_p", kNotNegative},
+    };
+    append_keys(keys, ion_keys(p.ions));
+    return keys;
+}
+
+// Ion, etchant and passivant: Belen et al., JVST A 23, 99 (2005). Fluxes in 1e15 /cm^2/s.
+Model make_plasma_etch(const PlasmaEtch& p, const Materials& materials) {
+    // In the order of flux_names: the ion's arrivals and yields, then the neutrals.
+    enum Tally : std::size_t { kIon, kSputter, kEnhanced, kRemoval, kEtchant, kPassivant };
+    enum Site : std::size_t { kEtchantSite, kPassivantSite };
+    const std::vector<double> beta_e = by_material_id(p.etchant_sticking, materials),
+                              beta_p = by_material_id(p.oxygen_sticking, materials),
+                              rho = densities(materials);
+    const std::vector<std::uint8_t> reacts = marked(p.etched, materials);
+
     Model model;
-    flux::Species ion = ion_species(values, std::min({e_sp, e_ie, e_p}));
-    ion.yields = {
-        {"sputter", flux::Angular::sputter, e_sp, by_material("sputter_yield"), {number("sputter_angle")}},
-        {"enhanced", flux::Angular::enhanced, e_ie, {number("enhanced_yield")}, {}},
-        {"removal", flux::Angular::enhanced, e_p, {number("removal_yield")}, {}}};
+    flux::Species ion =
+        ion_species(p.ions, std::min({p.sputter_threshold, p.enhanced_threshold, p.removal_threshold}));
+    ion.yields = {{"sputter",
+                   flux::Angular::sputter,
+                   p.sputter_threshold,
+                   by_material_id(p.sputter_yield, materials),
+                   {p.sputter_angle}},
+                  {"enhanced", flux::Angular::enhanced, p.enhanced_threshold, {p.enhanced_yield}, {}},
+                  {"removal", flux::Angular::enhanced, p.removal_threshold, {p.removal_yield}, {}}};
     model.species = {std::move(ion), {"etchant", 1.0, beta_e}, {"oxygen", 1.0, beta_p}};
 
     model.coverages.names = {"etchant", "oxygen"};
-    model.coverages.tolerance = number("coverage_tolerance");
+    model.coverages.tolerance = p.coverage_tolerance;
     model.coverages.react = [=](const SurfacePoint& point, double, std::span<double> theta) {
         const auto m = static_cast<std::size_t>(point.material);
-        const double to_e = beta_in_coverage ? beta_e[m] : 1.0, to_p = beta_in_coverage ? beta_p[m] : 1.0;
+        const double to_e = p.coverage_beta ? beta_e[m] : 1.0, to_p = p.coverage_beta ? beta_p[m] : 1.0;
         const PassivatedCoverage steady = passivated_coverage(
-            to_e * etchant * point.flux[kEtchant], k_sigma + 2.0 * ions * point.flux[kEnhanced],
-            to_p * passivant * point.flux[kPassivant], beta_sigma + ions * point.flux[kRemoval]);
+            to_e * p.etchant_flux * point.flux[kEtchant],
+            p.k_sigma + 2.0 * p.ion_flux * point.flux[kEnhanced],
+            to_p * p.oxygen_flux * point.flux[kPassivant], p.beta_sigma + p.ion_flux * point.flux[kRemoval]);
         theta[kEtchantSite] = steady.etchant;
         theta[kPassivantSite] = steady.passivant;
     };
@@ -56,65 +89,36 @@ Model make_plasma_etch(const Values& values, const Materials& materials) {
     model.in_nm_per_s = true;
     model.speed = [=](const SurfacePoint& point) {
         const auto m = static_cast<std::size_t>(point.material);
-        double rate = ions * point.flux[kSputter];
+        double rate = p.ion_flux * point.flux[kSputter];
         if (reacts[m]) {
             const double theta = point.coverage[kEtchantSite];
-            rate += theta * (0.25 * k_sigma + ions * point.flux[kEnhanced]);
+            rate += theta * (0.25 * p.k_sigma + p.ion_flux * point.flux[kEnhanced]);
         }
         return -rate / rho[m];
     };
     return model;
 }
 
-struct Chemistry {
-    double etchant_sticking, sputter_threshold, sputter_yield, enhanced_yield;
-};
-
-std::vector<Key> plasma_etch_keys(const Chemistry& c) {
-    const std::string flux = "1e15 /cm^2/s", energy = "eV";
-    std::vector<Key> list = {
-        {"ion_flux", 10.0, flux, "ions on an open wafer", kNotNegative},
-        {"etchant_flux", 4500.0, flux, "etchant on an open wafer", kNotNegative},
-        {"oxygen_flux", 800.0, flux, "passivant on an open wafer", kNotNegative},
-        {"etched",
-         std::vector<std::string>{"Si", "PolySi"},
-         "",
-         "materials that react; all others only sputter",
-         {.material = true}},
-        {"etchant_sticking", ByMaterial{c.etchant_sticking}, "", "beta_E on free sites", kProbability},
-        {"oxygen_sticking", ByMaterial{1.0}, "", "beta_P on free sites", kProbability},
-        {"coverage_beta", true, "", "whether beta enters the coverages too, as it should"},
-        {"coverage_tolerance",
-         1e-3,
-         "",
-         "mean change of a coverage at which the first fluxes are settled",
-         {.min = 1e-8, .max = 1.0}},
-        {"k_sigma", 300.0, flux, "thermal desorption of etched material", kNotNegative},
-        {"beta_sigma", 0.04, flux, "desorption of the passivant", kNotNegative},
-        {"sputter_yield", sputter_yields(c.sputter_threshold, c.sputter_yield), "",
-         "A_sp of every material on the wafer; those with a published value need not be named", kNotNegative},
-        {"sputter_threshold", c.sputter_threshold, energy, "E_sp", kNotNegative},
-        {"sputter_angle", 9.3, "", "B_sp", kNotNegative},
-        {"enhanced_yield", c.enhanced_yield, "", "A_ie", kNotNegative},
-        {"enhanced_threshold", 15.0, energy, "E_ie", kNotNegative},
-        {"removal_yield", 3.0, "", "A_p: passivant an ion removes", kNotNegative},
-        {"removal_threshold", 10.0, energy, "E_p", kNotNegative},
-    };
-    for (Key& key : ion_keys()) list.push_back(std::move(key));
-    return list;
-}
-
 }  // namespace
 
 ModelEntry sf6_o2() {
-    return {"sf6_o2",
-            "SF6/O2 plasma on silicon: V = -(k_sigma theta_E/4 + Y_sp Gamma_i + theta_E Y_ie Gamma_i)/rho",
-            plasma_etch_keys({0.7, 20.0, 0.0337, 7.0}), make_plasma_etch};
+    return model_entry(
+        "sf6_o2",
+        "SF6/O2 plasma on silicon: V = -(k_sigma theta_E/4 + Y_sp Gamma_i + theta_E Y_ie Gamma_i)/rho",
+        plasma_etch_keys, make_plasma_etch,
+        {.etchant_sticking = {0.7},
+         .sputter_yield = sputter_yields(20.0, 0.0337),
+         .sputter_threshold = 20.0,
+         .enhanced_yield = 7.0});
 }
 
 ModelEntry hbr_o2() {
-    return {"hbr_o2", "HBr/O2 plasma on silicon: the equations of sf6_o2 with other numbers",
-            plasma_etch_keys({0.1, 30.0, 0.5, 5.0}), make_plasma_etch};
+    return model_entry("hbr_o2", "HBr/O2 plasma on silicon: the equations of sf6_o2 with other numbers",
+                       plasma_etch_keys, make_plasma_etch,
+                       {.etchant_sticking = {0.1},
+                        .sputter_yield = sputter_yields(30.0, 0.5),
+                        .sputter_threshold = 30.0,
+                        .enhanced_yield = 5.0});
 }
 
 }  // namespace sidewall::app

@@ -1,9 +1,9 @@
+#include "app/models/sputter_yields.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
 #include <string>
-
-#include "app/models/ions.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -25,7 +25,7 @@ constexpr Measured kMeasured[] = {
     {"Cu", 2.49, 500.0},      {"Ge", 1.18, 500.0},      {"W", 0.270, 200.0},
 };
 
-// As many digits as the measurements deserve.
+// The measurements deserve no more digits.
 double three_digits(double number) {
     return std::stod(fmt::format("{:.3g}", number));
 }

@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-// Where x lies between the points of an axis: the lower one, and the part of the way to the next.
+// A place between the points of an axis: the lower one, and the part of the way to the next.
 struct Place {
     std::size_t lower;
     double part;
@@ -59,6 +59,33 @@ std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, doubl
     return bins;
 }
 
+// A bin a row, of angles and, with \p energies, of energies; \p all names the columns for messages.
+std::vector<flux::SourceBin> bins_of_histogram(const CsvColumns& csv, const std::filesystem::path& path,
+                                               bool energies, const char* all) {
+    const std::vector<double> none(csv.columns[0].size(), 0.0);
+    const auto column = [&](const char* name, bool wanted = true) -> const std::vector<double>& {
+        return wanted ? column_of(csv, path, name, all) : none;
+    };
+    const auto &energy_from = column("energy_from", energies), &energy_to = column("energy_to", energies),
+               &angle_from = column("angle_from"), &angle_to = column("angle_to"), &weight = column("weight");
+    std::vector<flux::SourceBin> bins;
+    double total = 0.0;
+    for (std::size_t r = 0; r < weight.size(); ++r) {
+        const bool rise = !energies || (energy_from[r] >= 0.0 && energy_to[r] >= energy_from[r] &&
+                                        energy_to[r] > 0.0 && energy_to[r] <= 1e6);
+        const bool angles = angle_from[r] >= 0.0 && angle_to[r] >= angle_from[r] && angle_to[r] < 90.0;
+        if (!rise || !angles || !(weight[r] >= 0.0))
+            throw FileError(fmt::format(
+                "{}: row {} of the bins: {} must rise within [0, 90) degrees, and the weight must be 0 or more",
+                path.string(), r + 1, energies ? "energies must rise within [0, 1e6] eV, angles" : "angles"));
+        if (weight[r] == 0.0) continue;
+        total += weight[r];
+        bins.push_back(
+            {kRadians * angle_from[r], kRadians * angle_to[r], energy_from[r], energy_to[r], total});
+    }
+    return shared_out(std::move(bins), total, path);
+}
+
 }  // namespace
 
 double Table::operator()(double a, double b) const {
@@ -100,29 +127,8 @@ Table read_table(const std::filesystem::path& path) {
 }
 
 std::vector<flux::SourceBin> read_source(const std::filesystem::path& path) {
-    const CsvColumns csv = read_csv(path);
-    const auto column = [&](const char* name) -> const std::vector<double>& {
-        return column_of(csv, path, name, "energy_from, energy_to, angle_from, angle_to and weight");
-    };
-    const auto &energy_from = column("energy_from"), &energy_to = column("energy_to"),
-               &angle_from = column("angle_from"), &angle_to = column("angle_to"), &weight = column("weight");
-    std::vector<flux::SourceBin> bins;
-    double total = 0.0;
-    for (std::size_t r = 0; r < weight.size(); ++r) {
-        const bool energies = energy_from[r] >= 0.0 && energy_to[r] >= energy_from[r] && energy_to[r] > 0.0 &&
-                              energy_to[r] <= 1e6;
-        const bool angles = angle_from[r] >= 0.0 && angle_to[r] >= angle_from[r] && angle_to[r] < 90.0;
-        if (!energies || !angles || !(weight[r] >= 0.0))
-            throw FileError(fmt::format(
-                "{}: row {} of the bins: energies must rise within [0, 1e6] eV, angles within [0, 90) degrees, and "
-                "the weight must be 0 or more",
-                path.string(), r + 1));
-        if (weight[r] == 0.0) continue;
-        total += weight[r];
-        bins.push_back(
-            {kRadians * angle_from[r], kRadians * angle_to[r], energy_from[r], energy_to[r], total});
-    }
-    return shared_out(std::move(bins), total, path);
+    return bins_of_histogram(read_csv(path), path, true,
+                             "energy_from, energy_to, angle_from, angle_to and weight");
 }
 
 namespace {
@@ -177,24 +183,7 @@ std::vector<flux::SourceBin> read_source_angles(const std::filesystem::path& pat
             fmt::format("{}: has energies, which only ions have; drop these columns, or set kind = \"ion\"",
                         path.string()));
     if (has("intensity")) return bins_of_intensity(csv, path);
-    const auto column = [&](const char* name) -> const std::vector<double>& {
-        return column_of(csv, path, name, "angle_from, angle_to and weight, or angle and intensity");
-    };
-    const auto &angle_from = column("angle_from"), &angle_to = column("angle_to"), &weight = column("weight");
-    std::vector<flux::SourceBin> bins;
-    double total = 0.0;
-    for (std::size_t r = 0; r < weight.size(); ++r) {
-        const bool angles = angle_from[r] >= 0.0 && angle_to[r] >= angle_from[r] && angle_to[r] < 90.0;
-        if (!angles || !(weight[r] >= 0.0))
-            throw FileError(
-                fmt::format("{}: row {} of the bins: angles must rise within [0, 90) degrees, and the "
-                            "weight must be 0 or more",
-                            path.string(), r + 1));
-        if (weight[r] == 0.0) continue;
-        total += weight[r];
-        bins.push_back({kRadians * angle_from[r], kRadians * angle_to[r], 0.0, 0.0, total});
-    }
-    return shared_out(std::move(bins), total, path);
+    return bins_of_histogram(csv, path, false, "angle_from, angle_to and weight, or angle and intensity");
 }
 
 }  // namespace sidewall::app

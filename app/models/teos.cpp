@@ -6,25 +6,49 @@
 namespace sidewall::app {
 namespace {
 
+struct Precursor {
+    double rate = 1.0;
+    ByMaterial sticking{0.1};
+    double order = 1.0;
+    Gas gas;
+};
+
+struct Teos {
+    std::vector<Precursor> precursors;
+    std::string deposit;
+};
+
+std::vector<Key> precursor_keys(Precursor& p) {
+    std::vector<Key> keys = {
+        {"rate", &p.rate, "length/time", "growth at flux 1", required(kNotNegative)},
+        {"sticking", &p.sticking, "", "s; what does not stick is re-emitted diffusely", kProbability},
+        {"order", &p.order, "", "m, the reaction's order in this precursor", within(1.0, 5.0)},
+    };
+    append_keys(keys, gas_keys(p.gas));
+    return keys;
+}
+
+std::vector<Key> teos_keys(Teos& p) {
+    return {{"precursors", table_list(p.precursors, precursor_keys), "", "one or two", required()},
+            deposit_key(p.deposit)};
+}
+
 // V = sum of rate flux^order over one or two precursors; each sticks with s theta^(order - 1), theta its
 // flux, at most 1.
-Model make_teos(const Values& values, const Materials& materials) {
-    struct Precursor {
-        double rate, order;
-    };
-    const auto& list = values.get<std::vector<Values>>("precursors");
-    if (list.size() > 2) throw KeyError("precursors", "must be one or two");
+Model make_teos(const Teos& p, const Materials& materials) {
+    const std::vector<Precursor>& precursors = p.precursors;
+    if (precursors.size() > 2) throw KeyError("precursors", "must be one or two");
     Model model;
-    std::vector<Precursor> precursors;
-    for (std::size_t k = 0; k < list.size(); ++k) {
-        precursors.push_back({list[k].get<double>("rate"), list[k].get<double>("order")});
-        const std::string name = list.size() == 1 ? "precursor" : k == 0 ? "precursor_1" : "precursor_2";
-        model.species.push_back({name, 1.0, by_material_id(list[k].get<ByMaterial>("sticking"), materials)});
+    for (std::size_t k = 0; k < precursors.size(); ++k) {
+        const std::string name = precursors.size() == 1 ? "precursor"
+                                 : k == 0               ? "precursor_1"
+                                                        : "precursor_2";
+        model.species.push_back({name, 1.0, by_material_id(precursors[k].sticking, materials)});
         model.species_keys.push_back("precursors[" + std::to_string(k) + "].");
-        add_gas(list[k], model.species_keys.back(), model);
+        add_gas(precursors[k].gas, model.species_keys.back(), model);
         model.coverages.names.push_back(name);
     }
-    model.deposit = film(values, materials, true);
+    model.deposit = film(p.deposit, materials, true);
     model.coverages.react = [](const SurfacePoint& point, double, std::span<double> theta) {
         for (std::size_t k = 0; k < theta.size(); ++k) theta[k] = std::clamp(point.flux[k], 0.0, 1.0);
     };
@@ -44,17 +68,9 @@ Model make_teos(const Values& values, const Materials& materials) {
 }  // namespace
 
 ModelEntry teos() {
-    std::vector<Key> precursor = {
-        {"rate", 1.0, "length/time", "growth at flux 1", required(kNotNegative)},
-        {"sticking", ByMaterial{0.1}, "", "s; what does not stick is re-emitted diffusely", kProbability},
-        {"order", 1.0, "", "m, the reaction's order in this precursor", {.min = 1.0, .max = 5.0}},
-    };
-    for (Key& key : gas_keys()) precursor.push_back(std::move(key));
-    return {"teos",
-            "chemical vapour deposition from one or two precursors: V = sum of rate * flux^order",
-            {{"precursors", std::vector<Values>(), "", "one or two", {.required = true, .keys = precursor}},
-             deposit_key()},
-            make_teos};
+    return model_entry("teos",
+                       "chemical vapour deposition from one or two precursors: V = sum of rate * flux^order",
+                       teos_keys, make_teos);
 }
 
 }  // namespace sidewall::app

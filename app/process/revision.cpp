@@ -7,6 +7,7 @@
 
 #include "app/recipe/differences.hpp"
 #include "app/recipe/figure_names.hpp"
+#include "app/recipe/steps.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -24,12 +25,13 @@ Step revised_as(Step step, const Step& other) {
     step.stop_depth = other.stop_depth;
     step.stop_thickness = other.stop_thickness;
     step.stop_material = other.stop_material;
-    const auto deposit = step.values.entries.find("deposit");
-    Values values = other.values;
-    values.entries.erase("deposit");
-    if (deposit != step.values.entries.end()) values.entries.insert(*deposit);
-    step.values = values;
-    return step;
+    step.stop = other.stop;
+    if (step.model != other.model) return step;
+    Step revised = step;
+    revised.parameters = other.parameters;
+    if (auto* film = target_of<std::string>(keys_of(revised), "deposit"))
+        *film = *target_of<std::string>(keys_of(step), "deposit");
+    return revised;
 }
 
 void refuse_differences(const std::string& where, const std::vector<std::string>& list) {
@@ -45,9 +47,7 @@ Step as_long_as(Step step, const Step& other) {
     step.duration = other.duration;
     step.stop_depth = other.stop_depth;
     step.stop_thickness = other.stop_thickness;
-    step.values.entries.erase("stop");
-    if (const auto stop = other.values.entries.find("stop"); stop != other.values.entries.end())
-        step.values.entries.insert(*stop);
+    step.stop = other.stop;
     return step;
 }
 
@@ -57,7 +57,7 @@ bool comes_earlier(const std::optional<double>& now, const std::optional<double>
 
 // Whether the step's condition is met before the other's, or cannot be compared with it.
 bool stops_earlier(const Recipe& recipe, const Step& now, const Step& there) {
-    const std::string text = stop_text(now), before = stop_text(there);
+    const std::string &text = now.stop, &before = there.stop;
     if (text == before || text.empty()) return false;
     if (before.empty()) return true;
     const StopRule rule = stop_rule(recipe, text), other = stop_rule(recipe, before);

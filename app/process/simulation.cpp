@@ -19,7 +19,6 @@
 #include "app/process/record/run_folder.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
-#include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/whole_summary.hpp"
 #include "levelset/layers/levels.hpp"
@@ -94,7 +93,7 @@ bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
 
 // The step's model, with the caller's law for its speed if there is one.
 Model model_of(const Run& run, const Step& step) {
-    Model model = make_model(step, run.recipe.materials, run.recipe.domain);
+    Model model = *step.built;
     if (!run.options.speeds) return model;
     if (model.depends_on_normal)
         throw RecipeError(fmt::format(
@@ -120,7 +119,7 @@ Model begin_step(const Run& run, const Step& step, RunState& state) {
 // Time since the step at hand began; after the last one, since the last that takes time.
 double time_in_step(const Run& run, const RunState& state) {
     std::size_t k = std::min(state.step, run.steps.size() - 1);
-    while (state.step == run.steps.size() && k > 0 && find_model(run.steps[k].model)->make == nullptr) --k;
+    while (state.step == run.steps.size() && k > 0 && !run.steps[k].built) --k;
     return state.since(state.starts[k]);
 }
 
@@ -275,7 +274,7 @@ void make_steps(const Run& run, RunState& state) {
 // The model whose fluxes a further time step would be made with; one that does nothing if no step takes time.
 Model last_model(const Run& run) {
     for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step)
-        if (find_model(step->model)->make != nullptr) return model_of(run, *step);
+        if (step->built) return model_of(run, *step);
     Model still;
     still.speed = [](const SurfacePoint&) { return 0.0; };
     return still;

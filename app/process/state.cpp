@@ -12,6 +12,7 @@
 #include "app/common/text.hpp"
 #include "app/process/revision.hpp"
 #include "app/recipe/differences.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/layers/checkpoint.hpp"
 #include "levelset/layers/level_features.hpp"

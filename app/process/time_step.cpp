@@ -146,7 +146,7 @@ StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const leve
     if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
     if (!step.stop_material.empty())
         consider(cover(stack, surface, *material_id(recipe.materials, step.stop_material)), "stop_material");
-    if (const std::string stop = stop_text(step); !stop.empty())
+    if (const std::string& stop = step.stop; !stop.empty())
         consider(way_to(stop_rule(recipe, stop), recipe, stack, surface), "stop");
     if (nearest.left <= kArrived * stack.domain.spacing) nearest.left = 0.0;
     return nearest;
@@ -165,7 +165,7 @@ std::string stop_warning(const Step& step, std::size_t number, double to_stop) {
 
 std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
                                    const levelset::MaterialStack& stack) {
-    const std::string stop = stop_text(step);
+    const std::string& stop = step.stop;
     if (stop.empty()) return {};
     const std::string figure = stop_rule(recipe, stop).figure;
     if (std::isfinite(measure_named(recipe, figure, stack, levelset::extract_surface(stack)).value))

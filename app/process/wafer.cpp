@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "app/models/geometric_steps.hpp"
 #include "app/models/model.hpp"
 #include "app/process/events.hpp"
 #include "app/recipe/grid_levels.hpp"
@@ -104,7 +105,7 @@ levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, cons
 
 // Polishing below all that was ever shaped would leave a flat piece of substrate.
 void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack) {
-    const double height = step.values.get<double>("height"), lowest = lowest_of_substrate(stack);
+    const double height = geometric_step(step.parameters)->height, lowest = lowest_of_substrate(stack);
     constexpr double kNear = 1e-2;  // in grid spacings
     if (height < lowest - kNear * stack.domain.spacing)
         throw RecipeError(fmt::format(
@@ -179,11 +180,11 @@ double lowest_of_substrate(const levelset::MaterialStack& stack) {
 
 bool reshape(const Recipe& recipe, const Step& step, levelset::MaterialStack& stack) {
     const ModelEntry* entry = find_model(step.model);
-    if (entry->apply == nullptr) return false;
+    if (!entry->apply) return false;
     if (step.model == "planarize") refuse_to_lose_all(recipe, step, stack);
     // Sharp edges are made where the grid is fine, which then is coarsened where they are not.
     if (stack.coarser) stack = levelset::on_one_level(stack);
-    entry->apply(step.values, recipe.materials,
+    entry->apply(*geometric_step(step.parameters), recipe.materials,
                  entry->patterned ? pattern_of(step, recipe) : levelset::Shape{}, stack);
     give_levels(recipe, stack);
     return true;

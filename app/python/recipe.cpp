@@ -1,4 +1,6 @@
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/notes.hpp"
 
 #include <pybind11/stl.h>
 

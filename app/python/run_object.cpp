@@ -10,6 +10,7 @@
 #include "app/python/interruptible.hpp"
 #include "app/python/law.hpp"
 #include "app/python/module.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "surface/cut.hpp"

@@ -4,25 +4,27 @@
 
 #include <algorithm>
 
+#include "app/recipe/layer_keys.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/recipe/steps.hpp"
 
 namespace sidewall::app {
 namespace {
 
-std::string value_of(const std::vector<Field>& fields, const std::string& key) {
-    for (const Field& field : fields)
-        if (field.name == key) return toml_text(field).value_or("absent");
+std::string value_of(const std::vector<Key>& keys, const std::string& key) {
+    for (const Key& other : keys)
+        if (other.name == key) return toml_text(other).value_or("absent");
     return "absent";
 }
 
-// Sections are copied: fields bind to members that could be written, though only read here.
+// Sections are copied: keys point to members that could be written, though they are only read here.
 template <class Section>
 void compare(const std::string& path, Section now, Section there, std::vector<std::string>& list) {
-    const std::vector<Field> here = fields(now), then = fields(there);
+    const std::vector<Key> here = keys_of(now), then = keys_of(there);
     std::vector<std::string> keys;
     for (const auto* all : {&here, &then})
-        for (const Field& field : *all)
-            if (std::find(keys.begin(), keys.end(), field.name) == keys.end()) keys.push_back(field.name);
+        for (const Key& key : *all)
+            if (std::find(keys.begin(), keys.end(), key.name) == keys.end()) keys.push_back(key.name);
     for (const std::string& key : keys)
         if (const std::string a = value_of(here, key), b = value_of(then, key); a != b)
             list.push_back(fmt::format("{}{} = {} (there {})", path, key, a, b));

@@ -10,7 +10,7 @@ namespace sidewall::app {
 /// \p now has, behind the others, are none.
 std::vector<std::string> differences(const Recipe& now, const Recipe& there);
 
-/// The same of two steps of unrolled loops, but for their names.
+/// How two steps of unrolled loops differ in all but their names and in steps of their own.
 std::vector<std::string> differences(const Step& now, const Step& there);
 
 }  // namespace sidewall::app

@@ -135,11 +135,6 @@ void require_measure(const Recipe& recipe, const std::string& name, const std::s
                                         fmt::join(measure_names(), ", "), nearest_figure(recipe, name)));
 }
 
-std::string stop_text(const Step& step) {
-    const auto found = step.values.entries.find("stop");
-    return found == step.values.entries.end() ? "" : step.values.get<std::string>("stop");
-}
-
 StopRule stop_rule(const Recipe& recipe, const std::string& text) {
     const std::size_t sign = text.find_first_of("<>");
     if (sign == std::string::npos)

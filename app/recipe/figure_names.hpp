@@ -5,8 +5,7 @@
 
 #include "app/recipe/recipe.hpp"
 
-// Figures by name: those of the words of [metrology] measures, and those that name a place or a material
-// themselves.
+// The names of measured figures: words of [metrology] measures, and names that hold a place or a material.
 namespace sidewall::app {
 
 enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volume };
@@ -27,31 +26,29 @@ struct Figure {
     double at = 0.0;  ///< D or X
 };
 
-/// Nothing if \p name has none of these forms or names a material there is not.
+/// The figure of that name; nothing if \p name has none of these forms or names an unknown material.
 std::optional<Figure> named_figure(const std::string& name, const Materials& materials);
 
-/// The word of [metrology] measures that makes a run find a figure, the figure itself if it names a place or a
-/// material; empty: every run's summary has it. Nothing if there is no such figure.
+/// The word of [metrology] measures that lets a run measure a figure, which is the figure's own name if it names a place or
+/// a material; empty: every run's summary has it. Nothing if there is no such figure.
 std::optional<std::string> word_of(const Recipe& recipe, const std::string& figure);
 
-/// \throws KeyError of \p key, with the nearest name, unless \p name is a word or a figure of one's own.
+/// Checks that \p name is a word of [metrology] measures or a figure.
+/// \throws KeyError of \p key, with the nearest name.
 void require_measure(const Recipe& recipe, const std::string& name, const std::string& key);
 
-/// `; did you mean NAME?`, of words and figures, or what else to do.
+/// The end of a message on an unknown figure: `; did you mean NAME?`, or what else to do.
 std::string nearest_figure(const Recipe& recipe, const std::string& name);
 
-/// When a step ends: once a figure is above or below a value.
+/// A stop condition: the step ends once a figure is above or below a value.
 struct StopRule {
     std::string figure;
     bool above = true;
     double value = 0.0;
 };
 
-/// Reads e.g. `depth > 2.0`.
+/// Reads a stop condition, e.g. `depth > 2.0`.
 /// \throws KeyError of "stop" saying what is wrong, with the nearest name.
 StopRule stop_rule(const Recipe& recipe, const std::string& text);
-
-/// The step's key; empty if it has none.
-std::string stop_text(const Step& step);
 
 }  // namespace sidewall::app

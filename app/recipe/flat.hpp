@@ -7,13 +7,14 @@ namespace sidewall::app {
 /// Whether the domain has an extent along x alone.
 bool is_flat(const DomainSection& domain);
 
-/// What volumes are divided by: the strip's width along y in a profile, which makes areas of them; else 1.
+/// The divisor of volumes: the domain's width along y for a profile, which makes areas of them; else 1.
 double width_of_strip(const Recipe& recipe);
 
-/// The unit of what is left then.
+/// The unit of a volume after that division.
 std::string volume_unit(const Recipe& recipe);
 
-/// \throws KeyError, naming the shape to use instead, for a layer or a pattern that ends along y.
+/// Checks that a layer or a pattern does not end along y.
+/// \throws KeyError naming the shape to use instead.
 void refuse_ends_along_y(const Layer& layer);
 
 }  // namespace sidewall::app

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
@@ -264,6 +265,16 @@ GdsLibrary read_gds(const std::filesystem::path& path) {
     if (size > kMostGdsBytes)
         throw FileError(fmt::format("{}: larger than {} bytes", path.string(), kMostGdsBytes));
     return parse_gds(surface::read_whole_file(path), path.string());
+}
+
+std::vector<std::string> top_cells(const GdsLibrary& library) {
+    std::set<std::string> placed;
+    for (const auto& [name, cell] : library.cells)
+        for (const GdsReference& reference : cell.references) placed.insert(reference.cell);
+    std::vector<std::string> tops;
+    for (const auto& [name, cell] : library.cells)
+        if (!placed.contains(name)) tops.push_back(name);
+    return tops;
 }
 
 }  // namespace sidewall::app

@@ -40,21 +40,14 @@ struct GdsLibrary {
 /// Reads a library from its bytes. Texts, nodes and properties are skipped; round path ends become square
 /// ones.
 /// \param name  for messages.
-/// \throws FileError for anything damaged, telling the byte, and for over 50 million corners of polygons.
+/// \throws FileError for anything damaged, naming the byte, and for over 50 million corners of polygons.
 GdsLibrary parse_gds(std::string_view bytes, const std::string& name);
 
-/// The same from a file.
-/// \throws FileError if it cannot be read or is larger than 1 GB.
+/// Reads a library from a file.
+/// \throws FileError as parse_gds, if it cannot be read or if it is larger than 1 GB.
 GdsLibrary read_gds(const std::filesystem::path& path);
 
 /// Cells that no other one refers to, in alphabetical order.
 std::vector<std::string> top_cells(const GdsLibrary& library);
-
-/// All polygons of a layer and datatype in \p cell and the cells it refers to, in metres.
-/// \throws FileError naming the file for an unknown cell, references in a circle, a polygon over a kilometre
-///         from the origin, and, before anything is placed, for over 10 million cells placed, 2 million polygons or
-///         20 million corners. The hierarchy may be of any depth.
-std::vector<levelset::Polygon> flatten(const GdsLibrary& library, const std::string& cell, int layer,
-                                       int datatype);
 
 }  // namespace sidewall::app

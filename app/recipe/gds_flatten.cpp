@@ -1,9 +1,10 @@
+#include "app/recipe/gds_flatten.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
-#include <set>
+#include <map>
 
-#include "app/recipe/gds.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -156,16 +157,6 @@ struct Flattener {
 };
 
 }  // namespace
-
-std::vector<std::string> top_cells(const GdsLibrary& library) {
-    std::set<std::string> placed;
-    for (const auto& [name, cell] : library.cells)
-        for (const GdsReference& reference : cell.references) placed.insert(reference.cell);
-    std::vector<std::string> tops;
-    for (const auto& [name, cell] : library.cells)
-        if (!placed.contains(name)) tops.push_back(name);
-    return tops;
-}
 
 std::vector<levelset::Polygon> flatten(const GdsLibrary& library, const std::string& cell, int layer,
                                        int datatype) {

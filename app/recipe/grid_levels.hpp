@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// How many levels the grid of a recipe has: as [grid] says; "auto": up to 3, while the cells along both sides divide and
+/// The number of levels of a recipe's grid: as [grid] says; "auto": up to 3, while the cells along both sides divide and
 /// kFewestCoarse of the coarsest are left.
 int grid_levels(const Recipe& recipe, const levelset::Domain& domain);
 
@@ -19,7 +19,8 @@ inline constexpr int kFewestCoarse = 24;
 /// is none.
 std::string spacing_for(int levels, const DomainSection& domain, double wanted, double least = 0.0);
 
-/// \throws KeyError if [grid] asks for levels that the domain cannot have; it names a spacing that does.
+/// Checks that the domain can have the levels that [grid] asks for.
+/// \throws KeyError naming a spacing that lets it.
 void check_grid(const GridSection& grid, const DomainSection& domain);
 
 }  // namespace sidewall::app

@@ -202,7 +202,7 @@ void note_thin(double thickness, const levelset::Domain& domain, const std::stri
         path, cells, kFewestCells, thickness / kFewestCells));
 }
 
-// As solids.cpp rounds a box: what is left of it within the rounding must be a box.
+// solids.cpp rounds a box's edges: what is left of it within the rounding must be a box.
 void check_edges(const Layer& layer) {
     if (layer.shape != "box" || layer.radius == 0.0) return;
     const double angle = layer.taper_deg * std::numbers::pi / 180.0, sine = std::abs(std::sin(angle));

@@ -1,130 +1,16 @@
 #include "app/recipe/layers.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
 #include <limits>
 #include <map>
 
 #include "app/common/interrupt.hpp"
-#include "app/recipe/flat.hpp"
-#include "app/recipe/layer_checks.hpp"
 #include "app/recipe/mask_outlines.hpp"
 #include "app/recipe/profile_csv.hpp"
-#include "app/recipe/reader.hpp"
-#include "app/recipe/sections.hpp"
 
 namespace sidewall::app {
 namespace {
 
-constexpr std::int64_t kMostLayers = 10'000;
-
-// Placed by its centre, wherever the flat surface is.
-bool is_free(const Layer& layer) {
-    return layer.shape == "sphere" || layer.shape == "cylinder" || layer.shape == "gap";
-}
-
-// What only a layer on others can be.
-void refuse_first(const Layer& layer) {
-    if (layer.subtract)
-        throw KeyError("subtract",
-                       "nothing lies below the first layer to cut out of: put another layer before it");
-    if (layer.shape == "mask" || is_free(layer))
-        throw KeyError("shape",
-                       fmt::format("a {} stands on a substrate: put another layer before it", layer.shape));
-    if (layer.thickness) throw KeyError("thickness", "the first layer has none below it; give top instead");
-    if ((layer.shape == "trench" || layer.shape == "hole") && !layer.depth)
-        throw KeyError("depth", "missing: a trench or hole in the first layer must end somewhere");
-}
-
-// A mask that is cut out ends at a depth, one that is added at what lies below it or at its base.
-void check_ends(const Layer& layer) {
-    if (layer.subtract && !layer.depth)
-        throw KeyError("depth", "missing: what is cut out must end somewhere below the flat surface");
-    if (layer.subtract && layer.base) throw KeyError("base", "what is cut out ends at depth: drop base");
-    if (!layer.subtract && layer.depth)
-        throw KeyError("depth", "is of what is cut out: set subtract = true, or give base");
-}
-
-// Fills in what a layer takes from those below it. \p top is the flat surface so far.
-void place_layer(Layer& layer, bool first, double& top, const std::filesystem::path& folder) {
-    if (layer.shape == "stack") {
-        if (first) throw KeyError("shape", "a stack stands on a substrate: put a plane layer before it");
-        if (layer.thicknesses.size() != layer.materials.size())
-            throw KeyError("thicknesses",
-                           fmt::format("must be as many as materials, {}", layer.materials.size()));
-        double period = 0.0;
-        for (const double thickness : layer.thicknesses) period += thickness;
-        top += static_cast<double>(layer.repeat) * period;
-        return;
-    }
-    find_file(layer, folder);
-    if (layer.subtract && !layer.material.empty())
-        throw KeyError("material", "what is cut out has none: drop it, or subtract");
-    if (layer.shape == "mesh" && !first) return;
-    if (layer.top && layer.thickness) throw KeyError("thickness", "give top or thickness, not both");
-    if (first) refuse_first(layer);
-    if (layer.shape == "mesh") return;
-    if (is_free(layer)) {
-        layer.z = layer.z.value_or(top);
-        if (layer.shape == "cylinder" && layer.axis == "z" && !layer.length)
-            throw KeyError("length", "missing: a vertical cylinder must end somewhere");
-        return;
-    }
-    if (layer.shape == "mask") check_ends(layer);
-    const bool stands =
-        layer.shape == "fin" || layer.shape == "box" || layer.shape == "profile" || layer.subtract;
-    if (!first && !stands && !layer.top && !layer.thickness)
-        throw KeyError("thickness", "missing: give the layer's thickness, or its top");
-    layer.top = layer.thickness ? layer.base.value_or(top) + *layer.thickness : layer.top.value_or(top);
-    layer.thickness.reset();
-    if (layer.base && *layer.base >= *layer.top)
-        throw KeyError("base", fmt::format("must be below the mask's top, {:g}", *layer.top));
-    if (!layer.subtract) top = *layer.top;
-}
-
-// Heights beyond these are typing errors, and node indices must not overflow.
-void check_height(const Layer& layer, double top, double spacing) {
-    const auto check = [&](const char* key, double z) {
-        if (std::abs(z) > kMostCells * spacing)
-            throw KeyError(
-                key, fmt::format("reaches {:.3g} cells from z = 0, over {:g}; check the unit or use a larger "
-                                 "grid_spacing",
-                                 std::abs(z) / spacing, kMostCells));
-    };
-    check(layer.shape == "stack" ? "thicknesses" : "top", top);
-    check("depth", layer.depth.value_or(0.0));
-    check("height", layer.height);
-    check("base", layer.base.value_or(0.0));
-    if (!is_free(layer)) return;
-    check("z", *layer.z);
-    check("radius", layer.radius);
-    if (layer.axis == "z") check("length", layer.length.value_or(0.0));
-}
-
-// Whether the layer's shape makes sense on the grid. Files are opened here, so that `check` finds what is
-// wrong with them. \p below is the flat surface that it stands on, minus infinity for the first layer.
-void check_layer(const Layer& layer, double below, const toml::table& table, const std::string& path,
-                 Recipe& recipe) {
-    const levelset::Domain domain = domain_of(recipe);
-    if (is_flat(recipe.domain)) refuse_ends_along_y(layer);
-    try {
-        if (layer.shape == "mesh")
-            check_mesh(layer, domain, kMostCells * domain.spacing);
-        else if (layer.shape == "profile")
-            check_profile(layer, read_profile(layer.file), std::isinf(below), domain);
-        else if (drawn(layer))
-            check_polygons(layer, drawn_outlines(layer, recipe.domain.length_unit), domain, path,
-                           recipe.notes);
-        else if (layer.shape != "stack")
-            check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
-                        recipe.notes);
-    } catch (const FileError& error) {  // names the layer's file
-        throw FileError(fmt::format("{}: {}.file: {}", place_of(*table.get("file")), path, error.what()));
-    }
-}
-
-// The outlines of a mask, drawn or printed.
+// The outlines of a mask, as drawn or blurred by lithography.
 void outline(const Layer& layer, const Recipe& recipe, levelset::Shape& shape) {
     shape.polygons = drawn_outlines(layer, recipe.domain.length_unit);
     const std::optional<levelset::Blur> blur = blur_of(layer);
@@ -172,38 +58,6 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
 
 }  // namespace
 
-void read_layers(const toml::table& root, Recipe& recipe) {
-    if (!recipe.start.from.empty()) {
-        if (const toml::node* layers = root.get("layer"))
-            fail(*layers, "layer", "a run that starts from another has its layers; drop these, or [start]");
-        return;
-    }
-    const auto tables = tables_of(root, "layer", "layer");
-    if (tables.empty()) fail_missing(root, "layer", "missing: a recipe needs a substrate: add a [[layer]]");
-    const std::filesystem::path folder = std::filesystem::path(recipe.file).parent_path();
-    double top = 0.0;
-    std::int64_t count = 0;
-    for (std::size_t i = 0; i < tables.size(); ++i) {
-        const std::string path = fmt::format("layer[{}]", i);
-        Layer& layer = recipe.layers.emplace_back();
-        const Reading reading{recipe.materials, recipe.notes};
-        read_field(*tables[i], path, fields(layer)[0], reading);  // the shape decides which keys there are,
-        if (layer.shape != "plane" && layer.shape != "stack")
-            read_field(*tables[i], path, fields(layer)[1], reading);  // and whether it is cut out
-        read_fields(*tables[i], path, "a " + layer.shape, fields(layer), reading);
-        located(*tables[i], path, [&] {
-            const double below = i == 0 ? -std::numeric_limits<double>::infinity() : top;
-            place_layer(layer, i == 0, top, folder);
-            check_height(layer, top, recipe.domain.grid_spacing);
-            count +=
-                layer.shape == "stack" ? layer.repeat * static_cast<std::int64_t>(layer.materials.size()) : 1;
-            if (count > kMostLayers)
-                throw KeyError("repeat", fmt::format("makes more than {} layers", kMostLayers));
-            check_layer(layer, below, *tables[i], path, recipe);
-        });
-    }
-}
-
 std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
     std::vector<MaterialLayer> layers;
     double top = 0.0;
@@ -224,13 +78,6 @@ std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
         }
     }
     return layers;
-}
-
-void place_pattern(const toml::table& table, const std::string& path, Step& step, Recipe& recipe) {
-    located(table, path, [&] {
-        find_file(step.pattern, std::filesystem::path(recipe.file).parent_path());
-        check_layer(step.pattern, 0.0, table, path, recipe);
-    });
 }
 
 levelset::Shape pattern_of(const Step& step, const Recipe& recipe) {

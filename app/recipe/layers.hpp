@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// How far above and below z = 0 a recipe may describe a wafer, in grid spacings.
+/// The height above and the depth below z = 0 to which a recipe may describe a wafer, in grid spacings.
 inline constexpr double kMostCells = 20'000;
 
 /// One layer of the material stack, bottom up.

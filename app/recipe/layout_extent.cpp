@@ -1,9 +1,12 @@
+#include "app/recipe/layout_extent.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "app/recipe/layer_keys.hpp"
 #include "app/recipe/mask_outlines.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
@@ -20,11 +23,11 @@ struct Placed {
     Layer layer;
 };
 
-void read_some(const toml::table& table, const std::string& path, const std::vector<Field>& fields,
+void read_some(const toml::table& table, const std::string& path, const std::vector<Key>& keys,
                std::initializer_list<std::string_view> names, const Reading& reading) {
-    for (const Field& field : fields)
-        if (std::find(names.begin(), names.end(), field.name) != names.end())
-            read_field(table, path, field, reading);
+    for (const Key& key : keys)
+        if (std::find(names.begin(), names.end(), key.name) != names.end())
+            read_key(table, path, key, reading);
 }
 
 void collect(toml::table& parent, std::string_view key, const std::string& path, const Reading& reading,
@@ -42,7 +45,7 @@ void collect(toml::table& parent, std::string_view key, const std::string& path,
         if (!mask || !table->contains("file")) continue;
         Placed& placed = masks.emplace_back(Placed{table, here, {}});
         placed.layer.shape = "mask";
-        read_some(*table, here, fields(placed.layer),
+        read_some(*table, here, keys_of(placed.layer),
                   {"file", "cell", "gds_layer", "gds_datatype", "position"}, reading);
     }
 }
@@ -67,7 +70,7 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
     DomainSection domain;
     if (!table->contains("grid_spacing"))
         fail_missing(*table, "domain.grid_spacing", "missing: the domain needs it");
-    read_some(*table, "domain", fields(domain), {"grid_spacing", "length_unit", "padding"}, reading);
+    read_some(*table, "domain", keys_of(domain), {"grid_spacing", "length_unit", "padding"}, reading);
 
     std::vector<Placed> masks;
     collect(root, "layer", "layer", reading, masks);

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "app/common/interrupt.hpp"
-#include "app/recipe/gds.hpp"
+#include "app/recipe/gds_flatten.hpp"
 #include "app/schema/units.hpp"
 
 namespace sidewall::app {
@@ -28,7 +28,7 @@ std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::str
     if (layer.file.empty() == layer.polygons.empty())
         throw KeyError("polygons", "give either polygons or a GDSII file, not both or neither");
     for (std::size_t k = 0; k < layer.polygons.size(); ++k) {
-        const auto& points = layer.polygons[k].get<std::vector<double>>("points");
+        const std::vector<double>& points = layer.polygons[k].points;
         if (points.size() < 6 || points.size() % 2 != 0)
             throw KeyError(fmt::format("polygons[{}].points", k),
                            "must be x and y of at least three corners");

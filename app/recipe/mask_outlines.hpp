@@ -5,11 +5,9 @@
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
-#include "app/recipe/toml.hpp"
 #include "levelset/shapes/lithography.hpp"
 
-// What a mask names: polygons of the recipe or of a layout, as drawn or as printed. Included by the recipe's
-// own sources only.
+// The outlines of a mask: polygons of the recipe or of a layout, as drawn or blurred by lithography.
 namespace sidewall::app {
 
 /// Whether the layer or pattern is drawn as polygons, listed or in a layout file.
@@ -23,10 +21,10 @@ void find_file(Layer& layer, const std::filesystem::path& folder);
 /// \throws KeyError, FileError.
 std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit);
 
-/// How a mask's outlines are blurred; nothing if they are not.
+/// The blur of a mask's outlines; nothing if they are as drawn.
 std::optional<levelset::Blur> blur_of(const Layer& layer);
 
-/// What prints of a mask's outlines, which are at their place.
+/// The outlines that lithography makes of a mask's, which are at their place.
 ///
 /// \param path   of the layer, e.g. "layer[1]".
 /// \param notes  takes how many are lost.
@@ -34,10 +32,5 @@ std::optional<levelset::Blur> blur_of(const Layer& layer);
 std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector<levelset::Polygon>& placed,
                                            const levelset::Domain& domain, const std::string& path,
                                            std::vector<std::string>& notes);
-
-/// Replaces `extent = "gds"` of [domain] by the extent of the layouts' layers that masks name, with `padding` around
-/// them and in whole cells, and moves these masks so that the layouts' centre is the domain's.
-/// \throws RecipeError where a layout cannot be read or there is none.
-void take_extent_from_layout(toml::table& root, Recipe& recipe);
 
 }  // namespace sidewall::app

@@ -1,3 +1,5 @@
+#include "app/recipe/notes.hpp"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -5,7 +7,6 @@
 #include <cmath>
 
 #include "app/recipe/flat.hpp"
-#include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/radiosity/exchange.hpp"
@@ -18,7 +19,7 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
     if (recipe.flux.method == "monte-carlo") return;
     std::vector<std::string> others;
     for (const StepMaterials& here : materials_by_step(recipe)) {
-        const Model model = make_model(*here.step, recipe.materials, recipe.domain);
+        const Model& model = *here.step->built;
         for (std::size_t k = 0; k < model.species.size(); ++k) {
             const std::string why = why_monte_carlo(model, k);
             const std::string text = fmt::format("{} ({})", model.species[k].name, why);
@@ -39,11 +40,11 @@ void note_radiosity(const Recipe& recipe, std::vector<std::string>& notes) {
             static_cast<double>(recipe.flux.rays)));
 }
 
-// What the steps' models have to say of the materials they meet, and parallel beams that are not traced and
+// The models' notes on the materials that their steps meet, and parallel beams that are not traced and
 // lean towards reflective sides: the wafer may be flat there.
 void note_steps(const Recipe& recipe, std::vector<std::string>& notes) {
     for (const StepMaterials& here : materials_by_step(recipe)) {
-        const Model model = make_model(*here.step, recipe.materials, recipe.domain);
+        const Model& model = *here.step->built;
         for (const int id : here.ids) {
             const auto m = static_cast<std::size_t>(id);
             if (m < model.notes.size() && !model.notes[m].empty())

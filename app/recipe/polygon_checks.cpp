@@ -1,3 +1,5 @@
+#include "app/recipe/polygon_checks.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -275,8 +277,8 @@ double width_in(const Piece& piece, const levelset::Domain& domain) {
     return width;
 }
 
-// Numbers the outlines so that those that adjoin have one number, and tells what their common edges take off
-// the perimeter of each.
+// Numbers the outlines so that those that adjoin have one number; \p common gets the length of edge that each
+// shares.
 std::vector<std::size_t> adjoining(const std::vector<Polygon>& polygons, double tiny,
                                    std::vector<double>& common) {
     std::vector<std::size_t> group(polygons.size());

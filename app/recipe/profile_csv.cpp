@@ -9,6 +9,7 @@
 #include "app/common/text.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
+#include "app/recipe/polygon_checks.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/printable.hpp"
 

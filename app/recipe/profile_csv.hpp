@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// Points of a profile from a CSV file: x and z, in the recipe's length unit, a line. A first line of names, blank lines
+/// Reads the points of a profile from a CSV file: x and z, in the recipe's length unit, a line. A first line of names, blank lines
 /// and what follows a `#` are skipped.
 /// \throws FileError naming file and line for anything else, fewer than two points, over a million of them or over 100 MB.
 levelset::Polygon read_profile(const std::filesystem::path& path);

@@ -184,15 +184,15 @@ struct Reader {
         }
         if (table->empty()) fail(node, path, "must not be empty: must be " + example);
     }
-    void operator()(std::vector<Values>* target) const {
+    void operator()(const TableList& target) const {
         const toml::array& array = read_array(node, path, 0, "tables");
         refuse_empty(array);
-        target->clear();
+        target.resize(0);
         for (std::size_t i = 0; i < array.size(); ++i) {
             const toml::table* table = array[i].as_table();
             if (table == nullptr) fail(array[i], at(i), "must be a table, e.g. { name = \"ion\" }");
-            Values& values = target->emplace_back();
-            read_fields(*table, at(i), "this table", bind(rule.keys, values), reading);
+            target.resize(i + 1);
+            read_keys(*table, at(i), "this table", target.keys(i), reading);
         }
     }
     // A single word stands for all of several.
@@ -220,17 +220,48 @@ struct Reader {
     }
 };
 
+// Past the end of the string or comment that begins at \p i; \p i itself if none does.
+std::size_t past_quoted(std::string_view text, std::size_t i) {
+    const char c = text[i];
+    if (c == '#') return std::min(text.find('\n', i), text.size());
+    if (c != '"' && c != '\'') return i;
+    const bool several_lines = text.substr(i, 3) == std::string(3, c);
+    const std::string end(several_lines ? 3 : 1, c);
+    for (std::size_t k = i + end.size(); k < text.size(); ++k) {
+        if (c == '"' && text[k] == '\\')
+            ++k;
+        else if (text.substr(k, end.size()) == end)
+            return k + end.size();
+        else if (!several_lines && text[k] == '\n')
+            return k;  // not TOML: the parser says so
+    }
+    return text.size();
+}
+
 }  // namespace
+
+std::size_t line_of_deep_key(std::string_view text) {
+    std::size_t line = 1, dots = 0;
+    for (std::size_t i = 0; i < text.size();) {
+        if (const std::size_t end = past_quoted(text, i); end > i) {
+            line +=
+                static_cast<std::size_t>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                                    text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+            i = end;
+            continue;
+        }
+        const char c = text[i++];
+        if (c == '.' && ++dots >= kMostKeyParts) return line;
+        if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) dots = 0;
+        line += c == '\n';
+    }
+    return 0;
+}
 
 toml::table parse_toml(std::string_view text, const std::string& source) {
     if (const std::size_t line = line_of_deep_key(text); line > 0)
         throw RecipeError(fmt::format("{}:{}: a key of over {} parts joined by dots: no recipe has one",
                                       source, line, kMostKeyParts));
-    try {
-        return toml::parse(text, std::string_view(source));
-    } catch (const toml::parse_error&) {
-        // May be for want of memory: the stream that reads a number swallows std::bad_alloc.
-    }
     try {
         return toml::parse(text, std::string_view(source));
     } catch (const toml::parse_error& error) {
@@ -255,45 +286,43 @@ void fail_missing(const toml::node& table, std::string_view path, std::string_vi
     throw RecipeError(fmt::format("{}: {}: {}", place_of(table), shortened(path), rule));
 }
 
-void read_field(const toml::table& table, const std::string& path, const Field& field,
-                const Reading& reading) {
-    std::string name = field.name;
-    if (!field.former.empty() && table.contains(field.former)) {
-        const std::string former_path = path + "." + field.former;
-        const toml::node &former = *table.get(field.former), *node = table.get(name);
+void read_key(const toml::table& table, const std::string& path, const Key& key, const Reading& reading) {
+    std::string name = key.name;
+    if (!key.former.empty() && table.contains(key.former)) {
+        const std::string former_path = path + "." + key.former;
+        const toml::node &former = *table.get(key.former), *node = table.get(name);
         if (node == nullptr || (is_override(former) && !is_override(*node)))
-            name = field.former;
+            name = key.former;
         else if (is_override(former) || !is_override(*node))
             fail(former, former_path, fmt::format("is now called {}; drop one of the two", name));
-        reading.notes.push_back(fmt::format("{} is now called {}", former_path, field.name));
+        reading.notes.push_back(fmt::format("{} is now called {}", former_path, key.name));
     }
     const std::string key_path = path + "." + name;
     if (const toml::node* node = table.get(name))
-        std::visit(Reader{*node, key_path, field.rule, reading}, field.target);
+        std::visit(Reader{*node, key_path, key.rule, reading}, key.target);
 }
 
-void read_fields(const toml::table& table, const std::string& path, std::string_view what,
-                 const std::vector<Field>& fields, const Reading& reading,
-                 const std::vector<std::string>& nested) {
+void read_keys(const toml::table& table, const std::string& path, std::string_view what,
+               const std::vector<Key>& keys, const Reading& reading, const std::vector<std::string>& nested) {
     const auto path_to = [&](std::string_view key) { return fmt::format("{}.{}", path, key); };
     std::vector<std::string> known = nested;
-    for (const Field& field : fields) known.push_back(field.name);
-    const auto former = [&](std::string_view key) {
-        return std::any_of(fields.begin(), fields.end(),
-                           [&](const Field& field) { return !field.former.empty() && field.former == key; });
+    for (const Key& key : keys) known.push_back(key.name);
+    const auto former = [&](std::string_view name) {
+        return std::any_of(keys.begin(), keys.end(),
+                           [&](const Key& key) { return !key.former.empty() && key.former == name; });
     };
-    for (const auto& [key, node] : table)
-        if (std::find(known.begin(), known.end(), key.str()) == known.end() && !former(key.str()))
-            fail(node, path_to(key.str()),
+    for (const auto& [name, node] : table)
+        if (std::find(known.begin(), known.end(), name.str()) == known.end() && !former(name.str()))
+            fail(node, path_to(name.str()),
                  fmt::format("unknown key of {}{} `sidewall models` lists all keys", what,
-                             did_you_mean(": ", key.str(), known, ";")));
-    for (const Field& field : fields) {
-        if (field.rule.required && !table.contains(field.name) &&
-            (field.former.empty() || !table.contains(field.former)))
-            fail_missing(table, path_to(field.name),
-                         fmt::format("missing: {} needs it ({}{}{})", what, field.doc,
-                                     field.unit.empty() ? "" : "; ", field.unit));
-        read_field(table, path, field, reading);
+                             did_you_mean(": ", name.str(), known, ";")));
+    for (const Key& key : keys) {
+        if (key.rule.required && !table.contains(key.name) &&
+            (key.former.empty() || !table.contains(key.former)))
+            fail_missing(table, path_to(key.name),
+                         fmt::format("missing: {} needs it ({}{}{})", what, key.doc,
+                                     key.unit.empty() ? "" : "; ", key.unit));
+        read_key(table, path, key, reading);
     }
 }
 

@@ -1,5 +1,4 @@
 #include "app/recipe/recipe.hpp"
-#include "app/recipe/grid_levels.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,12 +6,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/recipe/differences.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/flat.hpp"
-#include "app/recipe/mask_outlines.hpp"
+#include "app/recipe/grid_levels.hpp"
+#include "app/recipe/layer_reader.hpp"
+#include "app/recipe/layout_extent.hpp"
+#include "app/recipe/override.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
+#include "app/recipe/steps.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -46,11 +50,11 @@ void read_section(const toml::table& root, const std::string& name, Section& sec
     if (node == nullptr) return;
     if (!node->is_table()) fail(*node, name, fmt::format("must be a table: write [{}]", name));
     const toml::table& table = *node->as_table();
-    read_fields(table, name, "[" + name + "]", fields(section), reading);
+    read_keys(table, name, "[" + name + "]", keys_of(section), reading);
     located(table, name, check);
 }
 
-void read_materials(const toml::table& root, Recipe& recipe) {
+void read_material_tables(const toml::table& root, Recipe& recipe) {
     Materials& materials = recipe.materials;
     std::vector<std::string> seen;
     const auto tables = tables_of(root, "material", "material");
@@ -59,7 +63,7 @@ void read_materials(const toml::table& root, Recipe& recipe) {
         const auto name = (*tables[i])["name"].value<std::string>().value_or("");
         const std::optional<int> id = material_id(materials, name);
         Material material = id ? materials[static_cast<std::size_t>(*id)] : Material();
-        read_fields(*tables[i], path, "[[material]]", fields(material), reading_for(recipe));
+        read_keys(*tables[i], path, "[[material]]", keys_of(material), reading_for(recipe));
         located(*tables[i], path, [&] {
             const bool plain =
                 std::all_of(name.begin(), name.end(), [](unsigned char c) { return c > 0x20 && c != '"'; });
@@ -210,13 +214,13 @@ void check_stops(const toml::table& root, const std::vector<Step>& steps, const 
     for (std::size_t i = 0; i < steps.size(); ++i) {
         const std::string here = fmt::format("{}[{}]", path, i);
         check_stops(root, steps[i].steps, here + ".steps", recipe, met);
-        if (const std::string stop = stop_text(steps[i]); !stop.empty())
+        if (const std::string& stop = steps[i].stop; !stop.empty())
             located(*find_node(root, here)->as_table(), here,
                     [&] { require_figure(recipe, steps[i], stop_rule(recipe, stop).figure, met); });
     }
 }
 
-// Of a recipe in a file.
+// The text of a recipe in a file.
 std::string text_of(const std::filesystem::path& path) {
     std::error_code failure;
     const std::string name = path.string();
@@ -231,7 +235,34 @@ std::string text_of(const std::filesystem::path& path) {
     return surface::read_whole_file(path);
 }
 
+void unroll(const std::vector<Step>& steps, const std::string& number, const std::string& cycles,
+            std::vector<Step>& list) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const Step& step = steps[i];
+        const std::string label =
+            number.empty() ? fmt::format("{}", i + 1) : fmt::format("{}.{}", number, i + 1);
+        for (std::int64_t cycle = 1; cycle <= step.repeat; ++cycle) {
+            std::string here = cycles;
+            if (step.repeat > 1)
+                here += fmt::format("{}cycle {} of {}", cycles.empty() ? "" : ", ", cycle, step.repeat);
+            if (!step.steps.empty()) {
+                unroll(step.steps, label, here, list);
+                continue;
+            }
+            Step flat = step;
+            flat.repeat = 1;
+            flat.name = fmt::format("{} {}", label, step.name.empty() ? step.model : step.name);
+            if (!here.empty()) flat.name += " (" + here + ")";
+            list.push_back(std::move(flat));
+        }
+    }
+}
+
 }  // namespace
+
+bool Step::operator==(const Step& other) const {
+    return name == other.name && steps == other.steps && differences(*this, other).empty();
+}
 
 Recipe parse_recipe(std::string_view text, const std::string& file,
                     const std::vector<std::string>& overrides) {
@@ -241,7 +272,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
 
     Recipe recipe;
     recipe.file = file;
-    read_materials(root, recipe);
+    read_material_tables(root, recipe);
     take_extent_from_layout(root, recipe);
     read_domain(root, recipe);
     read_section(root, "grid", recipe.grid, reading_for(recipe),
@@ -289,7 +320,7 @@ Recipe load_frame(const std::filesystem::path& path) {
     const toml::table root = parse_toml(text_of(path), path.string());
     Recipe recipe;
     recipe.file = path.string();
-    read_materials(root, recipe);
+    read_material_tables(root, recipe);
     read_domain(root, recipe);
     read_metrology(root, recipe);
     return recipe;
@@ -306,6 +337,18 @@ std::vector<surface::Plane> profile_planes(const Recipe& recipe) {
     std::vector<surface::Plane> planes;
     for (const std::string& text : recipe.output.profiles) planes.push_back(surface::parse_plane(text));
     return planes;
+}
+
+std::vector<Step> expanded_steps(const Recipe& recipe) {
+    std::vector<Step> list;
+    unroll(recipe.steps, "", "", list);
+    return list;
+}
+
+double total_duration(const std::vector<Step>& steps) {
+    double total = 0.0;
+    for (const Step& step : steps) total += step.duration;
+    return total;
 }
 
 }  // namespace sidewall::app

@@ -1,7 +1,9 @@
 #pragma once
+#include <any>
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,10 +16,12 @@
 
 namespace sidewall::app {
 
+struct Model;
+
 struct DomainSection {
     std::array<double, 2> extent{};  ///< lateral x, y lengths, centred on 0
     double grid_spacing = 0.0;       ///< as wanted; domain_of() rounds it
-    std::optional<double> padding;   ///< around layouts; never set in a parsed recipe
+    std::optional<double> padding;   ///< around layouts; absent in a parsed recipe, whose extent includes it
     std::array<levelset::Side, 2> boundary{levelset::Side::reflective, levelset::Side::reflective};
     std::string length_unit = "um";
     std::string time_unit = "s";
@@ -29,7 +33,7 @@ struct GridSection {
     bool operator==(const GridSection&) const = default;
 };
 
-/// An earlier run whose wafer takes the place of layers; the new run's process time begins at 0.
+/// The earlier run whose wafer takes the place of layers; the new run's process time begins at 0.
 struct StartSection {
     std::string from;            ///< its folder, absolute in a parsed recipe; empty: none
     std::optional<double> time;  ///< process time there; absent: where it ended
@@ -37,7 +41,13 @@ struct StartSection {
     bool operator==(const StartSection&) const = default;
 };
 
-/// A layer as the recipe writes it. Which members count depends on the shape; see recipe/sections.cpp and
+/// A polygon that the recipe lists.
+struct Outline {
+    std::vector<double> points;  ///< x and y of the corners in turn
+    bool operator==(const Outline&) const = default;
+};
+
+/// A layer as the recipe writes it. Which members count depends on the shape; see recipe/layer_keys.cpp and
 /// levelset/shapes/shapes.hpp.
 struct Layer {
     std::string shape = "plane";
@@ -51,9 +61,9 @@ struct Layer {
     double height = 0.0;
     std::array<double, 2> size{};
     double taper_deg = 0.0;
-    std::string file;              ///< mesh, mask; absolute in a parsed recipe
-    std::vector<Values> polygons;  ///< mask: in the recipe
-    std::string cell;              ///< mask: of the file; its only top cell if empty
+    std::string file;               ///< mesh, mask; absolute in a parsed recipe
+    std::vector<Outline> polygons;  ///< mask: in the recipe
+    std::string cell;               ///< mask: of the file; its only top cell if empty
     std::int64_t gds_layer = 0, gds_datatype = 0;
     std::vector<double> blur,
         blur_weights;                      ///< mask: sigmas by which its outlines are blurred; none: as drawn
@@ -79,11 +89,13 @@ struct Step {
     double duration = 0.0;  ///< at most, if it has a stop condition (process/time_step.hpp)
     std::optional<double> stop_depth, stop_thickness;
     std::string stop_material;
+    std::string stop;  ///< a figure and the value that ends the step, such as "depth > 2.0"
     std::int64_t repeat = 1;
-    Values values;                       ///< the model's keys
-    Layer pattern{.shape = "polygons"};  ///< of a step that has one: openings, seen from above
-    std::vector<Step> steps;             ///< what a loop repeats
-    bool operator==(const Step&) const = default;
+    std::any parameters;                       ///< the model's own struct, which its keys fill (ModelEntry)
+    Layer pattern{.shape = "polygons"};        ///< of a step that has one: openings, seen from above
+    std::vector<Step> steps;                   ///< what a loop repeats
+    std::shared_ptr<const Model> built;        ///< the model of a parsed step that takes time
+    bool operator==(const Step& other) const;  ///< whether all keys have the same values
 };
 
 struct FluxSection {
@@ -128,7 +140,7 @@ struct MetrologySection {
     bool operator==(const MetrologySection&) const = default;
 };
 
-/// A recipe with every default filled in and every rule checked.
+/// A recipe with every default filled in and every rule checked, as parse_recipe returns it.
 struct Recipe {
     std::string file;
     DomainSection domain;
@@ -142,13 +154,13 @@ struct Recipe {
     levelset::AdvectionOptions advection;
     OutputSection output;
     MetrologySection metrology;
-    std::vector<std::string> notes;  ///< of the reader, for the recipe's author
+    std::vector<std::string> notes;  ///< of the reader, e.g. on keys under former names
     bool operator==(const Recipe&) const = default;
 };
 
 /// Reads and validates a recipe.
 ///
-/// \param text       TOML; design of the format in recipe/sections.cpp, printed by `sidewall models`.
+/// \param text       TOML, whose sections and keys `sidewall models` lists.
 /// \param file       its name, for messages; mesh files are sought beside it.
 /// \param overrides  `key=value` settings such as `step[0].duration=2`, applied in order before validation.
 ///                   The value is TOML; bare words are strings.
@@ -156,29 +168,22 @@ struct Recipe {
 Recipe parse_recipe(std::string_view text, const std::string& file,
                     const std::vector<std::string>& overrides = {});
 
-/// The same from a file.
-/// \throws FileError if it cannot be read.
+/// Reads and validates the recipe in a file.
+/// \throws FileError if it cannot be read, RecipeError as parse_recipe.
 Recipe load_recipe(const std::filesystem::path& path, const std::vector<std::string>& overrides = {});
 
-/// The domain, materials and metrology of a recipe's file; its layers and steps are left out, whose files may be gone.
+/// Reads the domain, materials and metrology of a recipe's file; layers and steps are left out, whose files may be gone.
 /// \throws FileError, RecipeError as load_recipe.
 Recipe load_frame(const std::filesystem::path& path);
 
-/// The whole recipe as TOML with every default written out. Parses back to an equal recipe, but for the notes.
-std::string effective_recipe(const Recipe& recipe);
-
-/// The domain, its spacing rounded to divide both extents.
+/// The simulation domain of a recipe, its spacing rounded to divide both extents.
 levelset::Domain domain_of(const Recipe& recipe);
 
-/// What a user should know of a valid recipe: names that keys no longer have, how the grid's spacing was
-/// rounded, beams that sides mirror.
-std::vector<std::string> notes_on(const Recipe& recipe);
-
-/// Loops unrolled: steps in the order they run, each with repeat 1 and a name such as "2.1 etch (cycle 3 of
+/// The steps in the order they run, loops unrolled, each with repeat 1 and a name such as "2.1 etch (cycle 3 of
 /// 10)".
 std::vector<Step> expanded_steps(const Recipe& recipe);
 
-/// Process time of all steps, loops unrolled.
+/// The sum of the durations of unrolled steps.
 double total_duration(const std::vector<Step>& steps);
 
 /// The cuts of [output] profiles.

@@ -1,6 +1,12 @@
 #include "app/recipe/sections.hpp"
 
+#include <fmt/format.h>
+
+#include <set>
+
 #include "app/models/model.hpp"
+#include "app/recipe/layer_keys.hpp"
+#include "app/recipe/steps.hpp"
 #include "app/schema/units.hpp"
 
 namespace sidewall::app {
@@ -13,12 +19,12 @@ constexpr double kFewestRays = 100.0;
 // Shorter time steps only add rounding: the front would need a thousand of them to pass a cell.
 constexpr double kLeastCfl = 1e-3;
 
-const Rule kLengthOrAuto{.min = 0.0, .word = "auto"};
-const Rule kAboveZeroOrAuto{.min = 0.0, .above_min = true, .word = "auto"};
+const Rule kLengthOrAuto = or_word("auto", kNotNegative);
+const Rule kAboveZeroOrAuto = or_word("auto", kPositive);
 
 template <class Section>
 SectionDoc section(std::string name, std::string header, std::string doc, Section defaults = {}) {
-    return {std::move(name), std::move(header), std::move(doc), document(fields(defaults))};
+    return {std::move(name), std::move(header), std::move(doc), document(keys_of(defaults))};
 }
 
 // The word that chooses a section stands for all the words there are.
@@ -28,9 +34,33 @@ SectionDoc chosen(SectionDoc doc, const std::string& key, const std::string& wor
     return doc;
 }
 
+void add(std::vector<KeyDoc>& keys, const std::string& path, std::vector<KeyDoc> rows) {
+    for (KeyDoc& row : rows) {
+        row.name = fmt::format("{}.{}", path, row.name);
+        for (auto list = row.name.find("[]."); list != std::string::npos; list = row.name.find("[]."))
+            row.name.replace(list, 2, "[0]");
+        keys.push_back(std::move(row));
+    }
+}
+
+void add_steps(std::vector<KeyDoc>& keys, const std::string& path, std::vector<Step>& steps) {
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const std::string step = fmt::format("{}[{}]", path, i);
+        add(keys, step, document(keys_of(steps[i])));
+        add_steps(keys, step + ".steps", steps[i].steps);
+    }
+}
+
+// The path of a section by its header: step[0] for "[[step]] model = ...", flux for "[flux]".
+std::string path_of(const std::string& header) {
+    const bool list = header.starts_with("[[");
+    const std::size_t begin = list ? 2 : 1;
+    return fmt::format("{}{}", header.substr(begin, header.find(']') - begin), list ? "[0]" : "");
+}
+
 }  // namespace
 
-std::vector<Field> fields(DomainSection& domain) {
+std::vector<Key> keys_of(DomainSection& domain) {
     return {
         {"extent", std::span<double>(domain.extent), kLength,
          "lateral x and y size, centred on 0; x alone, as [10.0]: a profile in x and z, the same at all y, one cell "
@@ -44,12 +74,12 @@ std::vector<Field> fields(DomainSection& domain) {
          "with extent = \"gds\": around the layouts, on every side; default 0", kNotNegative},
         {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "",
          "sides across x and across y; of a profile across x, the others are periodic"},
-        {"length_unit", &domain.length_unit, "", "unit of every length", {.choices = length_units()}},
-        {"time_unit", &domain.time_unit, "", "unit of every time", {.choices = time_units()}},
+        {"length_unit", &domain.length_unit, "", "unit of every length", one_of(length_units())},
+        {"time_unit", &domain.time_unit, "", "unit of every time", one_of(time_units())},
     };
 }
 
-std::vector<Field> fields(GridSection& grid) {
+std::vector<Key> keys_of(GridSection& grid) {
     return {
         {"levels",
          &grid.levels,
@@ -61,25 +91,21 @@ std::vector<Field> fields(GridSection& grid) {
     };
 }
 
-std::vector<Field> fields(StartSection& start) {
+std::vector<Key> keys_of(StartSection& start) {
     return {
         {"from", &start.from, "",
          "folder of an earlier run of the same domain, relative to the recipe or to where the program runs",
          required()},
-        {"time",
-         &start.time,
-         kTime,
+        {"time", &start.time, kTime,
          "process time there, one that it saved a surface at; \"end\": where it ended",
-         {.min = 0.0, .word = "end"}},
-        {"step",
-         &start.step,
-         "",
+         or_word("end", kNotNegative)},
+        {"step", &start.step, "",
          "or the step, from 1 with loops unrolled, at whose end it saved a surface; 0 = by time",
-         {.min = 0.0, .max = 100'000}},
+         within(0.0, 100'000)},
     };
 }
 
-std::vector<Field> fields(Material& material) {
+std::vector<Key> keys_of(Material& material) {
     return {
         {"name", &material.name, "", "a new material, or a built-in one to change", required()},
         {"colour", &material.colour, "", "in pictures, #rrggbb"},
@@ -93,101 +119,47 @@ const std::vector<std::string>& measure_names() {
     return names;
 }
 
-std::vector<Field> fields(Step& step) {
-    std::vector<Field> list = {{"name", &step.name, "", "what reports call it"},
-                               {"repeat", &step.repeat, "", "times to run it", {.min = 1, .max = 100'000}}};
-    const ModelEntry* model = find_model(step.model);
-    if (model == nullptr) return list;
-    list.insert(
-        list.begin(),
-        {"model", &step.model, "", "see the models below", {.required = true, .choices = model_names()}});
-    if (model->make != nullptr) {  // a geometric step takes no time
-        list.push_back({"duration", &step.duration, kTime, "process time, at most", required(kPositive)});
-        list.push_back({"stop_depth", &step.stop_depth, kLength,
-                        "ends the step when the lowest point is that far below z = 0"});
-        list.push_back({"stop_material",
-                        &step.stop_material,
-                        "",
-                        "ends the step when this material is bare",
-                        {.material = true}});
-        list.push_back({"stop_thickness", &step.stop_thickness, kLength,
-                        "ends the step when the uppermost layer is that thick somewhere", kPositive});
-        static const std::vector<Key> stop{
-            {"stop", std::string(), "",
-             "ends the step when a figure of [metrology] measures is above or below a value, e.g. \"depth > 2.0\" or "
-             "\"cd_SiO2_at_0.5 < 0.3\", in the recipe's units; lengths and volumes within a twentieth of a grid "
-             "spacing of the front's way, angles and ratios at the end of the time step"}};
-        for (Field& field : bind(stop, step.values)) list.push_back(std::move(field));
-    }
-    for (Field& field : bind(model->keys, step.values)) list.push_back(std::move(field));
-    if (model->patterned)
-        for (Field& field : pattern_fields(step.pattern)) list.push_back(std::move(field));
-    return list;
-}
-
-std::vector<Field> fields(FluxSection& flux) {
+std::vector<Key> keys_of(FluxSection& flux) {
     return {
-        {"method",
-         &flux.method,
-         "",
+        {"method", &flux.method, "",
          "monte-carlo follows particles from the source; radiosity gathers rays between points of the surface "
          "once and solves for all neutrals that are re-emitted diffusely, others stay with monte-carlo; auto "
          "takes what is estimated to cost less, by species, at the start of every step, radiosity then to the "
          "error that `rays` paths had there",
-         {.choices = {"monte-carlo", "radiosity", "auto"}}},
-        {"rays",
-         &flux.rays,
-         "",
+         one_of({"monte-carlo", "radiosity", "auto"})},
+        {"rays", &flux.rays, "",
          "source rays a species and time step; radiosity gathers as many for all its species together, auto "
          "up to four times as many for their error",
-         {.min = kFewestRays, .max = 1e12}},
-        {"relative_error",
-         &flux.relative_error,
-         "",
+         within(kFewestRays, 1e12)},
+        {"relative_error", &flux.relative_error, "",
          "instead of rays: trace until sum(area * standard error) / sum(area * flux) is this small",
-         {.min = 0.0, .max = 0.5, .above_min = true, .word = "none"}},
-        {"max_rays",
-         &flux.max_rays,
-         "",
-         "the most that relative_error may spend a species and time step",
-         {.min = kFewestRays, .max = 1e12}},
-        {"batches",
-         &flux.batches,
-         "",
-         "independent parts of the rays, whose scatter gives the standard errors",
-         {.min = 16.0, .max = 65536.0}},
-        {"seed", &flux.seed, "", "of the random numbers", {.min = 0.0, .max = 4.0e18}},
-        {"memory",
-         &flux.memory,
-         "GB",
-         "that the rays of radiosity may take; it gathers no more",
-         {.min = 1e-3, .max = 1e6}},
-        {"reuse",
-         &flux.reuse,
-         "",
+         or_word("none", positive_to(0.5))},
+        {"max_rays", &flux.max_rays, "", "the most that relative_error may spend a species and time step",
+         within(kFewestRays, 1e12)},
+        {"batches", &flux.batches, "",
+         "independent parts of the rays, whose scatter gives the standard errors", within(16.0, 65536.0)},
+        {"seed", &flux.seed, "", "of the random numbers", within(0.0, 4.0e18)},
+        {"memory", &flux.memory, "GB", "that the rays of radiosity may take; it gathers no more",
+         within(1e-3, 1e6)},
+        {"reuse", &flux.reuse, "",
          "fluxes serve further time steps for as long as they change by less than this share of their mean; "
          "0 = trace every time step",
-         {.min = 0.0, .max = 0.5}},
+         within(0.0, 0.5)},
         {"averaging", &flux.averaging, kLength,
          "models see fluxes averaged over the surface within this distance, 0.25 to 8 grid spacings; 0 = as "
          "traced, less noise",
          kNotNegative},
-        {"stages",
-         &flux.stages,
-         "",
+        {"stages", &flux.stages, "",
          "step: fluxes as of the start of a time step; all: traced again at every stage of "
          "advection.time_integration, the order of rk2 or rk3 where fluxes change smoothly",
-         {.choices = {"step", "all"}}},
+         one_of({"step", "all"})},
     };
 }
 
-std::vector<Field> fields(SimplifySection& simplify) {
+std::vector<Key> keys_of(SimplifySection& simplify) {
     return {
-        {"method",
-         &simplify.method,
-         "",
-         "what coarsens the surface before its flux is traced",
-         {.choices = {"none", "lindstrom-turk", "region", "region-bounded", "cgal-lindstrom-turk"}}},
+        {"method", &simplify.method, "", "what coarsens the surface before its flux is traced",
+         one_of({"none", "lindstrom-turk", "region", "region-bounded", "cgal-lindstrom-turk"})},
         {"l0", &simplify.l0, kLength, "edges shorter than this collapse everywhere; 0 leaves features alone",
          kLengthOrAuto},
         {"step", &simplify.step, kLength, "growth of that length a ring away from features", kLengthOrAuto},
@@ -200,49 +172,37 @@ std::vector<Field> fields(SimplifySection& simplify) {
          "",
          "volume, boundary and shape in the Lindstrom-Turk cost; default the method's",
          {.min = 0.0, .max = 1e6, .size = 3}},
-        {"target_vertices",
-         &simplify.target_vertices,
-         "",
-         "stop at this many, whatever that does to the surface; 0 = as the lengths say",
-         {.min = 0.0, .max = 1e12}},
+        {"target_vertices", &simplify.target_vertices, "",
+         "stop at this many, whatever that does to the surface; 0 = as the lengths say", within(0.0, 1e12)},
         {"max_error", &simplify.max_error, kLength,
          "hard bound on the distance to the extracted surface; auto: region-bounded without target_vertices 0.05 "
          "dx, else none",
          kAboveZeroOrAuto},
-        {"flux_change",
-         &simplify.flux_change,
-         "",
+        {"flux_change", &simplify.flux_change, "",
          "region-bounded: along no longer edge did a flux change by more than this share of itself in the time "
          "step before; 0 = any",
-         {.min = 0.0, .max = 2.0}},
+         within(0.0, 2.0)},
     };
 }
 
-std::vector<Field> fields(levelset::AdvectionOptions& advection) {
+std::vector<Key> keys_of(levelset::AdvectionOptions& advection) {
     return {
         {"scheme", choice(advection.scheme, {"engquist_osher", "weno3", "weno5", "lax_friedrichs"}), "",
          "how space is discretised; a speed that depends on the normal always takes lax_friedrichs"},
         {"time_integration", choice(advection.time_integration, {"euler", "rk2", "rk3"}), "", "how time is"},
-        {"cfl",
-         &advection.cfl,
-         "",
-         "grid spacings the front may move a time step",
-         {.min = kLeastCfl, .max = 0.5}},
+        {"cfl", &advection.cfl, "", "grid spacings the front may move a time step", within(kLeastCfl, 0.5)},
     };
 }
 
-std::vector<Field> fields(OutputSection& output) {
+std::vector<Key> keys_of(OutputSection& output) {
     return {
-        {"every",
-         &output.every,
-         kTime,
-         "between saved surfaces; \"end\" saves one a step",
-         {.min = 0.0, .above_min = true, .word = "end"}},
+        {"every", &output.every, kTime, "between saved surfaces; \"end\" saves one a step",
+         or_word("end", kPositive)},
         {"profiles", &output.profiles, "", "planes to cut the surface by, such as \"y=0\" or \"x=-1.5\""},
     };
 }
 
-std::vector<Field> fields(MetrologySection& metrology) {
+std::vector<Key> keys_of(MetrologySection& metrology) {
     return {
         {"measures", &metrology.measures, "",
          "depth, cd, sidewall_angle, bow, undercut, aspect_ratio, scallops, film; or by name, D being a depth below z = 0, "
@@ -275,6 +235,7 @@ std::vector<SectionDoc> recipe_documentation() {
     for (const ModelEntry& model : models()) {
         Step step;
         step.model = model.name;
+        step.parameters = model.defaults;
         step.pattern.shape.clear();  // all shapes' keys
         docs.push_back(chosen(section(model.name, "[[step]] model = \"" + model.name + "\"", model.doc, step),
                               "model", model.name));
@@ -287,6 +248,25 @@ std::vector<SectionDoc> recipe_documentation() {
     docs.push_back(
         section<MetrologySection>("metrology", "[metrology]", "what is measured, for summary and timeline"));
     return docs;
+}
+
+std::vector<KeyDoc> settable_keys(Recipe recipe) {
+    std::vector<KeyDoc> keys;
+    for (SectionDoc& section : recipe_documentation())
+        if (!section.header.starts_with("[[")) add(keys, path_of(section.header), std::move(section.keys));
+    for (std::size_t i = 0; i < recipe.layers.size(); ++i)
+        add(keys, fmt::format("layer[{}]", i), document(keys_of(recipe.layers[i])));
+    add_steps(keys, "step", recipe.steps);
+    return keys;
+}
+
+std::vector<KeyDoc> settable_keys() {
+    std::vector<KeyDoc> keys;
+    for (SectionDoc& section : recipe_documentation())
+        add(keys, path_of(section.header), std::move(section.keys));
+    std::set<std::string> seen;  // shapes and models share keys
+    std::erase_if(keys, [&](const KeyDoc& key) { return !seen.insert(key.name).second; });
+    return keys;
 }
 
 }  // namespace sidewall::app

@@ -1,27 +1,21 @@
 #pragma once
 #include "app/recipe/recipe.hpp"
 
-// The keys of every section: the one place that names, bounds and documents them.
+// The keys of the sections that a recipe has once, and of a material: the one place that names, bounds and
+// documents them. Those of layers are in layer_keys.hpp, those of steps in steps.hpp.
 namespace sidewall::app {
 
-std::vector<Field> fields(DomainSection& domain);
-std::vector<Field> fields(GridSection& grid);
-std::vector<Field> fields(StartSection& start);
-std::vector<Field> fields(Material& material);
-std::vector<Field> fields(Layer& layer);  ///< those of its shape
-std::vector<Field> pattern_fields(
-    Layer& pattern);                    ///< of a step's pattern: those of its shape, or all without one
-std::vector<Field> fields(Step& step);  ///< those of a loop, or common to all models and then its model's
-std::vector<Field> fields(FluxSection& flux);
-std::vector<Field> fields(SimplifySection& simplify);
-std::vector<Field> fields(levelset::AdvectionOptions& advection);
-std::vector<Field> fields(OutputSection& output);
-std::vector<Field> fields(MetrologySection& metrology);
+std::vector<Key> keys_of(DomainSection& domain);
+std::vector<Key> keys_of(GridSection& grid);
+std::vector<Key> keys_of(StartSection& start);
+std::vector<Key> keys_of(Material& material);
+std::vector<Key> keys_of(FluxSection& flux);
+std::vector<Key> keys_of(SimplifySection& simplify);
+std::vector<Key> keys_of(levelset::AdvectionOptions& advection);
+std::vector<Key> keys_of(OutputSection& output);
+std::vector<Key> keys_of(MetrologySection& metrology);
 
-/// Words that `shape` accepts.
-const std::vector<std::string>& shape_names();
-
-/// Words that [metrology] measures accepts (results/metrology.hpp).
+/// The words that [metrology] measures accepts (results/metrology.hpp).
 const std::vector<std::string>& measure_names();
 
 /// A section as `sidewall models` lists it.
@@ -36,9 +30,11 @@ struct SectionDoc {
 /// Every section, shape and model.
 std::vector<SectionDoc> recipe_documentation();
 
-/// The keys that `--set` can change, each by its path such as `step[0].duration`: those of a recipe, or of any.
-/// Of a list of tables within a step the first stands for all; of any recipe's layers and steps, too.
+/// The keys of a recipe that `--set` can change, each by its path such as `step[0].duration`. Of a list of tables within
+/// a step the first stands for all.
 std::vector<KeyDoc> settable_keys(Recipe recipe);
+
+/// The keys of any recipe that `--set` can change; the first layer and the first step stand for all, too.
 std::vector<KeyDoc> settable_keys();
 
 }  // namespace sidewall::app

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "app/models/model.hpp"
-#include "app/recipe/sections.hpp"
+#include "app/recipe/steps.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -44,10 +44,8 @@ class Walk {
     }
 
     void meet(const Step& step, const std::string& path) {
-        const auto named = [&](const char* key) {
-            const auto entry = step.values.entries.find(key);
-            const auto* name =
-                entry == step.values.entries.end() ? nullptr : std::get_if<std::string>(&entry->second);
+        const auto named = [keys = model_keys(step)](const char* key) {
+            const auto* name = target_of<std::string>(keys, key);
             return name == nullptr ? std::string() : *name;
         };
         if (step.model == "strip") {
@@ -56,7 +54,7 @@ class Walk {
         }
         add(named("deposit"));
         const ModelEntry* model = find_model(step.model);
-        if (model == nullptr || model->make == nullptr) {
+        if (model == nullptr || !model->make) {
             add(named("material"));  // what fills or coats
             return;
         }
@@ -77,21 +75,19 @@ struct Column {
     const ByMaterial* value;
 };
 
-void add_columns(const std::vector<Key>& keys, const Values& values, const std::string& path,
-                 std::vector<Column>& list) {
+void add_columns(const std::vector<Key>& keys, const std::string& path, std::vector<Column>& list) {
     for (const Key& key : keys) {
-        const Value& value = values.entries.at(key.name);
-        if (const auto* by_material = std::get_if<ByMaterial>(&value))
-            list.push_back({path + key.name, key.unit, by_material});
-        const auto* tables = std::get_if<std::vector<Values>>(&value);
+        if (const auto* by_material = std::get_if<ByMaterial*>(&key.target))
+            list.push_back({path + key.name, key.unit, *by_material});
+        const auto* tables = std::get_if<TableList>(&key.target);
         for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
-            add_columns(key.rule.keys, (*tables)[i], fmt::format("{}{}[{}].", path, key.name, i), list);
+            add_columns(tables->keys(i), fmt::format("{}{}[{}].", path, key.name, i), list);
     }
 }
 
 std::vector<Column> columns(const Step& step) {
     std::vector<Column> list;
-    add_columns(find_model(step.model)->keys, step.values, "", list);
+    add_columns(model_keys(step), "", list);
     return list;
 }
 
@@ -140,13 +136,13 @@ std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<con
 }
 
 void require_values(const StepMaterials& here, const Materials& materials) {
-    const auto film = here.step->values.entries.find("deposit");
+    const auto* film = target_of<std::string>(model_keys(*here.step), "deposit");
     for (const auto& [key, unit, value] : columns(*here.step)) {
         if (value->fallback) continue;
         for (const int id : here.ids) {
             const std::string& name = materials[static_cast<std::size_t>(id)].name;
             if (value->named.contains(name)) continue;
-            if (film != here.step->values.entries.end() && film->second == Value(name)) continue;
+            if (film != nullptr && *film == name) continue;
             std::string known;
             for (const auto& [other, number] : value->named)
                 known += fmt::format("{}{} {:g}", known.empty() ? "" : ", ", other, number);
@@ -175,16 +171,18 @@ std::string built_in_materials() {
     for (const Material& material : materials)
         rows.push_back({material.name, material.colour, fmt::format("{:g}", material.density)});
     std::set<std::string> others;
-    for (const ModelEntry& model : models())
-        for (const Key& key : model.keys) {
-            const auto* yields = std::get_if<ByMaterial>(&key.fallback);
+    for (const ModelEntry& model : models()) {
+        std::any defaults = model.defaults;
+        for (const Key& key : model.keys(defaults)) {
+            const auto* yields = std::get_if<ByMaterial*>(&key.target);
             if (yields == nullptr || !key.name.ends_with("_yield")) continue;
             rows[0].push_back(fmt::format("{} {}", model.name, key.name));
             for (std::size_t m = 0; m < materials.size(); ++m)
-                rows[m + 1].push_back(value_text(*yields, materials[m].name));
-            for (const auto& [name, number] : yields->named)
+                rows[m + 1].push_back(value_text(**yields, materials[m].name));
+            for (const auto& [name, number] : (*yields)->named)
                 if (!material_id(materials, name)) others.insert(name);
         }
+    }
     return fmt::format(
         "Built-in materials: density in 1e22 atoms, or formula units of a compound, per cm^3; yields as the models' "
         "keys\nsay, - where none is published and a recipe gives its own. There are yields of {}, too, whose "

@@ -5,7 +5,7 @@
 
 #include "app/recipe/recipe.hpp"
 
-// Which materials a step meets, and what its keys say of them.
+// The materials that a step meets, and its keys' values for them.
 namespace sidewall::app {
 
 /// A step that takes time and the ids of the materials that can be on the wafer during it, its own film among them.
@@ -26,7 +26,7 @@ std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<con
 /// \throws KeyError naming the key, the material and what to write.
 void require_values(const StepMaterials& here, const Materials& materials);
 
-/// What the models' keys by material come to for the materials of every step, a table a step, as comments of TOML.
+/// The values of the models' keys by material for the materials of every step, a table a step, as comments of TOML.
 std::string values_by_material(const Recipe& recipe);
 
 /// The built-in materials with their colours, densities and the yields that models have for them, a line each.

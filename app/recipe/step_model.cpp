@@ -57,9 +57,8 @@ void settle_free_paths(Model& model, const DomainSection& domain) {
 Model make_model(const Step& step, const Materials& materials, const DomainSection& domain) {
     const ModelEntry* entry = find_model(step.model);
     if (entry == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
-    Model model;
-    if (entry->make == nullptr) return model;
-    model = entry->make(step.values, materials);
+    if (!entry->make) return {};
+    Model model = entry->make(step.parameters, materials);
     refuse_mirrored_beams(model, domain);
     settle_free_paths(model, domain);
     if (model.in_nm_per_s) {

@@ -1,3 +1,5 @@
+#include "app/recipe/steps.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,9 +7,11 @@
 #include <filesystem>
 #include <limits>
 
+#include "app/models/geometric_steps.hpp"
+#include "app/recipe/layer_keys.hpp"
+#include "app/recipe/layer_reader.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
-#include "app/recipe/sections.hpp"
 #include "app/recipe/step_model.hpp"
 
 namespace sidewall::app {
@@ -15,6 +19,10 @@ namespace {
 
 constexpr double kMostSteps = 100'000;  // after loops are unrolled
 constexpr double kLongestRun = kHuge;   // process time
+
+// Loops within loops. A path such as step[0].steps[1].species[0].yields[0].name then has kMostKeyParts parts
+// at most.
+constexpr int kMostLoops = static_cast<int>(kMostKeyParts) - 4;
 
 double unrolled(const std::vector<Step>& steps) {
     double count = 0.0;
@@ -31,84 +39,70 @@ double duration(const std::vector<Step>& steps) {
     return time;
 }
 
-Step read_step(const toml::table& table, const std::string& path, Recipe& recipe);
+Step read_step(const toml::table& table, const std::string& path, Recipe& recipe, int depth);
 
+// \p depth loops lie around the steps.
 std::vector<Step> read_list(const toml::table& parent, std::string_view key, const std::string& path,
-                            Recipe& recipe) {
+                            Recipe& recipe, int depth) {
     std::vector<Step> steps;
     const auto tables = tables_of(parent, key, path);
     for (std::size_t i = 0; i < tables.size(); ++i)
-        steps.push_back(read_step(*tables[i], fmt::format("{}[{}]", path, i), recipe));
+        steps.push_back(read_step(*tables[i], fmt::format("{}[{}]", path, i), recipe, depth));
     return steps;
 }
 
 // Keys that name files count from the recipe's folder.
 void find_files(const toml::table& table, const std::string& path, const std::string& inner,
-                const std::filesystem::path& folder, Values& values) {
-    for (auto& entry : values.entries) {
-        const std::string& key = entry.first;
-        auto& value = entry.second;
-        if (auto* tables = std::get_if<std::vector<Values>>(&value))
+                const std::filesystem::path& folder, const std::vector<Key>& keys) {
+    for (const Key& key : keys) {
+        if (const auto* tables = std::get_if<TableList>(&key.target))
             for (std::size_t i = 0; i < tables->size(); ++i)
-                find_files(table, path, fmt::format("{}{}[{}].", inner, key, i), folder, (*tables)[i]);
-        auto* name = std::get_if<std::string>(&value);
-        if (name == nullptr || name->empty() || (key != "file" && !key.ends_with("_file"))) continue;
-        *name = std::filesystem::absolute(folder / *name).lexically_normal().string();
+                find_files(table, path, fmt::format("{}{}[{}].", inner, key.name, i), folder,
+                           tables->keys(i));
+        std::string* const* target = std::get_if<std::string*>(&key.target);
+        if (target == nullptr || (*target)->empty() || (key.name != "file" && !key.name.ends_with("_file")))
+            continue;
+        std::string& name = **target;
+        name = std::filesystem::absolute(folder / name).lexically_normal().string();
         std::error_code failure;
-        if (!std::filesystem::is_regular_file(*name, failure))
+        if (!std::filesystem::is_regular_file(name, failure))
             located(table, path, [&] {
-                throw KeyError(inner + key,
-                               fmt::format("no such file: {}; the name is relative to the recipe", *name));
+                throw KeyError(inner + key.name,
+                               fmt::format("no such file: {}; the name is relative to the recipe", name));
             });
     }
 }
 
-Step read_step(const toml::table& table, const std::string& path, Recipe& recipe) {
+Step read_step(const toml::table& table, const std::string& path, Recipe& recipe, int depth) {
     const Reading reading{recipe.materials, recipe.notes};
     Step step;
     if (const toml::node* steps = table.get("steps")) {
         if (table.contains("model"))
             fail(*steps, path + ".steps", "a step has a model or steps of its own, not both; drop one");
-        read_fields(table, path, "a loop", fields(step), reading, {"steps"});
-        step.steps = read_list(table, "steps", path + ".steps", recipe);
+        if (depth == kMostLoops)
+            fail_missing(
+                *steps, path + ".steps",
+                fmt::format("lies in {} loops: they nest no deeper; repeat more steps in fewer", depth));
+        read_keys(table, path, "a loop", keys_of(step), reading, {"steps"});
+        step.steps = read_list(table, "steps", path + ".steps", recipe, depth + 1);
         return step;
     }
-    const Rule rule{.choices = model_names()};
-    read_field(table, path, {"model", &step.model, "", "", rule}, reading);  // decides which keys there are
+    const Rule rule = one_of(model_names());
+    read_key(table, path, {"model", &step.model, "", "", rule}, reading);  // decides which keys there are
     if (step.model.empty())
         fail_missing(table, path + ".model",
                      "missing: name a model that `sidewall models` lists, or give the step steps");
-    const bool patterned = find_model(step.model)->patterned;
-    if (patterned) read_field(table, path, pattern_fields(step.pattern)[0], reading);  // so does its shape
-    read_fields(table, path, "a step of model " + step.model, fields(step), reading);
-    find_files(table, path, "", std::filesystem::path(recipe.file).parent_path(), step.values);
-    if (patterned) place_pattern(table, path, step, recipe);
-    if (find_model(step.model)->make != nullptr)
-        located(table, path, [&] { make_model(step, recipe.materials, recipe.domain); });
+    const ModelEntry& model = *find_model(step.model);
+    step.parameters = model.defaults;
+    if (model.patterned) read_key(table, path, pattern_keys(step.pattern)[0], reading);  // so does its shape
+    read_keys(table, path, "a step of model " + step.model, keys_of(step), reading);
+    find_files(table, path, "", std::filesystem::path(recipe.file).parent_path(), model_keys(step));
+    if (model.patterned) place_pattern(table, path, step, recipe);
+    if (model.make)
+        step.built = located(table, path, [&] {
+            return std::make_shared<const Model>(make_model(step, recipe.materials, recipe.domain));
+        });
     return step;
-}
-
-void unroll(const std::vector<Step>& steps, const std::string& number, const std::string& cycles,
-            std::vector<Step>& list) {
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        const Step& step = steps[i];
-        const std::string label =
-            number.empty() ? fmt::format("{}", i + 1) : fmt::format("{}.{}", number, i + 1);
-        for (std::int64_t cycle = 1; cycle <= step.repeat; ++cycle) {
-            std::string here = cycles;
-            if (step.repeat > 1)
-                here += fmt::format("{}cycle {} of {}", cycles.empty() ? "" : ", ", cycle, step.repeat);
-            if (!step.steps.empty()) {
-                unroll(step.steps, label, here, list);
-                continue;
-            }
-            Step flat = step;
-            flat.repeat = 1;
-            flat.name = fmt::format("{} {}", label, step.name.empty() ? step.model : step.name);
-            if (!here.empty()) flat.name += " (" + here + ")";
-            list.push_back(std::move(flat));
-        }
-    }
 }
 
 // The lowest point of the wafer as its layers make it; minus infinity where a mesh file or an earlier run
@@ -126,8 +120,8 @@ double lowest_start(const Recipe& recipe) {
 // A cut must end above the bottom of what has none.
 void check_cut(const Step& step, const toml::table& table, const std::string& path, const Recipe& recipe,
                double& lowest) {
-    const auto& depth = step.values.get<std::optional<double>>("depth");
-    const auto& materials = step.values.get<std::vector<std::string>>("materials");
+    const std::optional<double>& depth = geometric_step(step.parameters)->depth;
+    const std::vector<std::string>& materials = geometric_step(step.parameters)->materials;
     const bool substrate =
         materials.empty() ||
         (!recipe.layers.empty() &&
@@ -158,23 +152,22 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
             check_geometric(root, step.steps, here + ".steps", recipe, lowest);
             continue;
         }
-        if (find_model(step.model)->make != nullptr) {
+        const GeometricStep* shaping = geometric_step(step.parameters);
+        if (shaping == nullptr) {
             lowest = -std::numeric_limits<double>::infinity();
             continue;
         }
-        for (const char* key : {"height", "thickness"}) {
-            const double spacing = recipe.domain.grid_spacing;
-            if (step.values.entries.contains(key) &&
-                std::abs(step.values.get<double>(key)) > kMostCells * spacing)
+        for (const auto& [key, length] :
+             {std::pair("height", shaping->height), std::pair("thickness", shaping->thickness)})
+            if (std::abs(length) > kMostCells * recipe.domain.grid_spacing)
                 refuse(here + "." + key,
                        fmt::format("is over {:g} cells; check the unit or use a larger grid_spacing",
                                    kMostCells));
-        }
         if (step.model == "cut") check_cut(step, *find_node(root, here)->as_table(), here, recipe, lowest);
         if (step.model == "strip" && !recipe.layers.empty() &&
-            step.values.get<std::string>("material") == recipe.layers.front().material)
+            shaping->material == recipe.layers.front().material)
             refuse(here + ".material", "the substrate cannot be taken away: name another material");
-        if (step.model == "planarize" && step.values.get<double>("height") < lowest)
+        if (step.model == "planarize" && shaping->height < lowest)
             refuse(
                 here + ".height",
                 fmt::format("lies below the whole wafer, whose lowest point is at {:g}: nothing of its shape "
@@ -185,8 +178,40 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
 
 }  // namespace
 
+std::vector<Key> keys_of(Step& step) {
+    std::vector<Key> list = {{"name", &step.name, "", "what reports call it"},
+                             {"repeat", &step.repeat, "", "times to run it", within(1, 100'000)}};
+    const ModelEntry* model = find_model(step.model);
+    if (model == nullptr) return list;
+    list.insert(list.begin(),
+                {"model", &step.model, "", "see the models below", required(one_of(model_names()))});
+    if (model->make) {  // a geometric step takes no time
+        list.push_back({"duration", &step.duration, "time", "process time, at most", required(kPositive)});
+        list.push_back({"stop_depth", &step.stop_depth, "length",
+                        "ends the step when the lowest point is that far below z = 0"});
+        list.push_back({"stop_material", &step.stop_material, "", "ends the step when this material is bare",
+                        kMaterial});
+        list.push_back({"stop_thickness", &step.stop_thickness, "length",
+                        "ends the step when the uppermost layer is that thick somewhere", kPositive});
+        list.push_back(
+            {"stop", &step.stop, "",
+             "ends the step when a figure of [metrology] measures is above or below a value, e.g. \"depth > 2.0\" or "
+             "\"cd_SiO2_at_0.5 < 0.3\", in the recipe's units; lengths and volumes within a twentieth of a grid "
+             "spacing of the front's way, angles and ratios at the end of the time step"});
+    }
+    append_keys(list, model->keys(step.parameters));
+    if (model->patterned) append_keys(list, pattern_keys(step.pattern));
+    return list;
+}
+
+std::vector<Key> model_keys(const Step& step) {
+    const ModelEntry* model = find_model(step.model);
+    // Targets can be written, which nobody does with these.
+    return model == nullptr ? std::vector<Key>() : model->keys(const_cast<std::any&>(step.parameters));
+}
+
 void read_steps(const toml::table& root, Recipe& recipe) {
-    recipe.steps = read_list(root, "step", "step", recipe);
+    recipe.steps = read_list(root, "step", "step", recipe, 0);
     if (recipe.steps.empty())
         fail_missing(root, "step", "missing: a recipe needs something to do: add a [[step]]");
     if (const double count = unrolled(recipe.steps); count > kMostSteps)
@@ -198,18 +223,6 @@ void read_steps(const toml::table& root, Recipe& recipe) {
                      fmt::format("durations add up to over {:g}; check the unit", kLongestRun));
     double lowest = lowest_start(recipe);
     check_geometric(root, recipe.steps, "step", recipe, lowest);
-}
-
-std::vector<Step> expanded_steps(const Recipe& recipe) {
-    std::vector<Step> list;
-    unroll(recipe.steps, "", "", list);
-    return list;
-}
-
-double total_duration(const std::vector<Step>& steps) {
-    double total = 0.0;
-    for (const Step& step : steps) total += step.duration;
-    return total;
 }
 
 }  // namespace sidewall::app

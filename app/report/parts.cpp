@@ -6,6 +6,7 @@
 
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/report/view.hpp"

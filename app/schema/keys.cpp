@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <limits>
 #include <numeric>
-#include <stdexcept>
 
 namespace sidewall::app {
 namespace {
@@ -72,13 +72,13 @@ std::string choice_text(const Choice& choice) {
     return choice.count == 1 ? word(values[0]) : list_text(values, word);
 }
 
-std::string tables_text(const std::vector<Values>& tables, const std::vector<Key>& keys) {
+std::string tables_text(const TableList& tables) {
     std::string text = "[\n";
-    for (Values table : tables) {
+    for (std::size_t i = 0; i < tables.size(); ++i) {
         std::vector<std::string> entries;
-        for (const Field& field : bind(keys, table))
-            if (const auto value = toml_text(field))
-                entries.push_back(fmt::format("{} = {}", field.name, *value));
+        for (const Key& key : tables.keys(i))
+            if (const auto value = toml_text(key))
+                entries.push_back(fmt::format("{} = {}", key.name, *value));
         text += fmt::format("    {{ {} }},\n", fmt::join(entries, ", "));
     }
     return text + "]";
@@ -88,72 +88,73 @@ std::string words_text(const std::vector<std::string>& words) {
     return fmt::format("{}", fmt::join(words, " | "));
 }
 
-std::string type_text(const Field& field) {
-    std::string string_type = field.rule.material          ? "material"
-                              : field.rule.choices.empty() ? "string"
-                                                           : words_text(field.rule.choices);
+std::string type_text(const Key& key) {
+    std::string string_type = key.rule.material          ? "material"
+                              : key.rule.choices.empty() ? "string"
+                                                         : words_text(key.rule.choices);
     return std::visit(
-        Overloaded{
-            [](const bool*) -> std::string { return "boolean"; },
-            [](const std::int64_t*) -> std::string { return "whole number"; },
-            [](const double*) -> std::string { return "number"; },
-            [&](const std::optional<double>*) {
-                const std::string type = field.rule.whole ? "whole number" : "number";
-                return field.rule.word.empty() ? type : fmt::format("{} | \"{}\"", type, field.rule.word);
-            },
-            [&](const std::string*) { return string_type; },
-            [&](std::span<double> numbers) {
-                const std::size_t least = field.rule.size;
-                return least > 0 ? fmt::format("{} or {} numbers", least, numbers.size())
-                                 : fmt::format("{} numbers", numbers.size());
-            },
-            [&](const std::vector<double>*) {
-                return field.rule.size > 0 ? fmt::format("{} numbers", field.rule.size) : "list of numbers";
-            },
-            [&](const std::vector<std::string>*) { return "list of " + string_type; },
-            [](const ByMaterial*) -> std::string { return "number, or table by material"; },
-            [&](const Expressions*) -> std::string {
-                return field.rule.material ? "expression, or table by material" : "table of expressions";
-            },
-            [](const std::vector<Values>*) -> std::string { return "list of tables"; },
-            [](const Choice& choice) {
-                return choice.count == 1 ? words_text(choice.words)
-                                         : fmt::format("{} of {}", choice.count, words_text(choice.words));
-            }},
-        field.target);
+        Overloaded{[](const bool*) -> std::string { return "boolean"; },
+                   [](const std::int64_t*) -> std::string { return "whole number"; },
+                   [](const double*) -> std::string { return "number"; },
+                   [&](const std::optional<double>*) {
+                       const std::string type = key.rule.whole ? "whole number" : "number";
+                       return key.rule.word.empty() ? type : fmt::format("{} | \"{}\"", type, key.rule.word);
+                   },
+                   [&](const std::string*) { return string_type; },
+                   [&](std::span<double> numbers) {
+                       const std::size_t least = key.rule.size;
+                       return least > 0 ? fmt::format("{} or {} numbers", least, numbers.size())
+                                        : fmt::format("{} numbers", numbers.size());
+                   },
+                   [&](const std::vector<double>*) {
+                       return key.rule.size > 0 ? fmt::format("{} numbers", key.rule.size)
+                                                : "list of numbers";
+                   },
+                   [&](const std::vector<std::string>*) { return "list of " + string_type; },
+                   [](const ByMaterial*) -> std::string { return "number, or table by material"; },
+                   [&](const Expressions*) -> std::string {
+                       return key.rule.material ? "expression, or table by material" : "table of expressions";
+                   },
+                   [](const TableList&) -> std::string { return "list of tables"; },
+                   [](const Choice& choice) {
+                       return choice.count == 1
+                                  ? words_text(choice.words)
+                                  : fmt::format("{} of {}", choice.count, words_text(choice.words));
+                   }},
+        key.target);
 }
 
 // What the value may be where it is a single word.
-std::vector<std::string> words_of(const Field& field) {
-    if (std::holds_alternative<bool*>(field.target)) return {"true", "false"};
-    if (const auto* choice = std::get_if<Choice>(&field.target)) return choice->words;
-    if (std::holds_alternative<std::string*>(field.target))
-        return field.rule.material ? material_names(default_materials()) : field.rule.choices;
-    if (field.rule.word.empty()) return {};
-    return {field.rule.word};
+std::vector<std::string> words_of(const Key& key) {
+    if (std::holds_alternative<bool*>(key.target)) return {"true", "false"};
+    if (const auto* choice = std::get_if<Choice>(&key.target)) return choice->words;
+    if (std::holds_alternative<std::string*>(key.target))
+        return key.rule.material ? material_names(default_materials()) : key.rule.choices;
+    if (key.rule.word.empty()) return {};
+    return {key.rule.word};
 }
 
 }  // namespace
 
-bool Values::operator==(const Values& other) const {
-    return entries == other.entries;
+Rule within(double min, double max) {
+    return {.min = min, .max = max};
 }
 
-void Values::refuse(std::string_view key) const {
-    std::vector<std::string> names;
-    for (const auto& [name, value] : entries) names.push_back(name);
-    throw std::logic_error(
-        fmt::format("a model asks for the key \"{}\", which it does not define with that type; its keys: {}",
-                    key, fmt::join(names, ", ")));
+Rule positive_to(double max) {
+    return {.min = 0.0, .max = max, .above_min = true};
 }
 
-std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials) {
-    std::vector<double> result;
-    for (const Material& material : materials) {
-        const auto found = value.named.find(material.name);
-        result.push_back(found == value.named.end() ? value.fallback.value_or(0.0) : found->second);
-    }
-    return result;
+Rule one_of(std::vector<std::string> choices) {
+    return {.choices = std::move(choices)};
+}
+
+Rule sized(std::size_t numbers) {
+    return {.size = numbers};
+}
+
+Rule or_word(std::string word, Rule rule) {
+    rule.word = std::move(word);
+    return rule;
 }
 
 Rule required(Rule rule) {
@@ -161,30 +162,27 @@ Rule required(Rule rule) {
     return rule;
 }
 
-std::vector<Field> bind(const std::vector<Key>& keys, Values& values) {
-    std::vector<Field> fields;
-    for (const Key& key : keys) {
-        Value& value = values.entries.try_emplace(key.name, key.fallback).first->second;
-        const Target target = std::visit([](auto& v) { return Target(&v); }, value);
-        fields.push_back({key.name, target, key.unit, key.doc, key.rule, key.former});
-    }
-    return fields;
+void append_keys(std::vector<Key>& keys, std::vector<Key> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(keys));
 }
 
-std::vector<KeyDoc> document(const std::vector<Field>& fields) {
+std::vector<KeyDoc> document(const std::vector<Key>& keys) {
     std::vector<KeyDoc> rows;
-    for (const Field& field : fields) {
-        const bool tables = std::holds_alternative<std::vector<Values>*>(field.target);
-        const std::string fallback = field.rule.required || tables ? "" : toml_text(field).value_or("");
-        std::string doc = field.doc;
-        if (const std::string range = range_text(field.rule); !range.empty()) doc += "; " + range;
-        rows.push_back({field.name, type_text(field), field.unit, field.rule.required ? "required" : fallback,
-                        doc, words_of(field)});
-        Values values;
-        for (KeyDoc row : document(bind(field.rule.keys, values))) {
-            row.name = field.name + "[]." + row.name;
+    for (const Key& key : keys) {
+        const auto* tables = std::get_if<TableList>(&key.target);
+        const std::string fallback = key.rule.required || tables ? "" : toml_text(key).value_or("");
+        std::string doc = key.doc;
+        if (const std::string range = range_text(key.rule); !range.empty()) doc += "; " + range;
+        rows.push_back({key.name, type_text(key), key.unit, key.rule.required ? "required" : fallback, doc,
+                        words_of(key)});
+        if (tables == nullptr) continue;
+        const std::size_t size = tables->size();
+        tables->resize(size + 1);  // for the defaults of a table
+        for (KeyDoc row : document(tables->keys(size))) {
+            row.name = key.name + "[]." + row.name;
             rows.push_back(std::move(row));
         }
+        tables->resize(size);
     }
     return rows;
 }
@@ -223,7 +221,7 @@ std::string toml_text(const std::string& text) {
     return quoted + "\"";
 }
 
-std::optional<std::string> toml_text(const Field& field) {
+std::optional<std::string> toml_text(const Key& key) {
     using Text = std::optional<std::string>;
     return std::visit(
         Overloaded{
@@ -232,26 +230,26 @@ std::optional<std::string> toml_text(const Field& field) {
             [](const double* value) -> Text { return toml_text(*value); },
             [&](const std::optional<double>* value) -> Text {
                 if (*value) return toml_text(**value);
-                return field.rule.word.empty() ? Text() : toml_text(field.rule.word);
+                return key.rule.word.empty() ? Text() : toml_text(key.rule.word);
             },
             [](const std::string* value) -> Text { return value->empty() ? Text() : toml_text(*value); },
             [&](std::span<double> value) -> Text {
-                const bool fewer = field.rule.size > 0 && value.back() == 0.0;
-                return number_list(value.first(fewer ? field.rule.size : value.size()));
+                const bool fewer = key.rule.size > 0 && value.back() == 0.0;
+                return number_list(value.first(fewer ? key.rule.size : value.size()));
             },
             [&](const std::vector<double>* value) -> Text {
-                return value->empty() && field.rule.size > 0 ? Text() : number_list(*value);
+                return value->empty() && key.rule.size > 0 ? Text() : number_list(*value);
             },
             [](const std::vector<std::string>* value) -> Text {
                 return list_text(*value, [](const std::string& text) { return toml_text(text); });
             },
             [](const ByMaterial* value) -> Text { return table_text(*value); },
             [&](const Expressions* value) -> Text {
-                return value->named.empty() ? Text() : expressions_text(*value, field.rule.material);
+                return value->named.empty() ? Text() : expressions_text(*value, key.rule.material);
             },
-            [&](const std::vector<Values>* value) -> Text { return tables_text(*value, field.rule.keys); },
+            [](const TableList& value) -> Text { return tables_text(value); },
             [](const Choice& value) -> Text { return choice_text(value); }},
-        field.target);
+        key.target);
 }
 
 std::string did_you_mean(std::string_view before, std::string_view name,
@@ -261,7 +259,8 @@ std::string did_you_mean(std::string_view before, std::string_view name,
     std::size_t best_distance = std::numeric_limits<std::size_t>::max();
     for (const std::string& candidate : candidates) {
         const std::size_t close = (std::max(name.size(), candidate.size()) + 2) / 3;
-        // So many letters differ at the least; a name of a megabyte is not compared letter by letter.
+        // At least as many letters differ as the lengths do; a name of a megabyte is not compared letter by
+        // letter.
         if (std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size()) > close)
             continue;
         // Levenshtein distance, one row at a time.

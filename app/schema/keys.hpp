@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -12,13 +13,12 @@
 #include "app/schema/materials.hpp"
 #include "surface/error.hpp"
 
-// One table of keys a recipe section: it drives parsing, validation, the effective recipe and `sidewall
-// models`.
+// A recipe's keys: each list of them drives parsing, validation, the effective recipe and `sidewall models`.
 namespace sidewall::app {
 
 /// A number that depends on the material: `0.1`, or `{ Si = 0.2, Mask = 0.0, default = 0.1 }`.
 struct ByMaterial {
-    /// Of materials not named. Absent: the recipe must name those that are on the wafer.
+    /// The number of materials not named. Absent: the recipe must name those that are on the wafer.
     std::optional<double> fallback = 0.0;
     std::map<std::string, double, std::less<>> named = {};
     bool operator==(const ByMaterial&) const = default;
@@ -30,42 +30,21 @@ struct Expressions {
     bool operator==(const Expressions&) const = default;
 };
 
-/// The value of every material, by id; 0 for one without a value, which is not on the wafer
+/// The number of every material, by id; 0 for one without a number, which is not on the wafer
 /// (recipe/step_materials.hpp).
-std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials);
-
-struct Values;
-
-/// What a key of a model can hold. An absent optional stands for the word that its rule names, e.g. "auto".
-using Value =
-    std::variant<bool, std::int64_t, double, std::optional<double>, std::string, std::vector<double>,
-                 std::vector<std::string>, ByMaterial, Expressions, std::vector<Values>>;
-
-/// The keys a model defines, and what the recipe says about them.
-struct Values {
-    std::map<std::string, Value, std::less<>> entries;
-
-    /// The value of \p key.
-    /// \throws std::logic_error naming the key if the model does not define it with type T.
-    template <class T>
-    const T& get(std::string_view key) const {
-        const auto found = entries.find(key);
-        const T* value = found == entries.end() ? nullptr : std::get_if<T>(&found->second);
-        if (value == nullptr) refuse(key);
-        return *value;
+inline std::vector<double> by_material_id(const ByMaterial& value, const Materials& materials) {
+    std::vector<double> result;
+    for (const Material& material : materials) {
+        const auto found = value.named.find(material.name);
+        result.push_back(found == value.named.end() ? value.fallback.value_or(0.0) : found->second);
     }
-    bool operator==(const Values& other) const;
-
-  private:
-    [[noreturn]] void refuse(std::string_view key) const;
-};
+    return result;
+}
 
 /// Largest length, time or rate accepted anywhere: more is a typing error.
 inline constexpr double kHuge = 1e9;
 
-struct Key;
-
-/// What a value must obey. Bounds hold for every number in it.
+/// The rule that a value must obey. Bounds hold for every number in it.
 struct Rule {
     double min = -kHuge;
     double max = kHuge;
@@ -76,25 +55,25 @@ struct Rule {
     bool whole = false;                     ///< a number that is whole
     std::string word = {};                  ///< what an absent optional number is written as
     std::vector<std::string> choices = {};  ///< the strings allowed, if not all
-    std::vector<Key> keys;                  ///< of each table in a list of tables
-};
-
-/// A key that a model defines; the default's type is the key's type.
-struct Key {
-    std::string name;
-    Value fallback;
-    std::string unit;  ///< in terms of the recipe's length and time, empty for a pure number
-    std::string doc;
-    Rule rule = {};
-    std::string former = {};  ///< a name it had, which recipes may still use
 };
 
 inline const Rule kPositive{.min = 0.0, .above_min = true};
 inline const Rule kNotNegative{.min = 0.0};
 inline const Rule kProbability{.min = 0.0, .max = 1.0};
+inline const Rule kMaterial{.material = true};
 
-/// The same rule without a default.
+Rule within(double min, double max);
+Rule positive_to(double max);
+Rule one_of(std::vector<std::string> choices);
+
+/// The rule of a list of so many numbers.
+Rule sized(std::size_t numbers);
+
+/// The rule of a key that has no default.
 Rule required(Rule rule = {});
+
+/// The rule of an optional number, or of the word that is written where it is absent.
+Rule or_word(std::string word, Rule rule = {});
 
 /// One or more one-byte enumerators, written as words.
 struct Choice {
@@ -115,42 +94,68 @@ Choice choice(std::array<E, N>& values, std::vector<std::string> words) {
     return {reinterpret_cast<std::uint8_t*>(values.data()), N, std::move(words)};
 }
 
-/// Where a key's value lives. It holds the default until the recipe is read.
-using Target = std::variant<bool*, std::int64_t*, double*, std::optional<double>*, std::string*,
-                            std::span<double>, std::vector<double>*, std::vector<std::string>*, ByMaterial*,
-                            Expressions*, std::vector<Values>*, Choice>;
+struct Key;
 
-/// A key bound to the member it fills.
-struct Field {
-    std::string name;
-    Target target;
-    std::string unit;
-    std::string doc;
-    Rule rule = {};
-    std::string former = {};  ///< as in Key
+/// A list of tables in a recipe, each of which fills one element of a vector of structs.
+struct TableList {
+    std::function<std::size_t()> size;
+    std::function<void(std::size_t)> resize;            ///< new elements hold the defaults
+    std::function<std::vector<Key>(std::size_t)> keys;  ///< of an element; they live until the next resize
 };
 
-/// Binds a model's keys to \p values, which gets the defaults of those it lacks. \p values must outlive the
-/// fields.
-std::vector<Field> bind(const std::vector<Key>& keys, Values& values);
+/// \param keys  lists the keys of an element.
+template <class T>
+TableList table_list(std::vector<T>& list, std::vector<Key> (*keys)(T&)) {
+    return {[&list] { return list.size(); }, [&list](std::size_t size) { list.resize(size); },
+            [&list, keys](std::size_t i) { return keys(list[i]); }};
+}
 
-/// A row of the documentation.
+/// The member that a key fills, which holds the default until the recipe is read. An absent optional stands for the word
+/// that the rule names, e.g. "auto".
+using Target = std::variant<bool*, std::int64_t*, double*, std::optional<double>*, std::string*,
+                            std::span<double>, std::vector<double>*, std::vector<std::string>*, ByMaterial*,
+                            Expressions*, TableList, Choice>;
+
+/// A key of a recipe: its name, the member that it fills, its unit, documentation and rule. The member's type and initial
+/// value are the key's type and default.
+struct Key {
+    std::string name;
+    Target target;
+    std::string unit;  ///< in terms of the recipe's length and time, empty for a pure number
+    std::string doc;
+    Rule rule = {};
+    std::string former = {};  ///< a name it had, which recipes may still use
+};
+
+/// The member that the key \p name fills; nullptr if no key of that name fills one of type T.
+template <class T>
+T* target_of(const std::vector<Key>& keys, std::string_view name) {
+    for (const Key& key : keys)
+        if (key.name == name)
+            if (T* const* target = std::get_if<T*>(&key.target)) return *target;
+    return nullptr;
+}
+
+/// Appends \p more, e.g. the keys that several models share, to \p keys.
+void append_keys(std::vector<Key>& keys, std::vector<Key> more);
+
+/// A key in the documentation, as texts.
 struct KeyDoc {
     std::string name, type, unit, fallback, doc;
     std::vector<std::string> words = {};  ///< what the value may be, where it is, or may be, a single word
 };
 
-/// The rows of \p fields, whose targets hold the defaults; keys of listed tables follow as `list[].key`.
-std::vector<KeyDoc> document(const std::vector<Field>& fields);
+/// The rows of \p keys, whose targets hold the defaults; keys of listed tables follow as `list[].key`.
+std::vector<KeyDoc> document(const std::vector<Key>& keys);
 
-/// Type, unit and default of a key in one line, e.g. "number, length, default 0.5".
+/// The type, unit and default of a key in one line, e.g. "number, length, default 0.5".
 std::string type_line(const KeyDoc& key);
 
-/// "in [0, 1]", "greater than 0" and the like.
+/// The bounds of a rule as text: "in [0, 1]", "greater than 0" and the like.
 std::string range_text(const Rule& rule);
 
-/// The value as TOML; nothing if there is none to write.
-std::optional<std::string> toml_text(const Field& field);
+/// The value that a key's target holds, as TOML; nothing if there is none to write.
+std::optional<std::string> toml_text(const Key& key);
 std::string toml_text(double number);
 std::string toml_text(const std::string& text);
 

@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// What a layer is made of.
+/// A material that layers are made of.
 struct Material {
     std::string name;
     std::string colour = "#b0b0b0";  ///< in pictures, hexadecimal as in "\#rrggbb"
@@ -14,14 +14,14 @@ struct Material {
     bool operator==(const Material&) const = default;
 };
 
-/// Indexed by material id. The built-in ones come first and always in the same order, so that an id means the
+/// The materials by id. The built-in ones come first and always in the same order, so that an id means the
 /// same in every run; a recipe's own follow.
 using Materials = std::vector<Material>;
 
-/// The built-in table.
+/// The built-in materials.
 const Materials& default_materials();
 
-/// Id of the material of that name, if there is one.
+/// The id of the material of that name, if there is one.
 std::optional<int> material_id(const Materials& materials, std::string_view name);
 
 std::vector<std::string> material_names(const Materials& materials);

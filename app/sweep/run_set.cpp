@@ -21,6 +21,7 @@
 #include "app/common/threads.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/results/whole_summary.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "app/accuracy/accuracy.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

@@ -1,10 +1,9 @@
-// SIDEWALL_FAULT="each memory DEPTH STRIDE" or "each file DEPTH STRIDE": a copy for every STRIDE-th chain of
-// the DEPTH innermost callers, from main on. The program runs in the folder work of a folder that also holds
-// expected/: what work holds after a whole run. Copies run in copy/, and their ends are counted in
-// report.txt: what went wrong is told there with its callers, and copy/ is kept as copy-N/.
+// SIDEWALL_FAULT="each DEPTH": a copy for every chain of the DEPTH innermost callers, from main on, of a call
+// on a file. The program runs in the folder work of a folder that also holds expected/: what work holds after
+// a whole run. Copies run in copy/, and their ends are counted in report.txt: what went wrong is told there
+// with its callers, and copy/ is kept as copy-N/.
 #include "tests/faults/copies.hpp"
 
-#include <dlfcn.h>
 #include <execinfo.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -34,8 +33,7 @@ constexpr int kDeepest = 64;
 constexpr unsigned kSeconds = 60;  // in which a copy must have ended
 
 struct Survey {
-    std::string kind;
-    int depth = 16, stride = 1;
+    int depth = 16;
     pid_t process = 0;
     fs::path root;  // that holds work and expected
     std::unordered_set<std::size_t> seen;
@@ -100,33 +98,17 @@ std::string judge_files(const fs::path& folder, bool ended_well) {
     return "";
 }
 
-// blosc, which compresses for OpenVDB, uses the memory that it is refused; glibc ends the program itself
-// where it cannot note the destructor of a thread's variable.
-bool in_blosc(void* const* callers, int depth) {
-    for (int k = 0; k < depth; ++k) {
-        Dl_info place{};
-        if (::dladdr(callers[k], &place) != 0 && std::strstr(place.dli_fname, "libblosc") != nullptr)
-            return true;
-    }
-    return false;
-}
-
 // How a copy ended, as a heading of the count; "WRONG: ..." if not as it should.
-std::string judge(int status, const fs::path& folder, bool blosc) {
+std::string judge(int status, const fs::path& folder) {
     const std::string said = read(folder / "said.txt");
-    if (blosc && WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV) return "ended by blosc";
-    if (WIFSIGNALED(status) && said.starts_with("Fatal glibc error: ") &&
-        said.find("out of memory") != std::string::npos)
-        return "ended by glibc";
     if (WIFSIGNALED(status))
         return "WRONG: " + std::string(WTERMSIG(status) == SIGALRM ? "hangs" : strsignal(WTERMSIG(status)));
     const int code = WEXITSTATUS(status);
     if (const std::string wrong = judge_files(folder, code == 0); !wrong.empty()) return "WRONG: " + wrong;
     if (code == 0) return "does without";
-    const bool told = said.starts_with("sidewall: ") && std::count(said.begin(), said.end(), '\n') <= 2 &&
-                      (survey->kind == "file" || said.find("memory") != std::string::npos);
-    const bool coded = survey->kind == "memory" ? code == 4 || code == 5 : code == 5 || code == 3;
-    if (!told) return "WRONG: exit code " + std::to_string(code) + ", says " + said;
+    const bool message = said.starts_with("sidewall: ") && std::count(said.begin(), said.end(), '\n') <= 2;
+    const bool coded = code == 5 || code == 3;
+    if (!message) return "WRONG: exit code " + std::to_string(code) + ", says " + said;
     return (coded ? "" : "WRONG: ") + ("exit code " + std::to_string(code));
 }
 
@@ -162,7 +144,7 @@ bool copied(const char* what, void* const* callers, int depth) {
     }
     int status = 0;
     if (copy < 0 || ::waitpid(copy, &status, 0) != copy) ::_exit(98);
-    const std::string end = judge(status, folder, in_blosc(callers, depth));
+    const std::string end = judge(status, folder);
     ++survey->ends[end];
     if (end.starts_with("WRONG")) tell(end, what, callers, depth);
     return false;
@@ -178,8 +160,8 @@ void end(int status, void*) {
 
 }  // namespace
 
-bool fails_here(const char* kind, const char* what) {
-    if (survey == nullptr || busy || survey->kind != kind || ::gettid() != survey->process) return false;
+bool fails_here(const char* what) {
+    if (survey == nullptr || busy || ::gettid() != survey->process) return false;
     const int before = errno;
     busy = true;
     std::array<void*, kDeepest> callers{};
@@ -187,9 +169,7 @@ bool fails_here(const char* kind, const char* what) {
     std::size_t key = 14695981039346656037u;
     for (int k = 2; k < depth; ++k)
         key = (key ^ reinterpret_cast<std::size_t>(callers[static_cast<std::size_t>(k)])) * 1099511628211u;
-    const bool fails = survey->seen.insert(key).second &&
-                       survey->seen.size() % static_cast<std::size_t>(survey->stride) == 0 &&
-                       copied(what, callers.data(), depth);
+    const bool fails = survey->seen.insert(key).second && copied(what, callers.data(), depth);
     if (fails) survey = nullptr;
     busy = false;
     errno = before;
@@ -200,7 +180,7 @@ void begin_survey() {
     const char* text = std::getenv("SIDEWALL_FAULT");
     std::string each;
     auto asked = std::make_unique<Survey>();
-    std::istringstream(text == nullptr ? "" : text) >> each >> asked->kind >> asked->depth >> asked->stride;
+    std::istringstream(text == nullptr ? "" : text) >> each >> asked->depth;
     if (each != "each") return;
     asked->process = ::getpid();
     asked->root = fs::current_path().parent_path();

@@ -10,8 +10,7 @@ void begin_survey();
 
 /// Whether the call at hand is to fail: in a copy of the program, made for this call unless one was made before
 /// for the same chain of callers.
-/// \param kind  "memory" or "file": what SIDEWALL_FAULT asks for by "each memory" or "each file".
 /// \param what  the call's name, for the report.
-bool fails_here(const char* kind, const char* what);
+bool fails_here(const char* what);
 
 }  // namespace sidewall::faults

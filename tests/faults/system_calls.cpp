@@ -1,5 +1,6 @@
-// The C library's functions that allocate and that change files, as tests/faults/copies.hpp lets them fail.
-// What stands here takes the place of the library's own, for shared libraries, too.
+// The C library's functions that change files, as tests/faults/copies.hpp lets them fail, and the allocation
+// of C++: SIDEWALL_FAULT="memory N" refuses the N-th one of the main thread. What stands here takes the place
+// of the library's own, for shared libraries, too.
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/file.h>
@@ -10,26 +11,26 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <new>
 
 #include "tests/faults/copies.hpp"
 
-extern "C" {
-void* __libc_malloc(std::size_t size);                           // NOLINT
-void* __libc_calloc(std::size_t count, std::size_t size);        // NOLINT
-void* __libc_realloc(void* memory, std::size_t size);            // NOLINT
-void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT
-}
-
 namespace {
 
-bool no_memory(const char* what) {
-    if (!sidewall::faults::fails_here("memory", what)) return false;
-    errno = ENOMEM;
-    return true;
+// Counts down to the allocation that fails; 0: none does.
+long allocations_left() {
+    const char* fault = std::getenv("SIDEWALL_FAULT");
+    long n = 0;
+    return fault != nullptr && std::sscanf(fault, "memory %ld", &n) == 1 ? n : 0;
+}
+
+bool no_memory() {
+    static long left = allocations_left();
+    return left > 0 && ::gettid() == ::getpid() && --left == 0;
 }
 
 bool no_file(const char* what, int error) {
-    if (!sidewall::faults::fails_here("file", what)) return false;
+    if (!sidewall::faults::fails_here(what)) return false;
     errno = error;
     return true;
 }
@@ -42,33 +43,21 @@ Function* hidden(Function*, const char* name) {
 
 }  // namespace
 
+void* operator new(std::size_t size) {
+    void* memory = no_memory() ? nullptr : std::malloc(size);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
+
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+
+void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
+
 extern "C" {
-
-void* malloc(std::size_t size) noexcept {
-    return no_memory("malloc") ? nullptr : __libc_malloc(size);
-}
-
-void* calloc(std::size_t count, std::size_t size) noexcept {
-    return no_memory("calloc") ? nullptr : __libc_calloc(count, size);
-}
-
-void* realloc(void* memory, std::size_t size) noexcept {
-    return no_memory("realloc") ? nullptr : __libc_realloc(memory, size);
-}
-
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-    return no_memory("aligned_alloc") ? nullptr : __libc_memalign(alignment, size);
-}
-
-void* memalign(std::size_t alignment, std::size_t size) noexcept {
-    return no_memory("memalign") ? nullptr : __libc_memalign(alignment, size);
-}
-
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
-    if (no_memory("posix_memalign")) return ENOMEM;
-    *memory = __libc_memalign(alignment, size);
-    return *memory == nullptr ? ENOMEM : 0;
-}
 
 ssize_t write(int file, const void* bytes, std::size_t size) {
     static const auto real = hidden(&write, "write");
@@ -111,7 +100,7 @@ int fsync(int) {
 
 int close(int file) {
     static const auto real = hidden(&close, "close");
-    // As the kernel's, it closes the file whatever it tells.
+    // Like the kernel's, it closes the file whatever it returns.
     const int result = real(file);
     return no_file("close", EIO) ? -1 : result;
 }

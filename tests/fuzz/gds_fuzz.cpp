@@ -2,7 +2,7 @@
 // file, or give finite polygons.
 #include <cmath>
 
-#include "app/recipe/gds.hpp"
+#include "app/recipe/gds_flatten.hpp"
 #include "surface/error.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/fuzz/mutate.hpp"

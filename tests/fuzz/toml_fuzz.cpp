@@ -2,6 +2,7 @@
 // file, or the effective recipe that is written from them reads back as the same.
 #include <filesystem>
 
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
 #include "surface/error.hpp"

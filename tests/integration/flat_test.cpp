@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "app/process/simulation.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "surface/error.hpp"
 #include "tests/integration/program.hpp"
 

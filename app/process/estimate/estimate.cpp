@@ -9,6 +9,7 @@
 
 #include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
+#include "app/models/geometric_steps.hpp"
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/rates.hpp"
 #include "app/process/estimate/memory.hpp"
@@ -17,7 +18,6 @@
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
 #include "app/recipe/layers.hpp"
-#include "app/recipe/step_model.hpp"
 #include "app/results/metrology.hpp"
 #include "flux/radiosity/exchange.hpp"
 #include "levelset/layers/levels.hpp"
@@ -124,7 +124,7 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
 
 // Makes the first time step of a step that is repeated \p times, and counts what all of them come to.
 void count_step(Estimation& e, const Step& step, double times) {
-    const Model model = make_model(step, e.measured.materials, e.measured.domain);
+    const Model& model = *step.built;
     if (model.deposit) levelset::begin_film(e.state.stack, *model.deposit);
     const Pilot pilot = trace_pilot({e.recipe, e.measured, e.state.stack, e.cells, e.effort}, model);
     e.total.flux_error = std::max(e.total.flux_error, pilot.error);
@@ -177,7 +177,7 @@ void count_reshaping(Estimation& e, const Step& step, double times) {
     // The wafer is as before the steps that take time: what they etch lies deeper. A coarser grid loses
     // openings.
     if (step.model == "planarize") {
-        const double height = step.values.get<double>("height");
+        const double height = geometric_step(step.parameters)->height;
         if (height < lowest_of_substrate(e.state.stack) && (height >= e.lowest || e.cells != 1.0)) return;
     }
     const double start = now();
@@ -199,7 +199,7 @@ void count(Estimation& e, const std::vector<Step>& steps, const std::string& num
         step.name = fmt::format("{} {}", label, step.name.empty() ? step.model : step.name);
         if (now() - e.start > e.limit) {
             e.left_out += repeated * step.duration;
-        } else if (find_model(step.model)->apply != nullptr) {
+        } else if (!step.built) {
             count_reshaping(e, step, repeated);
         } else {
             e.measured_time += repeated * step.duration;

@@ -13,6 +13,7 @@
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"

@@ -4,6 +4,7 @@
 #include "app/models/chemistry.hpp"
 #include "app/models/coverage_solver.hpp"
 #include "app/models/expression.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/yield.hpp"

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "app/recipe/notes.hpp"
 #include "app/recipe/step_model.hpp"
 
 // What an ion beam takes away and what redeposits.

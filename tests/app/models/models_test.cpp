@@ -1,6 +1,8 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <set>
+#include <type_traits>
 
 #include "app/recipe/step_model.hpp"
 #include "flux/yield.hpp"
@@ -269,13 +271,30 @@ TEST_CASE("keys that do not fit together are refused with their place") {
               .starts_with("step.toml:10: step[0].species[1].name = \"a\": is taken"));
 }
 
-TEST_CASE("a model that asks for a key it does not define, or of another type, ends with the key's name") {
-    Values values;
-    values.entries["sticking"] = ByMaterial{0.5};
-    CHECK(values.get<ByMaterial>("sticking").fallback == 0.5);
-    CHECK_THROWS_WITH(values.get<ByMaterial>("sticknig"),
-                      Catch::Contains("\"sticknig\"") && Catch::Contains("its keys: sticking"));
-    CHECK_THROWS_WITH(values.get<double>("sticking"), Catch::Contains("\"sticking\""));
+TEST_CASE("every key of a model has a name of its own and fills a member of its own") {
+    for (const ModelEntry& model : models()) {
+        std::any parameters = model.defaults;
+        std::set<std::string> names;
+        std::set<const void*> members;
+        for (const Key& key : model.keys(parameters)) {
+            INFO(model.name << ": " << key.name);
+            CHECK(names.insert(key.name).second);
+            std::visit(
+                [&](const auto& target) {
+                    if constexpr (std::is_pointer_v<std::decay_t<decltype(target)>>)
+                        CHECK(members.insert(target).second);
+                },
+                key.target);
+        }
+    }
+}
+
+TEST_CASE("the member of a key is found by the key's name and the member's type") {
+    double number = 0.5;
+    const std::vector<Key> keys{{"sticking", &number, "", ""}};
+    CHECK(target_of<double>(keys, "sticking") == &number);
+    CHECK(target_of<double>(keys, "sticknig") == nullptr);
+    CHECK(target_of<ByMaterial>(keys, "sticking") == nullptr);
 }
 
 TEST_CASE("a tilted beam between reflective sides is refused at the key that tilts it") {

@@ -12,18 +12,29 @@ namespace {
 
 enum Tally : std::size_t { kChlorine };  // in the order of flux_names
 
+struct Chlorine {
+    ByMaterial rate, sticking{0.5};
+    double adsorption = 1.0, desorption = 0.25;
+};
+
+std::vector<Key> chlorine_keys(Chlorine& p) {
+    return {{"rate", &p.rate, "length/time", "etch rate of a full surface", required(kNotNegative)},
+            {"sticking", &p.sticking, "", "on free sites", kProbability},
+            {"adsorption", &p.adsorption, "1/time", "sites taken at flux 1", kPositive},
+            {"desorption", &p.desorption, "1/time", "of a site", kPositive}};
+}
+
 // Chlorine covers free sites, spontaneous desorption empties them: theta = k_a phi / (k_a phi + k_d), V =
 // -rate theta.
-Model make_chlorine(const Values& values, const Materials& materials) {
-    const double adsorption = values.get<double>("adsorption"), desorption = values.get<double>("desorption");
-    const std::vector<double> rate = by_material_id(values.get<ByMaterial>("rate"), materials);
+Model make_chlorine(const Chlorine& p, const Materials& materials) {
+    const std::vector<double> rate = by_material_id(p.rate, materials);
 
     Model model;
-    model.species = {{"chlorine", 1.0, by_material_id(values.get<ByMaterial>("sticking"), materials)}};
+    model.species = {{"chlorine", 1.0, by_material_id(p.sticking, materials)}};
     model.coverages.names = {"chlorine"};
     model.coverages.react = [=](const SurfacePoint& point, double, std::span<double> theta) {
-        const double arriving = adsorption * point.flux[kChlorine];
-        theta[0] = arriving / (arriving + desorption);
+        const double arriving = p.adsorption * point.flux[kChlorine];
+        theta[0] = arriving / (arriving + p.desorption);
     };
     model.sticking = [own = model.species](std::size_t k, const SurfacePoint& point) {
         return own[k].sticking[static_cast<std::size_t>(point.material)] * (1.0 - point.coverage[0]);
@@ -35,13 +46,8 @@ Model make_chlorine(const Values& values, const Materials& materials) {
 }
 
 ModelEntry chlorine() {
-    return {"chlorine",
-            "adsorption and desorption of chlorine: V = -rate * theta",
-            {{"rate", ByMaterial{}, "length/time", "etch rate of a full surface", required(kNotNegative)},
-             {"sticking", ByMaterial{0.5}, "", "on free sites", kProbability},
-             {"adsorption", 1.0, "1/time", "sites taken at flux 1", kPositive},
-             {"desorption", 0.25, "1/time", "of a site", kPositive}},
-            make_chlorine};
+    return model_entry("chlorine", "adsorption and desorption of chlorine: V = -rate * theta", chlorine_keys,
+                       make_chlorine);
 }
 
 }  // namespace
@@ -56,10 +62,10 @@ TEST_CASE("a model in one file: keys, species, coverages and speed are all there
     recipe.domain.grid_spacing = 0.25;
     recipe.flux.rays = 200'000;
     recipe.simplify.method = "none";
-    Values values;
-    app::bind(chlorine().keys, values);  // the defaults
-    values.entries["rate"] = ByMaterial{0.0, {{"Si", 2.0}}};
-    const Model model = chlorine().make(values, recipe.materials);
+    const ModelEntry entry = chlorine();
+    std::any parameters = entry.defaults;
+    *target_of<ByMaterial>(entry.keys(parameters), "rate") = ByMaterial{0.0, {{"Si", 2.0}}};
+    const Model model = entry.make(parameters, recipe.materials);
 
     // An open wafer: flux 1, so theta = 1 / (1 + 0.25), whatever it sticks with.
     const levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), {{0, levelset::Shape{}}});

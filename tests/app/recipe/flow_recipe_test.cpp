@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "app/process/estimate/memory.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"

@@ -1,4 +1,4 @@
-#include "app/recipe/gds.hpp"
+#include "app/recipe/gds_flatten.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

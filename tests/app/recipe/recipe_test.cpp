@@ -1,4 +1,6 @@
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/notes.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,6 +10,7 @@
 #include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/recipe/steps.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;
@@ -150,7 +153,7 @@ TEST_CASE("what a recipe leaves out has the documented default", "[foreign]") {
     CHECK(recipe.advection.time_integration == levelset::TimeIntegration::euler);
     CHECK(recipe.advection.cfl == 0.5);
     CHECK(recipe.layers.at(0).top == 0.0);
-    CHECK(recipe.steps.at(0).values.get<double>("source_exponent") == 1.0);
+    CHECK(*target_of<double>(model_keys(recipe.steps.at(0)), "source_exponent") == 1.0);
     CHECK(domain_of(recipe).cells == std::array<int, 2>{42, 42});
 }
 
@@ -194,8 +197,8 @@ TEST_CASE("overrides change keys before the recipe is checked", "[foreign]") {
     CHECK(with({"domain.extent[0]=20"}).domain.extent == std::array<double, 2>{20.0, 10.0});
     CHECK(with({"output.profiles=[\"x=0\"]"}).output.profiles == std::vector<std::string>{"x=0"});
     CHECK(with({"metrology.cut=x=1"}).metrology.cut == "x=1");
-    CHECK(with({"step[0].sticking.Si=0.4"}).steps[0].values.get<ByMaterial>("sticking").named.at("Si") ==
-          0.4);
+    const Recipe sticky = with({"step[0].sticking.Si=0.4"});
+    CHECK(target_of<ByMaterial>(model_keys(sticky.steps[0]), "sticking")->named.at("Si") == 0.4);
     CHECK(with({"flux.seed=2", "flux.seed=3"}).flux.seed == 3);  // the last one holds
     // An override can mend a recipe that would be refused.
     CHECK(message("flux = 1\n" + kBase).starts_with("bad.toml:1: flux = 1: must be a table"));
@@ -308,7 +311,7 @@ TEST_CASE("an override changes a key under either of its names, whichever the re
             "[[step]]\nmodel = \"ion_beam\"\nduration = 1.0\nrate = 1.0\n" +
                 in_recipe + " = 250.0\n",
             "beam.toml", overrides);
-        return recipe.steps[0].values.get<double>("energy");
+        return *target_of<double>(model_keys(recipe.steps[0]), "energy");
     };
     for (const std::string recipe : {"energy", "ion_energy"})
         for (const std::string set : {"energy", "ion_energy"})
@@ -405,6 +408,26 @@ TEST_CASE("layers stand on each other and stacks expand bottom up", "[foreign]")
     CHECK(layers[9].material ==
           static_cast<int>(default_materials().size()));  // a new material comes after the built-in
     CHECK(recipe.materials.size() == default_materials().size() + 1);
+}
+
+TEST_CASE("loops nest twelve deep; deeper ones are refused with their place", "[foreign]") {
+    const auto nested = [](int loops, const std::string& step) {
+        std::string list = "[{ " + step + " }]";
+        for (int k = 0; k < loops; ++k) list = "[{ steps = " + list + " }]";
+        return "step = " + list +
+               "\n[domain]\nextent = [1.0, 1.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n";
+    };
+    const std::string etch = "model = \"isotropic\", duration = 1.0, rate = -1.0";
+    const std::string polish = "model = \"planarize\", height = -0.5";
+    CHECK(expanded_steps(parse_recipe(nested(12, etch), "deep.toml")).size() == 1);
+    for (const std::string& step :
+         {etch, polish, etch + ", stop = \"depth > 1.0\"", "model = \"cut\", shape = \"hole\", radius = 0.2"})
+        for (const int loops : {13, 15, 16, 17, 40})
+            CHECK_THROWS_WITH(parse_recipe(nested(loops, step), "deep.toml"),
+                              Catch::StartsWith("deep.toml:1: step[0].steps[0].steps[0].") &&
+                                  Catch::Contains(": lies in 12 loops: they nest no deeper"));
+    CHECK_THROWS_WITH(parse_recipe(nested(12, "model = \"isotropic\", duration = 1.0"), "deep.toml"),
+                      Catch::Contains(".rate: missing"));
 }
 
 TEST_CASE("loops unroll in the order they run", "[foreign]") {

@@ -1,4 +1,5 @@
 #include "app/recipe/step_materials.hpp"
+#include "app/recipe/effective_recipe.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,24 +1,27 @@
+#include "app/recipe/effective_recipe.hpp"
+
 #include <fmt/format.h>
 
 #include <set>
 
-#include "app/recipe/recipe.hpp"
+#include "app/recipe/layer_keys.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/recipe/steps.hpp"
 #include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// Sections are copied: fields bind to members that could be written, though only read here.
+// Sections are copied: keys point to members that could be written, though they are only read here.
 template <class Section>
 std::string keys_text(Section section, const DomainSection& units) {
     std::string text;
-    for (const Field& field : fields(section)) {
-        const auto value = toml_text(field);
+    for (const Key& key : keys_of(section)) {
+        const auto value = toml_text(key);
         if (!value) continue;
-        text += fmt::format("{} = {}", field.name, *value);
-        if (!field.unit.empty())
-            text += fmt::format("  # {}", unit_text(field.unit, units.length_unit, units.time_unit));
+        text += fmt::format("{} = {}", key.name, *value);
+        if (!key.unit.empty())
+            text += fmt::format("  # {}", unit_text(key.unit, units.length_unit, units.time_unit));
         text += "\n";
     }
     return text;
@@ -29,24 +32,25 @@ std::string section_text(const std::string& header, const Section& section, cons
     return fmt::format("\n{}\n{}", header, keys_text(section, units));
 }
 
-void collect(const Values& values, std::set<std::string>& names) {
-    for (const auto& [key, value] : values.entries) {
+void collect(const std::vector<Key>& keys, std::set<std::string>& names) {
+    for (const Key& key : keys) {
         // Without a value for all others a table lists what is published, wanted or not.
-        if (const auto* by_material = std::get_if<ByMaterial>(&value); by_material && by_material->fallback)
-            for (const auto& [name, number] : by_material->named) names.insert(name);
-        if (const auto* expressions = std::get_if<Expressions>(&value))
-            for (const auto& [name, text] : expressions->named) names.insert(name);
-        if (const auto* text = std::get_if<std::string>(&value)) names.insert(*text);
-        if (const auto* list = std::get_if<std::vector<std::string>>(&value))
-            names.insert(list->begin(), list->end());
-        if (const auto* tables = std::get_if<std::vector<Values>>(&value))
-            for (const Values& table : *tables) collect(table, names);
+        if (auto* by_material = std::get_if<ByMaterial*>(&key.target);
+            by_material && (*by_material)->fallback)
+            for (const auto& [name, number] : (*by_material)->named) names.insert(name);
+        if (auto* expressions = std::get_if<Expressions*>(&key.target))
+            for (const auto& [name, text] : (*expressions)->named) names.insert(name);
+        if (auto* text = std::get_if<std::string*>(&key.target)) names.insert(**text);
+        if (auto* list = std::get_if<std::vector<std::string>*>(&key.target))
+            names.insert((*list)->begin(), (*list)->end());
+        if (auto* tables = std::get_if<TableList>(&key.target))
+            for (std::size_t i = 0; i < tables->size(); ++i) collect(tables->keys(i), names);
     }
 }
 
 void collect(const std::vector<Step>& steps, std::set<std::string>& names) {
     for (const Step& step : steps) {
-        collect(step.values, names);
+        collect(model_keys(step), names);
         names.insert(step.stop_material);
         collect(step.steps, names);
     }

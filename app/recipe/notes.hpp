@@ -1,0 +1,13 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "app/recipe/recipe.hpp"
+
+namespace sidewall::app {
+
+/// What a user should know of a valid recipe: names that keys no longer have, how the grid's spacing was
+/// rounded, beams that sides mirror.
+std::vector<std::string> notes_on(const Recipe& recipe);
+
+}  // namespace sidewall::app
