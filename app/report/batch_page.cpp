@@ -282,22 +282,4 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
     return page;
 }
 
-Page study_page(const fs::path& folder) {
-    Page page("study", name_of(folder));
-    const Json study = read_json(folder / "study.json", "make the study again");
-    page.fact("Rays a trace", number_text(study.value("rays", Json())));
-    page.fact("Sticking", number_text(study.value("sticking", Json())));
-    page.fact("Threads", number_text(study.value("threads", Json())));
-    page.fact("Version", text_at(study, "version"));
-    if (is_there(folder / "report.md"))
-        page.sections.push_back(Json{{"type", "markdown"},
-                                     {"title", "Region simplification on process surfaces"},
-                                     {"text", surface::read_whole_file(folder / "report.md")}});
-    else
-        page.notes.emplace_back("The study has not ended: it has no tables yet.");
-    Json figures = figures_section(folder, "surface", "Figures");
-    page.sections.push_back(std::move(figures));
-    return page;
-}
-
 }  // namespace sidewall::app

@@ -4,7 +4,7 @@
 //     flux_accuracy_bench [MESH=GRID_SPACING ...]
 //
 // Without meshes: the study's surfaces. Two errors: `relative_error`, the noise of the mesh that is traced;
-// and the study's, relative L2 at the vertices of the extracted surface, where what the simplified mesh does
+// and relative L2 at the vertices of the extracted surface, where what the simplified mesh does
 // to the flux counts, too.
 #include <tbb/global_control.h>
 
@@ -13,13 +13,12 @@
 #include <limits>
 #include <optional>
 
-#include "app/common/json.hpp"
-#include "app/evaluation/study_flux.hpp"
 #include "app/process/arriving/flux_gradient.hpp"
 #include "flux/tracer/smoothing.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
 #include "tests/bench/first_light.hpp"
+#include "tests/bench/flux_error.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
@@ -91,14 +90,9 @@ struct Seconds {
     double bias = 0.0;
 };
 
-std::optional<double> to_error(const app::Json& error, const app::FluxPair& pair) {
-    if (error.at("rays_to_error").is_null()) return std::nullopt;
-    return error.at("rays_to_error").get<double>() * pair.trace_seconds / pair.rays;
-}
-
-Seconds first_tracer(const Scene& raw, double sticking, const app::FluxTruth& truth) {
+Seconds first_tracer(const Scene& raw, double sticking, const bench::FluxTruth& truth) {
     const first_light::EmbreeScene embree(raw.mesh);
-    app::FluxPair pair;
+    bench::FluxPair pair;
     Seconds seconds;
     for (auto* values : {&pair.first, &pair.second}) {
         first_light::Result result;
@@ -106,7 +100,7 @@ Seconds first_tracer(const Scene& raw, double sticking, const app::FluxTruth& tr
             result = first_light::trace(raw.mesh, embree, raw.scene, raw.box, sticking, raw.wedges, kRays / 4,
                                         false, values == &pair.first ? 1 : 2);
         });
-        pair.trace_seconds += spent;
+        pair.seconds += spent;
         pair.rays += static_cast<double>(result.emitted);
         for (std::size_t v = 0; v < raw.mesh.vertices.size(); ++v) {
             const auto foot =
@@ -116,9 +110,9 @@ Seconds first_tracer(const Scene& raw, double sticking, const app::FluxTruth& tr
         // The error falls with the square root of the rays.
         seconds.to_noise = spent * std::pow(result.relative_error / kTarget, 2.0);
     }
-    const app::Json error = app::flux_error(pair, truth, kTarget);
-    seconds.to_error = to_error(error, pair);
-    seconds.bias = error.at("bias").get<double>();
+    const bench::FluxError error = bench::flux_error(pair, truth, kTarget);
+    seconds.to_error = error.seconds_to_error;
+    seconds.bias = error.bias;
     return seconds;
 }
 
@@ -127,8 +121,8 @@ std::string shown(const std::optional<double>& value, const char* format) {
 }
 
 void measure(const Scene& raw, double sticking) {
-    const app::FluxTruth truth =
-        app::make_truth(raw.mesh, raw.box, 8.0 * static_cast<double>(kRays), sticking);
+    const bench::FluxTruth truth =
+        bench::make_truth(raw.mesh, raw.box, 8.0 * static_cast<double>(kRays), sticking);
     const Seconds first = first_tracer(raw, sticking, truth);
     fmt::print("{:<10}{:>9}  {:<18}{:>6}{:>10}{:>8.2f}{:>8}{:>9.4f}{:>9}\n", raw.name, sticking,
                "first, extracted", "0", "", first.to_noise, "", first.bias, shown(first.to_error, "{:.1f}"));
@@ -145,18 +139,18 @@ void measure(const Scene& raw, double sticking) {
                 flux::trace_flux_to(kTarget, coarse->mesh, coarse->scene, coarse->box,
                                     {"bench", 1.0, {sticking}}, {}, coarse->wedges, {.rays = 1'000'000'000});
             });
-        const app::FluxPair pair =
-            app::trace_pair(coarse->mesh, raw.mesh, raw.box, 4.0 * static_cast<double>(kRays), sticking, 20);
-        const app::Json error = app::flux_error(pair, truth, kTarget);
-        std::optional<double> seconds = to_error(error, pair), ratio;
+        const bench::FluxPair pair = bench::trace_pair(coarse->mesh, raw.mesh, raw.box,
+                                                       4.0 * static_cast<double>(kRays), sticking, 20);
+        const bench::FluxError error = bench::flux_error(pair, truth, kTarget);
+        std::optional<double> seconds = error.seconds_to_error, ratio;
         if (seconds) *seconds += begin;
         if (seconds && first.to_error) ratio = *first.to_error / *seconds;
         fmt::print("{:<10}{:>9}  {:<18}{:>6.1f}{:>10.2f}{:>8.2f}{:>8.1f}{:>9.4f}{:>9}{:>8}\n", raw.name,
                    sticking, name,
                    100.0 - 100.0 * static_cast<double>(coarse->mesh.vertices.size()) /
                                static_cast<double>(raw.mesh.vertices.size()),
-                   begin, to_noise, first.to_noise / to_noise, error.at("bias").get<double>(),
-                   shown(seconds, "{:.2f}"), shown(ratio, "{:.1f}"));
+                   begin, to_noise, first.to_noise / to_noise, error.bias, shown(seconds, "{:.2f}"),
+                   shown(ratio, "{:.1f}"));
     }
 }
 
