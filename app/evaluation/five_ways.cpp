@@ -4,38 +4,62 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
-#include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
-#include "app/evaluation/flux_runs.hpp"
-#include "app/evaluation/study_flux.hpp"
+#include "app/evaluation/mesh_flux.hpp"
 #include "flux/radiosity/exchange_samples.hpp"
 #include "flux/radiosity/method_choice.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
 
 using Values = std::vector<double>;
-constexpr std::uint64_t kLimitSeed = 2'000'003;  // away from the seeds of what is compared with it
-constexpr std::uint64_t kLimitRepeats = 4;       // at least two
+constexpr std::uint64_t kLimitSeed = 2'000'003, kLimitRepeats = 4;  // away from other seeds; at least two
 // Rays an unknown: of all repeats of a limit, and of one of radiosity's to begin with.
 constexpr double kMostLimitRays = 512.0, kFirstRadiosityRays = 16.0;
 constexpr double kMostGathered = 5.0;  // rays of one repeat over those of a trace; what lies beyond is scaled
+constexpr int kTenths = 10;
+constexpr double kFacesUp = 0.707;  // cosine of 45 degrees
 
-/// A way in one variant, with more and more rays.
-struct Way {
-    const char* name;
-    std::string variant;
-    std::vector<FluxRuns> levels;
+struct Mean {
+    double value = 0.0, variance = 0.0;  // of the mean
+};
+
+// Mean of value(repeat) over some repeats.
+template <class Value>
+Mean mean_over(std::size_t repeats, const Value& value) {
+    const auto count = static_cast<double>(repeats);
+    Mean mean;
+    for (std::size_t k = 0; k < repeats; ++k) mean.value += value(k) / count;
+    for (std::size_t k = 0; k < repeats; ++k)
+        mean.variance += std::pow(value(k) - mean.value, 2.0) / (count * std::max(1.0, count - 1.0));
+    return mean;
+}
+
+// A mesh on which both methods find the flux.
+struct TracedMesh {
+    const SimplifiedMesh& of;
+    MeshFlux flux;
+    // What either method converges to, at the vertices of the surface, by repeat.
+    std::vector<Values> top_down_limit, radiosity_limit;
+};
+
+// The ways to the flux of one sticking.
+struct Case {
+    const FiveWaysOptions& options;
+    double sticking;
+    std::span<const DepthBin> bins;
+    std::span<const TracedMesh> meshes;  // the first is raw
+    DepthError error(const DepthBin& bin, const FluxRuns& runs) const {
+        return depth_error(bin, runs, meshes.front().top_down_limit, options.target);
+    }
 };
 
 // Mean over the hat function of every wedge.
-Values hat_means(const TriangleMesh& mesh, const flux::Wedges& wedges, const Values& flux) {
-    const flux::MassMatrix mass = flux::mass_matrix(mesh, wedges);
+Values hat_means(const MeshFlux& on, const Values& flux) {
+    const flux::MassMatrix mass = flux::mass_matrix(on.mesh, on.wedges);
     Values means(flux.size(), 0.0);
     for (std::size_t i = 0; i < means.size(); ++i) {
         double area = 0.0;
@@ -48,188 +72,92 @@ Values hat_means(const TriangleMesh& mesh, const flux::Wedges& wedges, const Val
     return means;
 }
 
-// A mesh on which both methods find the flux.
-struct TracedMesh {
-    std::string name;  // empty: raw
-    double seconds;
-    std::unique_ptr<PairTrace> trace;
-};
-
-std::string label(const TracedMesh& mesh) {
-    return mesh.name.empty() ? "raw" : mesh.name;
-}
-
-// What both methods come to on a mesh with ever more rays, at the vertices of the surface, by repeat.
-struct Limits {
-    std::vector<Values> top_down, radiosity;
-};
-
-// By sticking.
-std::vector<Limits> limits_on(const TracedMesh& mesh, const FiveWaysOptions& options) {
-    const PairTrace& trace = *mesh.trace;
-    std::vector<Values> everywhere;
-    for (const double sticking : options.stickings) everywhere.emplace_back(trace.wedges().count(), sticking);
-    std::vector<flux::DiffuseSpecies> species;
-    species.reserve(everywhere.size());
-    for (const Values& sticking : everywhere) species.push_back({.sticking = sticking});
-    const auto rays = static_cast<std::uint64_t>(
-        std::min(options.reference_rays, kMostLimitRays * static_cast<double>(trace.wedges().count())) /
-        kLimitRepeats);
-    std::vector<Limits> limits(species.size());
+void find_limits(const FiveWaysOptions& options, double sticking, TracedMesh& mesh) {
+    const double most = kMostLimitRays * static_cast<double>(mesh.flux.wedges.count()),
+                 rays = std::min(options.reference_rays, most) / kLimitRepeats;
+    mesh.top_down_limit.clear();
+    mesh.radiosity_limit.clear();
     for (std::uint64_t repeat = 0; repeat < kLimitRepeats; ++repeat) {
-        options.before_turn(fmt::format("five ways, {}, reference", label(mesh)));
-        flux::Exchange exchange(
-            trace.mesh(), trace.scene(), trace.box(), trace.wedges(), {1.0},
-            {.seed = kLimitSeed + repeat, .most_bytes = flux::exchange_bytes(rays + 1), .stop = interrupted});
-        flux::gather_for(species, exchange, rays, {.stop = interrupted});
-        for (std::size_t k = 0; k < species.size(); ++k) {
-            const flux::RadiosityFlux solved =
-                flux::solve_flux(exchange, species[k], {.errors = false, .stop = interrupted});
-            limits[k].radiosity.push_back(trace.at_vertices(solved.wedge.flux));
-            limits[k].top_down.push_back(
-                trace.at_vertices(hat_means(trace.mesh(), trace.wedges(), solved.wedge.flux)));
-        }
+        options.before_turn(fmt::format("five ways, {}, reference", mesh.of.name));
+        double untimed = 0.0;
+        const Values flux = mesh.flux.solved(rays, sticking, kLimitSeed + repeat, false, untimed);
+        mesh.radiosity_limit.push_back(mesh.flux.at_vertices(flux));
+        mesh.top_down_limit.push_back(mesh.flux.at_vertices(hat_means(mesh.flux, flux)));
     }
-    return limits;
 }
 
-FluxRuns runs_of(FluxPair pair, double fixed_seconds, std::vector<Values> limit) {
-    FluxRuns runs;
-    runs.limit = std::move(limit);
-    runs.rays = 0.5 * pair.rays;
-    runs.seconds = 0.5 * pair.trace_seconds;
-    runs.fixed_seconds = fixed_seconds + pair.bvh_seconds + pair.wedge_seconds;
-    runs.values.push_back(std::move(pair.first));
-    runs.values.push_back(std::move(pair.second));
+// Two repeats of either method on a mesh.
+FluxRuns repeated(const Case& c, const TracedMesh& mesh, double rays, bool radiosity) {
+    const MeshFlux& on = mesh.flux;
+    FluxRuns runs{.limit = radiosity ? mesh.radiosity_limit : mesh.top_down_limit,
+                  .rays = rays,
+                  .fixed_seconds = mesh.of.seconds + on.bvh_seconds + on.wedge_seconds};
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        c.options.before_turn(
+            fmt::format("five ways, {}, {}", mesh.of.name, radiosity ? "radiosity" : "tracing"));
+        runs.values.push_back(on.at_vertices(radiosity ? on.solved(rays, c.sticking, seed, true, runs.seconds)
+                                                       : on.traced(rays, c.sticking, seed, runs.seconds)));
+    }
+    runs.seconds *= 0.5;
     return runs;
 }
 
-// The ways to the flux of one sticking.
-struct Case {
-    const TriangleMesh& surface;
-    const FiveWaysOptions& options;
-    std::span<const DepthBin> bins;
-    double sticking;
-    std::span<const TracedMesh> meshes;  // the first is raw
-    std::span<const Limits> limits;      // by mesh
-    const FluxPair* long_run;            // or nullptr
-    std::span<const Values> reference() const { return limits.front().top_down; }
-};
-
-// Error and time of a way at one depth, with as few rays as get there.
-struct AtDepth {
-    DepthError error;
-    double rays = 0.0;  // that it had
-    double seconds = kInfinity;
-    bool reached = false;  // with those rays
-};
-
-AtDepth at_depth(const Case& c, const Way& way, const DepthBin& bin) {
-    AtDepth result;
-    for (const FluxRuns& level : way.levels) {
-        double rays = 0.0;
-        result.error = depth_error(bin, level, c.reference());
-        result.seconds = seconds_to(c.options.target, level, result.error, rays);
-        result.rays = level.rays;
-        result.reached = rays <= level.rays;
-        if (result.reached) break;
+// Radiosity with twice as many rays again and again, until it gets there at every depth.
+FluxRuns radiosity_runs(const Case& c, const TracedMesh& mesh) {
+    const double fewest = kFirstRadiosityRays * static_cast<double>(mesh.flux.wedges.count());
+    for (double rays = fewest;; rays *= 2.0) {
+        FluxRuns runs = repeated(c, mesh, rays, true);
+        runs.fewest_rays = fewest;
+        const auto reached = [&](const DepthBin& bin) { return c.error(bin, runs).rays <= rays; };
+        if (2.0 * rays > kMostGathered * c.options.rays || std::ranges::all_of(c.bins, reached)) return runs;
     }
-    return result;
 }
 
-// The same averaged over neighbours more and more often.
-void add_smoothed_ways(const Case& c, FluxPair pair, std::vector<Way>& ways) {
-    std::vector<Values> limit(c.reference().begin(), c.reference().end());
-    double seconds = 0.0;
+Json way_json(const Case& c, const char* way, const std::string& variant, const FluxRuns& runs) {
+    Json by_depth = Json::array();
+    double slowest = 0.0, bias = 0.0;
+    for (const DepthBin& bin : c.bins) {
+        const DepthError error = c.error(bin, runs);
+        slowest = std::max(slowest, error.seconds);
+        bias = std::max(bias, error.bias);
+        by_depth.push_back({{"depth", bin.name},
+                            {"flux", error.flux},
+                            {"reference_error", error.reference_error},
+                            {"bias", error.bias},
+                            {"noise", error.noise},
+                            {"shift", error.shift},
+                            {"seconds", number_or_null(error.seconds)}});
+    }
+    return Json{{"way", way},
+                {"variant", variant},
+                {"rays", runs.rays},
+                {"run_seconds", {{"fixed", runs.fixed_seconds}, {"of_rays", runs.seconds}}},
+                {"by_depth", std::move(by_depth)},
+                {"bias", bias},
+                {"seconds", number_or_null(slowest)}};
+}
+
+// Top-down fluxes averaged over neighbours more and more often.
+void add_smoothed_ways(const Case& c, FluxRuns runs, Json& ways) {
+    const TriangleMesh& surface = c.meshes.front().of.mesh;
     int done = 0;
     for (const int rounds : {1, 4, 8, 16, 32, 64, 128, 256}) {
         c.options.before_turn(fmt::format("five ways, raw, {} rounds of averaging", rounds));
         const double start = cpu_seconds();
-        pair = smoothed(pair, c.surface, rounds - done);
-        seconds += 0.5 * (cpu_seconds() - start);
-        for (Values& repeat : limit) repeat = smoothed(std::move(repeat), c.surface, rounds - done);
+        for (Values& values : runs.values) values = smoothed(std::move(values), surface, rounds - done);
+        runs.fixed_seconds += 0.5 * (cpu_seconds() - start);
+        for (Values& values : runs.limit) values = smoothed(std::move(values), surface, rounds - done);
         done = rounds;
-        ways.push_back({"raw top-down, smoothed",
-                        fmt::format("{} round{}", rounds, rounds > 1 ? "s" : ""),
-                        {runs_of(pair, seconds, limit)}});
+        ways.push_back(way_json(c, "raw top-down, smoothed",
+                                fmt::format("{} round{}", rounds, rounds > 1 ? "s" : ""), runs));
     }
 }
 
-std::vector<Way> top_down_ways(const Case& c) {
-    for (std::uint64_t seed = 1; seed <= 2; ++seed)
-        for (const TracedMesh& mesh : c.meshes) {
-            c.options.before_turn(fmt::format("five ways, {}, tracing", label(mesh)));
-            mesh.trace->turn(c.options.rays, c.sticking, seed);
-        }
-    std::vector<Way> ways;
-    for (std::size_t m = 0; m < c.meshes.size(); ++m) {
-        const TracedMesh& mesh = c.meshes[m];
-        const FluxPair pair = mesh.trace->take();
-        ways.push_back({m == 0 ? "raw top-down" : "simplified top-down",
-                        mesh.name,
-                        {runs_of(pair, mesh.seconds, c.limits[m].top_down)}});
-        if (m == 0) add_smoothed_ways(c, pair, ways);
-    }
-    return ways;
-}
-
-// With more and more rays, until it gets there at every depth.
-Way radiosity_way(const Case& c, std::size_t m) {
-    const TracedMesh& mesh = c.meshes[m];
-    Way way{m == 0 ? "raw radiosity" : "simplified radiosity", mesh.name, {}};
-    const auto unknowns = static_cast<double>(mesh.trace->wedges().count());
-    for (double rays = kFirstRadiosityRays * unknowns;
-         way.levels.empty() || rays <= kMostGathered * c.options.rays; rays *= 2.0) {
-        for (std::uint64_t seed = 1; seed <= 2; ++seed) {
-            c.options.before_turn(fmt::format("five ways, {}, radiosity", label(mesh)));
-            mesh.trace->turn(2.0 * rays, c.sticking, seed, true);
-        }
-        way.levels.push_back(runs_of(mesh.trace->take(), mesh.seconds, c.limits[m].radiosity));
-        way.levels.back().fewest_rays = way.levels.front().rays;  // but for rounding what was asked for
-        if (std::ranges::all_of(c.bins, [&](const DepthBin& bin) { return at_depth(c, way, bin).reached; }))
-            break;
-    }
-    return way;
-}
-
-Json seconds_json(double seconds) {
-    return std::isfinite(seconds) ? Json(seconds) : Json(nullptr);
-}
-
-Json way_json(const Case& c, const Way& way) {
-    Json by_depth = Json::array();
-    double seconds = 0.0;
-    int reached = 0;
-    for (const DepthBin& bin : c.bins) {
-        const AtDepth at = at_depth(c, way, bin);
-        reached += std::isfinite(at.seconds) ? 1 : 0;
-        seconds = std::max(seconds, at.seconds);
-        by_depth.push_back({{"bias", at.error.bias},
-                            {"noise", at.error.noise},
-                            {"shift", at.error.shift},
-                            {"bias_resolved", at.error.bias_resolved},
-                            {"rays", at.rays},
-                            {"seconds", seconds_json(at.seconds)}});
-    }
-    const FluxRuns& last = way.levels.back();
-    return Json{{"way", way.name},
-                {"variant", way.variant},
-                {"best", false},
-                {"rays", last.rays},
-                {"run_seconds", {{"fixed", last.fixed_seconds}, {"of_rays", last.seconds}}},
-                {"by_depth", std::move(by_depth)},
-                {"seconds", seconds_json(seconds)},
-                {"reached", reached}};
-}
-
-// Marks one variant of every way: the one that gets there at the most depths, then the fastest, or the least
-// biased.
+// Marks one variant of every way: the fastest, or the least biased where none gets there.
 void mark_best(Json& ways) {
     const auto order = [](const Json& way) {
-        double bias = 0.0;
-        for (const Json& depth : way["by_depth"]) bias = std::max(bias, depth["bias"].get<double>());
-        return std::pair{-way["reached"].get<int>(),
-                         way["seconds"].is_null() ? bias : way["seconds"].get<double>()};
+        return std::pair{way["seconds"].is_null() ? kInfinity : way["seconds"].get<double>(),
+                         way["bias"].get<double>()};
     };
     for (Json& way : ways)
         way["best"] = std::ranges::none_of(
@@ -237,47 +165,97 @@ void mark_best(Json& ways) {
 }
 
 Json case_json(const Case& c) {
-    std::vector<Way> ways = top_down_ways(c);
-    for (std::size_t m = 0; m < c.meshes.size(); ++m) ways.push_back(radiosity_way(c, m));
-    FluxRuns longest = ways.front().levels.front();
-    if (c.long_run != nullptr) longest.values = {c.long_run->first, c.long_run->second};
-    Json depths = Json::array();
-    for (const DepthBin& bin : c.bins) {
-        const DepthError error = depth_error(bin, longest, c.reference());
-        depths.push_back({{"name", bin.name},
-                          {"z_low", bin.z_low},
-                          {"z_high", bin.z_high},
-                          {"flux", error.flux},
-                          {"reference_error", error.reference_error},
-                          {"shift", error.shift}});
+    Json ways = Json::array();
+    for (const TracedMesh& mesh : c.meshes) {
+        const bool raw = &mesh == &c.meshes.front();
+        const std::string variant = raw ? "" : mesh.of.name;
+        const FluxRuns runs = repeated(c, mesh, 0.5 * c.options.rays, false);
+        ways.push_back(way_json(c, raw ? "raw top-down" : "simplified top-down", variant, runs));
+        if (raw) add_smoothed_ways(c, runs, ways);
+        ways.push_back(
+            way_json(c, raw ? "raw radiosity" : "simplified radiosity", variant, radiosity_runs(c, mesh)));
     }
-    Json json{{"sticking", c.sticking},
-              {"target", c.options.target},
-              {"depths", std::move(depths)},
-              {"ways", Json::array()}};
-    for (const Way& way : ways) json["ways"].push_back(way_json(c, way));
-    mark_best(json["ways"]);
-    return json;
+    mark_best(ways);
+    return Json{{"sticking", c.sticking}, {"target", c.options.target}, {"ways", std::move(ways)}};
 }
 
 }  // namespace
 
-Json five_ways(const TriangleMesh& surface, const flux::LateralBox& box,
-               std::span<const SimplifiedMesh> simplified, const FiveWaysOptions& options) {
-    std::vector<TracedMesh> meshes;
-    meshes.push_back({"", 0.0, std::make_unique<PairTrace>(surface, surface, box)});
-    for (const SimplifiedMesh& mesh : simplified)
-        meshes.push_back({mesh.name, mesh.seconds, std::make_unique<PairTrace>(mesh.mesh, surface, box)});
-    std::vector<std::vector<Limits>> limits(options.stickings.size());
-    for (const TracedMesh& mesh : meshes) {
-        std::vector<Limits> of_mesh = limits_on(mesh, options);
-        for (std::size_t k = 0; k < limits.size(); ++k) limits[k].push_back(std::move(of_mesh[k]));
+std::vector<DepthBin> depth_bins(const TriangleMesh& surface) {
+    std::vector<Vec3> normal(surface.vertices.size(), Vec3::Zero());
+    std::vector<double> area(surface.vertices.size(), 0.0);
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        for (const std::uint32_t v : surface.triangles[t]) {
+            normal[v] += area_vector(surface, t);
+            area[v] += triangle_area(surface, t) / 3.0;
+        }
+    const Box3 box = bounding_box(surface);
+    const double step = box.size().z() / kTenths;
+    std::vector<DepthBin> bins(kTenths + 1, {"floor", {}, {}});
+    for (int n = 0; n < kTenths; ++n)
+        bins[static_cast<std::size_t>(n)].name = fmt::format("{} to {} %", 10 * n, 10 * (n + 1));
+    for (std::uint32_t v = 0; v < surface.vertices.size(); ++v) {
+        const double below = box.max.z() - surface.vertices[v].z();
+        const int tenth = step > 0.0 ? std::min(kTenths - 1, static_cast<int>(below / step)) : kTenths - 1;
+        const bool floor = tenth == kTenths - 1 && normal[v].z() > kFacesUp * normal[v].norm();
+        DepthBin& bin = floor ? bins.back() : bins[static_cast<std::size_t>(tenth)];
+        bin.vertices.push_back(v);
+        bin.area.push_back(area[v]);
     }
+    std::erase_if(bins, [](const DepthBin& bin) { return bin.vertices.empty(); });
+    return bins;
+}
+
+DepthError depth_error(const DepthBin& bin, const FluxRuns& runs,
+                       std::span<const std::vector<double>> reference, double target) {
+    const std::size_t repeats = reference.size();
+    const auto count = static_cast<double>(runs.values.size());
+    double area = 0.0, flux = 0.0, own = 0.0, square = 0.0, noise = 0.0, scatter = 0.0, bias = 0.0;
+    for (std::size_t i = 0; i < bin.vertices.size(); ++i) {
+        const std::uint32_t v = bin.vertices[i];
+        const double a = bin.area[i];
+        const Mean truth = mean_over(repeats, [&](std::size_t k) { return reference[k][v]; }),
+                   end = mean_over(repeats, [&](std::size_t k) { return runs.limit[k][v]; }),
+                   off =
+                       mean_over(repeats, [&](std::size_t k) { return runs.limit[k][v] - reference[k][v]; });
+        area += a;
+        flux += a * truth.value;
+        square += a * (truth.value * truth.value - truth.variance);
+        scatter += a * truth.variance;
+        bias += a * (off.value * off.value - off.variance);
+        for (const std::vector<double>& repeat : runs.values) {
+            own += a * repeat[v] / count;
+            noise += a * (std::pow(repeat[v] - end.value, 2.0) - end.variance) / count;
+        }
+    }
+    const auto relative = [&](double sum) {
+        return square > 0.0 ? std::sqrt(std::max(0.0, sum) / square) : kInfinity;
+    };
+    DepthError error{.flux = flux / area,
+                     .bias = relative(bias),
+                     .noise = relative(noise),
+                     .reference_error = relative(scatter),
+                     .shift = own / flux - 1.0};
+    // Noise falls with the root of the rays.
+    if (const double left = target * target - error.bias * error.bias; left > 0.0) {
+        error.rays = std::max(runs.fewest_rays, runs.rays * error.noise * error.noise / left);
+        error.seconds = runs.fixed_seconds + runs.seconds * error.rays / runs.rays;
+    }
+    return error;
+}
+
+Json five_ways(std::span<const SimplifiedMesh> meshes, const flux::LateralBox& box,
+               const FiveWaysOptions& options) {
+    const TriangleMesh& surface = meshes.front().mesh;
     const std::vector<DepthBin> bins = depth_bins(surface);
+    std::vector<TracedMesh> traced;
+    for (const SimplifiedMesh& mesh : meshes)
+        traced.push_back({mesh, MeshFlux(mesh.mesh, surface, box), {}, {}});
     Json entries = Json::array();
-    for (std::size_t k = 0; k < limits.size(); ++k)
-        entries.push_back(case_json({surface, options, bins, options.stickings[k], meshes, limits[k],
-                                     k == 0 ? options.long_run : nullptr}));
+    for (const double sticking : options.stickings) {
+        for (TracedMesh& mesh : traced) find_limits(options, sticking, mesh);
+        entries.push_back(case_json({options, sticking, bins, traced}));
+    }
     return entries;
 }
 

@@ -1,63 +1,82 @@
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/common/json_fwd.hpp"
-#include "app/evaluation/study_flux.hpp"
 #include "flux/lateral.hpp"
+#include "surface/infinity.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// Five ways to the flux on a surface, each to the same error at every depth: Monte Carlo ("top-down") on the
-// raw mesh, the same averaged over neighbours, on a simplified mesh, and radiosity on the raw and on a
-// simplified mesh.
 namespace sidewall::app {
 
-/// A simplified mesh of the surface.
+/// Repeats of one way to a flux with other random numbers, as values at the vertices of the surface under study.
+struct FluxRuns {
+    std::vector<std::vector<double>> values;  ///< one a repeat
+    std::vector<std::vector<double>> limit;   ///< with ever more rays, in as many repeats as the reference
+    double rays = 0.0;                        ///< of one repeat
+    double fewest_rays = 1.0;                 ///< that the way can take
+    double seconds = 0.0;        ///< CPU seconds of one repeat, the part that is proportional to its rays
+    double fixed_seconds = 0.0;  ///< and the rest: simplification, hierarchy, averaging
+};
+
+/// Vertices of a surface at about the same depth, each with the area that is nearest to it.
+struct DepthBin {
+    std::string name;
+    std::vector<std::uint32_t> vertices;
+    std::vector<double> area;
+};
+
+/// The tenths of the depth from the top down, without the floor, which comes last: the faces of the lowest tenth that point up.
+/// \note A bin without vertices is left out.
+std::vector<DepthBin> depth_bins(const TriangleMesh& surface);
+
+/// Relative errors of a way at one depth, root mean squares over its area.
+struct DepthError {
+    double flux = 0.0;             ///< mean of the reference
+    double bias = 0.0;             ///< of the limit: what more rays do not reduce
+    double noise = 0.0;            ///< of one repeat against the limit
+    double reference_error = 0.0;  ///< standard deviation of the mean of the reference's repeats
+    double shift = 0.0;            ///< mean flux of the repeats over that of the reference, less 1
+    double rays = kInfinity;       ///< of a run to the target; infinite if the bias alone is as large
+    double seconds = kInfinity;    ///< CPU seconds of that run, end to end
+};
+
+/// The error of \p runs against a reference of several repeats, and what a relative error of \p target takes. The variance
+/// that repeats show is subtracted from all squares, so the noise of the reference counts neither as bias nor as noise.
+DepthError depth_error(const DepthBin& bin, const FluxRuns& runs,
+                       std::span<const std::vector<double>> reference, double target);
+
+/// A mesh of the surface, simplified or as it was extracted.
 struct SimplifiedMesh {
     std::string name;
     TriangleMesh mesh;
-    double seconds = 0.0;  ///< CPU seconds that it took, features included
+    double seconds = 0.0;  ///< CPU seconds of its simplification, features included
 };
 
 struct FiveWaysOptions {
-    double rays = 2.5e6;                 ///< source rays of the top-down ways, both repeats together
-    std::vector<double> stickings{0.1};  ///< of the neutrals
-    double target = 0.02;                ///< relative error
-    double reference_rays = 6e7;         ///< gathered for the reference, all repeats together
-    const FluxPair* long_run =
-        nullptr;  ///< top-down on the raw mesh with more rays, of the first sticking, if there is one
-    /// Told what comes next; may throw.
+    double rays = 2.5e6;                       ///< source rays of the top-down ways, both repeats together
+    std::vector<double> stickings{0.1, 0.01};  ///< of the neutrals
+    double target = 0.02;                      ///< relative error
+    double reference_rays = 6e7;               ///< of the reference, all repeats together
+    /// Called before each calculation with its name; may throw.
     std::function<void(const std::string&)> before_turn = [](const std::string&) {};
 };
 
-/// Measures the five ways. The reference is radiosity on the raw mesh with many more rays, as means over the vertices' hat
-/// functions, which is what a tally counts; top-down on the raw mesh, which is unbiased, tells how far it is off: the longest
-/// run there is, as "shift".
+/// Measures the CPU seconds of five ways to the flux on a surface, each to the same error at every depth: Monte Carlo from the
+/// source ("top-down") on the raw mesh, the same averaged over neighbours, on a simplified mesh, and radiosity on the raw and
+/// on a simplified mesh. The reference is radiosity on the raw mesh with many more rays, as means over the vertices' hat
+/// functions, which is what a tally counts; top-down on the raw mesh, which is unbiased, checks its mean ("shift").
 ///
-/// Of a way that can be had in several variants (rounds of averaging, simplified meshes) the best is marked: the one that is
-/// first at every depth, or gets there at the most depths.
-/// \returns one entry a sticking: {"sticking", "target", "depths": [{"name", "z_low", "z_high", "flux",
-///          "reference_error", "shift"}], "ways": [{"way", "variant", "best", "rays", "run_seconds": {"fixed", "of_rays"},
-///          "by_depth": [{"bias", "bias_resolved", "noise", "shift", "rays", "seconds"}], "seconds", "reached"}]}, see DepthError.
-///          Seconds are null where the bias alone exceeds the target; those of a way are to the target at every depth,
-///          "reached" counts the depths that get there. Radiosity has more and more rays: those of a depth, and
-///          its noise, are of the first run that gets there; "rays" and "run_seconds" of a way are of its longest.
-Json five_ways(const TriangleMesh& surface, const flux::LateralBox& box,
-               std::span<const SimplifiedMesh> simplified, const FiveWaysOptions& options);
-
-/// Markdown: whether simplification pays, a row a surface and sticking; empty for a study without five ways.
-std::string five_ways_verdicts(const Json& study);
-
-/// The table of one entry, in Markdown.
-std::string five_ways_report(const Json& entry);
-
-/// All of a study's as comma separated values.
-std::string five_ways_csv(const Json& study);
-
-/// Time by depth as an SVG, by file name, of a surface of study.json.
-std::vector<std::pair<std::string, std::string>> five_ways_figures(const Json& surface);
+/// Of a way that has several variants (rounds of averaging, simplified meshes) the best is marked: the fastest, or the least
+/// biased where none gets there. Radiosity is run with more and more rays until it gets there.
+/// \param meshes  the raw one first.
+/// \returns one entry a sticking: {"sticking", "target", "ways": [{"way", "variant", "best", "rays", "run_seconds": {"fixed",
+///          "of_rays"}, "by_depth": [{"depth", "flux", "reference_error", "bias", "noise", "shift", "seconds"}], "bias",
+///          "seconds"}]}, see DepthError; seconds are null where infinite; bias and seconds of a way are of its worst depth.
+Json five_ways(std::span<const SimplifiedMesh> meshes, const flux::LateralBox& box,
+               const FiveWaysOptions& options);
 
 }  // namespace sidewall::app

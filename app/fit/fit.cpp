@@ -306,8 +306,8 @@ void write_best(const Fit& fit, const FitEnd& end) {
         write_file(folder / fmt::format("best{}.toml", label), fitted.best_run.recipe);
         for (std::size_t k = 0; k < fitted.targets.profiles.size(); ++k)
             write_file(
-                folder / fmt::format("overlay{}{}.svg", label, k == 0 ? "" : fmt::format("_{}", k + 1)),
-                overlay_svg(fitted, k));
+                folder / fmt::format("overlay{}{}.csv", label, k == 0 ? "" : fmt::format("_{}", k + 1)),
+                overlay_csv(fitted, k));
     }
 }
 

@@ -29,8 +29,8 @@ struct FitOptions {
 /// Finds the values of a recipe's keys, within bounds, at which its runs come closest to the targets
 /// (fit/fit_search.hpp), from the recipe's own values and points spread between the bounds, all with the same random
 /// numbers. Several recipes, as one process in several geometries, are run at every point and meet all their targets
-/// together. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.svg for profiles, and runs/NNNN; of several
-/// recipes best_LABEL.toml and overlay_LABEL.svg.
+/// together. Writes DIR/fit.json, fit.csv (a row a run), best.toml, overlay.csv for profiles, and runs/NNNN; of several
+/// recipes best_LABEL.toml and overlay_LABEL.csv.
 /// \returns what fit.json holds.
 /// \throws RecipeError, before the first run, for what cannot be fitted; FileError for profiles; Interrupted; IoError;
 ///         NumericsError if no run has all targets.

@@ -5,14 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/fit/fit_search.hpp"
-#include "app/pictures/svg_plot.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/schema/units.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -109,18 +109,17 @@ Json free_keys(const FitEnd& end) {
     return groups;
 }
 
-PlotSeries contour_series(const std::string& name, const Contour& contour, double low, double high) {
-    constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
-    PlotSeries series{.name = name, .broken = true};
+// Rows of a contour's points between two places across the wafer, with an empty one where its line is broken.
+std::string contour_rows(const char* name, const Contour& contour, double low, double high) {
+    std::string rows;
+    Eigen::Vector2d end(kInfinity, kInfinity);
     for (const auto& [a, b] : contour) {
         if (std::min(a.x(), b.x()) < low || std::max(a.x(), b.x()) > high) continue;
-        if (series.points.empty() || series.points.back() != std::pair(a.x(), a.y())) {
-            series.points.emplace_back(kGap, kGap);
-            series.points.emplace_back(a.x(), a.y());
-        }
-        series.points.emplace_back(b.x(), b.y());
+        if (a != end) rows += fmt::format("{0},,\n{0},{1:.7g},{2:.7g}\n", name, a.x(), a.y());
+        rows += fmt::format("{},{:.7g},{:.7g}\n", name, b.x(), b.y());
+        end = b;
     }
-    return series;
+    return rows;
 }
 
 }  // namespace
@@ -155,30 +154,24 @@ Json fit_json(const FitEnd& end) {
     return json;
 }
 
-std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile) {
+std::string overlay_csv(const FittedRecipe& fitted, std::size_t profile) {
     const MeasuredProfile& measured = fitted.targets.profiles[profile];
-    const std::string& unit = fitted.best_recipe.domain.length_unit;
-    Plot plot{.title = measured.name,
-              .x_label = fmt::format("across the wafer [{}]", unit),
-              .y_label = fmt::format("z [{}]", unit),
-              .same_scale = true};
     const auto best = profile_residual(fitted.targets, profile, fitted.best_recipe, fitted.best_folder);
-    PlotSeries points{.name = "measured", .dots = true};
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    std::string csv =
+        fmt::format("line,across the wafer [{0}],z [{0}]\n", fitted.best_recipe.domain.length_unit);
+    double low = kInfinity, high = -kInfinity;
     for (const Eigen::Vector2d& p : measured.points) {
         const Eigen::Vector2d at = best ? Eigen::Vector2d(p + best->distance.offset) : p;
-        points.points.emplace_back(at.x(), at.y());
+        csv += csv_field("measured, " + measured.name) + fmt::format(",{:.7g},{:.7g}\n", at.x(), at.y());
         low = std::min(low, at.x());
         high = std::max(high, at.x());
     }
     const double margin = 0.2 * (high - low);
-    plot.series.push_back(std::move(points));
-    if (best) plot.series.push_back(contour_series("best run", best->contour, low - margin, high + margin));
+    if (best) csv += contour_rows("best run", best->contour, low - margin, high + margin);
     if (std::filesystem::exists(fitted.first_folder / "summary.json"))
-        plot.series.push_back(
-            contour_series("first run", contour_of(fitted.first_folder, fitted.best_recipe, measured.time),
-                           low - margin, high + margin));
-    return svg_plot(plot);
+        csv += contour_rows("first run", contour_of(fitted.first_folder, fitted.best_recipe, measured.time),
+                            low - margin, high + margin);
+    return csv;
 }
 
 std::string unmet_targets(const Json& fit) {

@@ -31,7 +31,8 @@ Json fit_json(const FitEnd& end);
 /// suffice to tell.
 std::string unmet_targets(const Json& fit);
 
-/// The measured profile \p profile over the contours of the first and the best run, as SVG.
-std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile);
+/// The measured profile \p profile and the contours of the best and the first run as comma separated values: the name of a
+/// line and a point on it; a point that is empty breaks the line.
+std::string overlay_csv(const FittedRecipe& fitted, std::size_t profile);
 
 }  // namespace sidewall::app

@@ -158,25 +158,37 @@ Json residuals_section(const Json& fit) {
     return section;
 }
 
-// SVG pictures of a folder, as they are.
-Json figures_section(const fs::path& folder, const std::string& start, const std::string& title) {
-    constexpr std::size_t kMostBytes = 1'000'000;
+// The measured profiles of a fit and the contours of its runs, from overlay*.csv.
+Json overlays_section(const fs::path& folder) {
     std::set<fs::path> files;
     std::error_code unreadable;
     for (const auto& entry : fs::directory_iterator(folder, unreadable))
-        if (entry.path().extension() == ".svg" && entry.path().filename().string().starts_with(start))
+        if (entry.path().extension() == ".csv" && entry.path().filename().string().starts_with("overlay"))
             files.insert(entry.path());
-    Json section{{"type", "figures"}, {"title", title}, {"images", Json::array()}};
-    std::size_t bytes = 0;
+    Json charts = Json::array();
     for (const fs::path& file : files) {
-        const std::string svg = surface::read_whole_file(file);
-        if ((bytes += svg.size()) > kMostBytes) {
-            section["note"] = "Further figures are left out: see the folder.";
-            break;
+        const TextTable table = read_text_table(file);
+        if (table.names.size() != 3) continue;
+        Json series = Json::array();
+        for (const auto& row : table.rows) {
+            if (series.empty() || series.back()["name"] != row[0])
+                series.push_back({{"name", row[0]}, {"dots", series.empty()}, {"points", Json::array()}});
+            series.back()["points"].push_back({field_json(row[1]), field_json(row[2])});
         }
-        section["images"].push_back(Json{{"name", file.stem().string()}, {"svg", base64(svg)}});
+        const auto label = [&](std::size_t column) {
+            const auto [name, unit] = name_and_unit(table.names[column]);
+            return with_unit(name, unit);
+        };
+        charts.push_back({{"title", file.stem().string()},
+                          {"x", label(1)},
+                          {"y", label(2)},
+                          {"same_scale", true},
+                          {"series", std::move(series)}});
     }
-    return section;
+    return Json{{"type", "charts"},
+                {"title", "Measured and simulated profiles"},
+                {"wide", true},
+                {"charts", std::move(charts)}};
 }
 
 void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
@@ -193,8 +205,8 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
         page.notes.push_back("There are several minima, of which this is the lowest found.");
     page.sections.push_back(parameters_section(fit));
     page.sections.push_back(residuals_section(fit));
-    Json figures = figures_section(folder, "overlay", "Measured and simulated profiles");
-    if (!figures["images"].empty()) page.sections.push_back(std::move(figures));
+    Json overlays = overlays_section(folder);
+    if (!overlays["charts"].empty()) page.sections.push_back(std::move(overlays));
     if (fit.contains("correlation") && fit["correlation"].size() > 1)
         page.sections.push_back(
             Json{{"type", "correlation"}, {"title", "Correlations"}, {"matrix", fit["correlation"]}});
@@ -279,24 +291,6 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
         page.sections.push_back(recipe_section(folder / "best.toml", text_at(fit, "recipe")));
         page.sections.back()["title"] = "Recipe and best values";
     }
-    return page;
-}
-
-Page study_page(const fs::path& folder) {
-    Page page("study", name_of(folder));
-    const Json study = read_json(folder / "study.json", "make the study again");
-    page.fact("Rays a trace", number_text(study.value("rays", Json())));
-    page.fact("Sticking", number_text(study.value("sticking", Json())));
-    page.fact("Threads", number_text(study.value("threads", Json())));
-    page.fact("Version", text_at(study, "version"));
-    if (is_there(folder / "report.md"))
-        page.sections.push_back(Json{{"type", "markdown"},
-                                     {"title", "Region simplification on process surfaces"},
-                                     {"text", surface::read_whole_file(folder / "report.md")}});
-    else
-        page.notes.emplace_back("The study has not ended: it has no tables yet.");
-    Json figures = figures_section(folder, "surface", "Figures");
-    page.sections.push_back(std::move(figures));
     return page;
 }
 

@@ -10,7 +10,7 @@
                                  ...section.charts.map(Sidewall.lineChart));
   const draw = {
     view: Sidewall.view, charts, bars: Sidewall.bars, table: Sidewall.table, recipe: Sidewall.recipe,
-    figures: Sidewall.figures, markdown: Sidewall.markdown, intervals: Sidewall.intervals,
+    markdown: Sidewall.markdown, intervals: Sidewall.intervals,
     correlation: Sidewall.correlation, response: (s) => Sidewall.response(s, rows),
     matrix: (s) => Sidewall.scatterMatrix(s, rows),
   };
@@ -155,9 +155,6 @@
       getComputedStyle(path).stroke + getComputedStyle(path).strokeDasharray));
     result.alike_lines = looks.reduce((sum, all) => sum + all.length - new Set(all).size, 0);
     result.most_lines = Math.max(0, ...looks.map((all) => all.length));
-    const pictures = [...document.querySelectorAll(".part-figures img")];
-    result.pictures = pictures.length;
-    result.pictures_drawn = pictures.filter((picture) => picture.complete && picture.naturalWidth > 0).length;
     result.not_numbers = [...document.querySelectorAll("svg *")].filter((e) =>
       [...e.attributes].some((a) => /NaN|undefined|Infinity/.test(a.value))).length;
     result.requests = performance.getEntriesByType("resource").filter((e) => !/^(data|blob):/.test(e.name)).length;

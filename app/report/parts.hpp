@@ -28,7 +28,6 @@ Page run_page(const std::filesystem::path& folder, std::size_t bytes);
 Page sweep_page(const std::filesystem::path& folder, std::size_t bytes);
 Page fit_page(const std::filesystem::path& folder, std::size_t bytes);
 Page comparison_page(const std::filesystem::path& folder, std::size_t bytes);
-Page study_page(const std::filesystem::path& folder);
 
 /// The recipe as its author wrote it, where the file is still there, and DIR/recipe.toml with every default.
 /// \param effective  file of the effective recipe.

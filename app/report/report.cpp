@@ -8,6 +8,7 @@
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
+#include "app/report/study_page.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -188,14 +188,14 @@
     return el("div", {}, ...parts);
   };
 
-  // What the study's report uses of Markdown: headings, tables, paragraphs. Its figures have a section of their own.
+  // What the study's report uses of Markdown: headings, tables, paragraphs.
   Sidewall.markdown = (section) => {
     const out = el("div", { class: "markdown" });
     const cells = (line) => line.replace(/^\||\|\s*$/g, "").split("|").map((c) => c.trim());
     const field = (text) => text === "" || text === "-" ? null : Number.isFinite(Number(text)) ? Number(text) : text;
     for (const block of section.text.split(/\n\s*\n/)) {
       const lines = block.split("\n").filter((line) => line.trim());
-      if (!lines.length || lines[0].startsWith("![")) continue;
+      if (!lines.length) continue;
       const heading = /^(#+)\s+(.*)$/.exec(lines[0]);
       if (heading) {
         if (heading[1].length > 1) out.append(el(`h${Math.min(heading[1].length + 1, 5)}`, {}, heading[2]));  // the first is the section's
@@ -208,7 +208,4 @@
     }
     return out;
   };
-
-  Sidewall.figures = (section) => el("div", { class: "charts" }, ...section.images.map((image) =>
-    el("figure", { class: "picture" }, el("img", { alt: image.name, src: `data:image/svg+xml;base64,${image.svg}` }))));
 })();

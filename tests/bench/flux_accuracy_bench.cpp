@@ -4,7 +4,7 @@
 //     flux_accuracy_bench [MESH=GRID_SPACING ...]
 //
 // Without meshes: the study's surfaces. Two errors: `relative_error`, the noise of the mesh that is traced;
-// and the study's, relative L2 at the vertices of the extracted surface, where what the simplified mesh does
+// and relative L2 at the vertices of the extracted surface, where what the simplified mesh does
 // to the flux counts, too.
 #include <tbb/global_control.h>
 
@@ -12,13 +12,12 @@
 #include <cstdio>
 #include <optional>
 
-#include "app/common/json.hpp"
-#include "app/evaluation/study_flux.hpp"
 #include "app/process/arriving/surface_field.hpp"
 #include "app/process/arriving/traced_mesh.hpp"
 #include "flux/tracer/smoothing.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
+#include "tests/bench/flux_error.hpp"
 #include "tests/bench/flux_scene.hpp"
 
 using namespace sidewall;
@@ -86,10 +85,6 @@ std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& o
     return app::resolving_lengths(field, raw.mesh, kChange, raw.spacing);
 }
 
-// Seconds to the error; none where the mesh's own error exceeds the target.
-std::optional<double> to_error(const app::Json& error, const app::FluxPair& pair) {
-    if (error.at("rays_to_error").is_null()) return std::nullopt;
-    return error.at("rays_to_error").get<double>() * pair.trace_seconds / pair.rays;
 }
 
 std::string shown(const std::optional<double>& value, const char* format) {
@@ -97,8 +92,8 @@ std::string shown(const std::optional<double>& value, const char* format) {
 }
 
 void measure(const Scene& raw, double sticking) {
-    const app::FluxTruth truth =
-        app::make_truth(raw.mesh, raw.box, 8.0 * static_cast<double>(kRays), sticking);
+    const bench::FluxTruth truth =
+        bench::make_truth(raw.mesh, raw.box, 8.0 * static_cast<double>(kRays), sticking);
     std::optional<double> extracted_to_noise, extracted_to_error;
     std::vector<Variant> list = variants(raw);
     const std::vector<double> lengths = lengths_by_flux(raw, list[5].options, sticking);
@@ -113,10 +108,10 @@ void measure(const Scene& raw, double sticking) {
                 flux::trace_flux(coarse->mesh, coarse->scene, coarse->box, {"bench", 1.0, {sticking}}, {},
                                  coarse->wedges, {.rays = 1'000'000'000, .relative_error = kTarget});
             });
-        const app::FluxPair pair =
-            app::trace_pair(coarse->mesh, raw.mesh, raw.box, 4.0 * static_cast<double>(kRays), sticking, 20);
-        const app::Json error = app::flux_error(pair, truth, kTarget);
-        std::optional<double> seconds = to_error(error, pair), ratio;
+        const bench::FluxPair pair = bench::trace_pair(coarse->mesh, raw.mesh, raw.box,
+                                                       4.0 * static_cast<double>(kRays), sticking, 20);
+        const bench::FluxError error = bench::flux_error(pair, truth, kTarget);
+        std::optional<double> seconds = error.seconds_to_error, ratio;
         if (seconds) *seconds += begin;
         if (!extracted_to_noise) extracted_to_noise = to_noise, extracted_to_error = seconds;
         if (seconds && extracted_to_error) ratio = *extracted_to_error / *seconds;
@@ -124,8 +119,8 @@ void measure(const Scene& raw, double sticking) {
                    sticking, name,
                    100.0 - 100.0 * static_cast<double>(coarse->mesh.vertices.size()) /
                                static_cast<double>(raw.mesh.vertices.size()),
-                   begin, to_noise, *extracted_to_noise / to_noise, error.at("bias").get<double>(),
-                   shown(seconds, "{:.2f}"), shown(ratio, "{:.1f}"));
+                   begin, to_noise, *extracted_to_noise / to_noise, error.bias, shown(seconds, "{:.2f}"),
+                   shown(ratio, "{:.1f}"));
     }
 }
 

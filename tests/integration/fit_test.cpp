@@ -331,8 +331,8 @@ TEST_CASE("a part of a profile, shuffled, shifted and noisy, gives the rate and 
     CHECK(residual["offset"][0].get<double>() == Approx(-0.3).margin(0.01));
     CHECK(residual["offset"][1].get<double>() == Approx(0.2).margin(0.01));
     CHECK(residual["got"].get<double>() < 2.0 * 0.005);
-    CHECK_THAT(read_bytes(c.path / "fit/overlay.svg"),
-               Catch::Contains("measured") && Catch::Contains("<polyline"));
+    CHECK_THAT(read_bytes(c.path / "fit/overlay.csv"),
+               Catch::Contains("\"measured, sem.csv@0.5\",") && Catch::Contains("\nbest run,"));
 }
 
 TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign][slow]") {

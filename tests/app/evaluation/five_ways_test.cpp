@@ -6,7 +6,7 @@
 #include <random>
 
 #include "app/common/json.hpp"
-#include "app/evaluation/flux_runs.hpp"
+#include "app/evaluation/study_report.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "flux/wedges.hpp"
 #include "surface/ray_scene.hpp"
@@ -70,7 +70,6 @@ TEST_CASE("tenths of the depth and the floor share the whole surface") {
     CHECK(area == Approx(2.0));
     CHECK(vertices == mesh.vertices.size());
     CHECK(bins.front().name == "0 to 10 %");
-    CHECK(bins.front().z_high == Approx(1.0));
     CHECK(bins.back().name == "floor");
     CHECK(bins.back().vertices.size() == 21 * 21);
     for (const std::uint32_t v : bins[9].vertices) CHECK(mesh.vertices[v].x() == 1.0);
@@ -80,22 +79,21 @@ TEST_CASE("the time to an error is that of the rays which noise beside a bias le
     const TriangleMesh mesh = floor_and_wall();
     const std::vector<std::vector<double>> reference(2, std::vector<double>(mesh.vertices.size(), 2.0));
     const DepthBin bin = depth_bins(mesh).back();
-    double rays = 0.0;
     FluxRuns runs = way_of(mesh.vertices.size(), 0.012, 0.08);
-    const DepthError error = depth_error(bin, runs, reference);
+    const DepthError error = depth_error(bin, runs, reference, 0.02);
     CHECK(error.flux == Approx(2.0));
     CHECK(error.bias == Approx(0.012));
     CHECK(error.noise == Approx(0.08));
     CHECK(error.shift == Approx(0.012));
     CHECK(error.reference_error == Approx(0.0).margin(1e-12));
     // 0.02^2 - 0.012^2 = 0.016^2: 25 times the rays.
-    CHECK(seconds_to(0.02, runs, error, rays) == Approx(0.25 + 25.0 * 5.0));
-    CHECK(rays == Approx(25'000.0));
+    CHECK(error.seconds == Approx(0.25 + 25.0 * 5.0));
+    CHECK(error.rays == Approx(25'000.0));
     // A way that takes so many rays at least takes the time of those.
     runs.fewest_rays = 200.0;
-    CHECK(seconds_to(0.5, runs, error, rays) == Approx(0.25 + 1.0));
+    CHECK(depth_error(bin, runs, reference, 0.5).seconds == Approx(0.25 + 1.0));
     // No rays get below a bias.
-    CHECK(std::isinf(seconds_to(0.012, runs, error, rays)));
+    CHECK(std::isinf(depth_error(bin, runs, reference, 0.012).seconds));
 }
 
 TEST_CASE("the noise of a reference makes neither bias nor noise of what is compared with it") {
@@ -112,9 +110,9 @@ TEST_CASE("the noise of a reference makes neither bias nor noise of what is comp
     FluxRuns runs = way_of(n, 0.0, 0.0);
     runs.values = {noisy(2.0, 0.3), noisy(2.0, 0.3)};
     runs.limit = {noisy(2.0, 0.1), noisy(2.0, 0.1)};
-    DepthBin all{"all", 0.0, 1.0, std::vector<std::uint32_t>(n), std::vector<double>(n, 1.0)};
+    DepthBin all{"all", std::vector<std::uint32_t>(n), std::vector<double>(n, 1.0)};
     std::iota(all.vertices.begin(), all.vertices.end(), 0);
-    const DepthError error = depth_error(all, runs, reference);
+    const DepthError error = depth_error(all, runs, reference, 0.02);
     // 882 vertices: a squared bias is the mean of products of two deviations of 0.1 sqrt(2), good to 0.02 /
     // sqrt(882); three sigma are 0.045^2, relative to a flux of 2. Variances are good to sqrt(2 / 882), their
     // roots to half of it: 2.4 %.
@@ -128,17 +126,18 @@ TEST_CASE(
     const TriangleMesh surface = plane(12), coarse = plane(6);
     const flux::LateralBox box =
         flux::lateral_box(surface, {flux::Boundary::reflective, flux::Boundary::reflective});
-    const std::vector<SimplifiedMesh> simplified{{"coarse", coarse, 3.0}};
+    const std::vector<SimplifiedMesh> meshes{{"raw", surface, 0.0}, {"coarse", coarse, 3.0}};
     FiveWaysOptions options;
     options.rays = 8192.0;
     options.stickings = {0.5};
     options.reference_rays = 1e5;
-    const Json entry = five_ways(surface, box, simplified, options)[0];
-    REQUIRE(entry["depths"].size() == 1);  // all of it is floor
-    const double scatter = entry["depths"][0]["reference_error"];
+    const Json entry = five_ways(meshes, box, options)[0];
+    const Json& depths = entry["ways"][0]["by_depth"];
+    REQUIRE(depths.size() == 1);  // all of it is floor
+    const double scatter = depths[0]["reference_error"];
     CHECK(scatter < 0.01);
     const double of_mean = 3.0 * scatter / std::sqrt(169.0);  // three sigma, of the vertices together
-    CHECK(std::abs(entry["depths"][0]["flux"].get<double>() - 1.0) < of_mean);
+    CHECK(std::abs(depths[0]["flux"].get<double>() - 1.0) < of_mean);
 
     // The flux is 1: the error is what two traces are off by.
     const surface::RayScene scene(surface);
@@ -170,50 +169,29 @@ TEST_CASE(
         CHECK(std::abs(at["shift"].get<double>()) < 3.0 * at["noise"].get<double>() / std::sqrt(49.0));
         if (way["way"].get<std::string>().starts_with("simplified")) CHECK(fixed >= 3.0);
     }
-    const std::string report = five_ways_report(entry);
-    CHECK(report.find("simplified radiosity (coarse)") != std::string::npos);
+    Json study;
+    study["surfaces"] = Json::array({{{"surface", 1}, {"grid", {{"levels", {1}}}}, {"rows", Json::array()}}});
+    study["surfaces"][0]["five_ways"] = Json::array({entry});
+    const std::string report = study_report(study);
+    CHECK(report.find("(coarse)") != std::string::npos);
     CHECK(report.find("not reached") == std::string::npos);
 }
 
 TEST_CASE("a way whose bias is beyond the target is not reached, and the report says by how much") {
     const auto way = [](const char* name, const char* variant, double bias, Json seconds) {
-        return Json{{"way", name},
-                    {"variant", variant},
-                    {"best", true},
-                    {"rays", 1.0},
-                    {"by_depth",
-                     {{{"bias", bias},
-                       {"bias_resolved", 0.001},
-                       {"noise", 0.1},
-                       {"shift", 0.0},
-                       {"rays", 64.0},
-                       {"seconds", seconds}}}},
-                    {"seconds", seconds},
-                    {"reached", seconds.is_null() ? 0 : 1}};
+        return Json{
+            {"way", name}, {"variant", variant}, {"best", true}, {"bias", bias}, {"seconds", seconds}};
     };
     Json entry{{"sticking", 0.1}, {"target", 0.02}};
-    entry["depths"] = Json::array({{{"name", "floor"},
-                                    {"z_low", 0.0},
-                                    {"z_high", 0.1},
-                                    {"flux", 0.2},
-                                    {"reference_error", 0.003},
-                                    {"shift", 0.001}}});
     entry["ways"] = Json::array({way("raw top-down", "", 0.0, 40.0), way("raw radiosity", "", 0.001, 10.0),
                                  way("raw top-down, smoothed", "1 round", 0.001, 20.0),
                                  way("simplified top-down", "region, 90 %", 0.034, nullptr),
                                  way("simplified radiosity", "region, 90 %", 0.002, 2.5)});
-    const std::string report = five_ways_report(entry);
-    CHECK(report.find("| floor | 0.2 | 0.3 % | 40 | 10 | 20 | not reached (3.4 %) | 2.5 |") !=
-          std::string::npos);
-    Json study{{"flux_error_target", 0.02}, {"surfaces", Json::array({{{"surface", 1}}})}};
+    Json study;
+    study["surfaces"] = Json::array({{{"surface", 1}, {"grid", {{"levels", {1}}}}, {"rows", Json::array()}}});
     study["surfaces"][0]["five_ways"] = Json::array({entry});
     CHECK(
-        five_ways_verdicts(study).find(
-            "| 1 | 0.1 | raw radiosity: 10 s | simplified radiosity (region, 90 %): 2.5 s | yes: 4 times as fast |") !=
+        study_report(study).find(
+            "| 1, 0.1 | 40 | 20 (1 round) | not reached (3.4 %) (region, 90 %) | 10 | 2.5 (region, 90 %) | 4 |") !=
         std::string::npos);
-    CHECK(five_ways_csv(study).find("1,0.1,simplified top-down,\"region, 90 %\",1,floor") !=
-          std::string::npos);
-    CHECK(five_ways_csv(study).find(
-              "\n1,0.1,\"raw top-down, smoothed\",1 round,1,floor,0.2,0.003,0.001,0.1,64,20\n") !=
-          std::string::npos);
 }
