@@ -28,11 +28,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of the recipe's grid spacing.
+// Coarsest and finest grid, over the recipe's grid spacing.
 constexpr double kCoarsest = 4.0, kFinest = 0.25;
-// From one grid to the next: less would cost as much again and tell little.
+// Ratio of one grid to the next: less would cost as much again for little.
 constexpr double kLeastRatio = 1.4, kMostRatio = 2.0;
-// Of the accuracy asked for, that each bar may take: their squares add up to 1.
+// Share of the accuracy asked for that each bar may take: the squares add up to 1.
 constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
 // Rays over those of the recipe, which are meant for its own grid.
 constexpr double kFewestRays = 0.25, kMostRays = 32.0;
@@ -74,7 +74,7 @@ class Refiner {
                 keep_record();
                 run_others();
             }
-            tell();
+            report_bars();
             next = next_spacing();
         }
         grids_.back().folder.clear();
@@ -142,7 +142,7 @@ class Refiner {
         return options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size() + 1);
     }
 
-    // Of the next grid, if an earlier call has run it and this one goes on.
+    // Summary of the next grid, if an earlier call has run it and this one resumes.
     std::optional<Json> kept_summary(const std::string& text) const {
         if (!options_.resume || !holds_recipe(record(), text)) return std::nullopt;
         return own_summary(record());
@@ -184,8 +184,7 @@ class Refiner {
         return false;
     }
 
-    // The run that others follow is no result yet: what is kept of it tells the bars, and its folder looks
-    // unfinished.
+    // A run that others follow is no result yet: its record is kept for the bars, its folder left unfinished.
     void keep_record() {
         AccuracyRun& run = grids_.back();
         if (!run.folder.empty()) return;
@@ -227,7 +226,7 @@ class Refiner {
         }
         if (simplified) add("raw", seed, "none");
         if (simplified && traced_) add("raw_2", seed + 1, "none");
-        noise_ = tell_noise(grids_.back(), others);
+        noise_ = noise_of(grids_.back(), others);
         others_ = std::move(others);
     }
 
@@ -327,7 +326,7 @@ class Refiner {
         if (!options_.quiet) std::fputs(fmt::format("accuracy: {}\n", text).c_str(), stderr);
     }
 
-    void tell() const {
+    void report_bars() const {
         for (const AskedAccuracy& asked : asked_) {
             const AccuracyBars now = bars(asked);
             say(fmt::format("{} {:.5g} +- {}, asked for {}", asked.measure, now.value,
@@ -372,7 +371,7 @@ class Refiner {
     const RunOptions& options_;
     const double spacing_ = domain_of(recipe_).spacing;
     const bool flat_ = is_flat(recipe_.domain), traced_ = traces(recipe_);
-    // Of a run: fewer say nothing, or make no batches.
+    // Fewest rays of a run: less say nothing, or make no batches.
     const double least_rays_ = std::max(1000.0, static_cast<double>(recipe_.flux.batches));
     std::string method_ = recipe_.simplify.method;  // from now on
     std::set<std::string> own_;                     // recipes that were run here

@@ -1,6 +1,7 @@
+#include "app/accuracy/accuracy_asked.hpp"
+
 #include <fmt/format.h>
 
-#include "app/accuracy/accuracy.hpp"
 #include "app/common/text.hpp"
 #include "app/sweep/measures.hpp"
 #include "surface/error.hpp"

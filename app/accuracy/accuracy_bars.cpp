@@ -14,7 +14,7 @@
 namespace sidewall::app {
 namespace {
 
-// Of a grid spacing, that no bar of a length is smaller: flats on a node or between two differ by so much.
+// Least bar of a length, in grid spacings: flats on a node or between two differ by so much.
 constexpr double kLeastLength = 0.05;
 constexpr int kValueDigits = 6, kBarDigits = 3;
 
@@ -59,7 +59,7 @@ double AccuracyRun::figure(const std::string& measure) const {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-AccuracyNoise tell_noise(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
+AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
     AccuracyNoise noise{.on = on};
     for (const auto& [measure, value] : on.summary["metrology"].items()) {
         std::vector<double> as_it_is{on.figure(measure)}, raw;

@@ -36,7 +36,4 @@ struct FitOptions {
 ///         NumericsError if no run has all targets.
 Json run_fit(const FitOptions& options);
 
-/// What it found, as a text table.
-std::string fit_table(const Json& fit);
-
 }  // namespace sidewall::app

@@ -24,11 +24,13 @@ struct FitEnd {
     std::vector<FittedRecipe> recipes;
 };
 
-/// What fit.json says of it.
+/// The results that fit.json holds.
 Json fit_json(const FitEnd& end);
 
-/// That the targets are not met within the bounds, and by how much, in a sentence; empty if they are, or if the runs did not
-/// suffice to tell.
+/// The results in fit.json, as a text table.
+std::string fit_table(const Json& fit);
+
+/// A sentence saying by how much targets are missed within the bounds; empty if they are met or the runs did not suffice.
 std::string unmet_targets(const Json& fit);
 
 /// The measured profile \p profile over the contours of the first and the best run, as SVG.

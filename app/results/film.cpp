@@ -42,7 +42,7 @@ double highest_crossing(const Profile& profile, double along) {
     return z;
 }
 
-// z of its lowest crossing.
+// z of the profile's lowest crossing of the vertical at `along`.
 double lowest_crossing(const Profile& profile, double along) {
     double z = kInfinity;
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
@@ -85,7 +85,7 @@ struct Floor {
 };
 
 // The lowest point within an opening.
-Floor lowest_point(const Profile& below, const std::pair<double, double>& within) {
+Floor deepest_point(const Profile& below, const std::pair<double, double>& within) {
     Floor lowest;
     below.each_segment([&](const Vec3& p, const Vec3& q) {
         for (const Vec3* end : {&p, &q}) {
@@ -122,7 +122,7 @@ bool has_ledge(const Profile& profile, double z, double near) {
 // What is flat, of profiles that may go on beyond their sides. Returns z of what the film covers beside.
 double measure_flats(const Profile& surface, const Profile& below, double beside, double flat,
                      const std::pair<double, double>& within, Film& film) {
-    const Floor floor = lowest_point(below, within);
+    const Floor floor = deepest_point(below, within);
     const double top = highest_crossing(below, beside),
                  floor_at = middle_of_floor(below, floor, top, flat, within);
     film.top = highest_crossing(surface, beside) - top;
