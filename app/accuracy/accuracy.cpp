@@ -44,14 +44,6 @@ bool traces(const Recipe& recipe) {
     return false;
 }
 
-// What a run differs in from the recipe.
-struct Settings {
-    double spacing = 0.0, rays = 0.0;
-    std::optional<double> relative_error;
-    std::string method;
-    std::int64_t seed = 0;
-};
-
 class Refiner {
   public:
     Refiner(const Recipe& recipe, const std::vector<std::string>& overrides,
@@ -84,9 +76,9 @@ class Refiner {
     }
 
   private:
-    Recipe recipe_with(const Settings& settings) const { return recipe_with(settings, text_); }
+    Recipe recipe_with(const AccuracySettings& settings) const { return recipe_with(settings, text_); }
 
-    Recipe recipe_with(const Settings& settings, const std::string& text) const {
+    Recipe recipe_with(const AccuracySettings& settings, const std::string& text) const {
         std::vector<std::string> changes{fmt::format("domain.grid_spacing={}", settings.spacing),
                                          fmt::format("simplify.method=\"{}\"", settings.method),
                                          fmt::format("flux.seed={}", settings.seed)};
@@ -96,19 +88,14 @@ class Refiner {
         return recipe_changed(text, recipe_.file, overrides_, std::move(changes));
     }
 
-    AccuracyRun describe(const std::string& folder, const Settings& settings, Json summary) const {
-        const auto spacing = summary["grid_spacing"].get<double>();
-        return {.folder = folder,
-                .spacing = spacing,
-                .rays = settings.rays,
-                .relative_error = settings.relative_error,
-                .method = settings.method,
-                .seed = settings.seed,
-                .summary = std::move(summary)};
+    static AccuracyRun describe(const std::string& folder, const AccuracySettings& settings, Json summary) {
+        AccuracyRun run{settings, folder, std::move(summary)};
+        run.spacing = run.summary["grid_spacing"].get<double>();
+        return run;
     }
 
     // Whether a folder holds a run of this recipe with other settings, which an earlier call may have made.
-    bool holds_other_settings(const fs::path& folder, const Settings& settings,
+    bool holds_other_settings(const fs::path& folder, const AccuracySettings& settings,
                               const std::string& text) const {
         if (!is_there(options_.output / kAccuracyFolder) || !is_there(folder / "recipe.toml")) return false;
         if (!options_.resume && !is_there(folder / "summary.json")) return false;
@@ -122,7 +109,7 @@ class Refiner {
 
     // Goes on with what an earlier run of the same recipe left there, if that is wanted. Its own earlier
     // grids are replaced unasked.
-    RunResult run_in(const fs::path& folder, const Settings& settings, bool overwrite) {
+    RunResult run_in(const fs::path& folder, const AccuracySettings& settings, bool overwrite) {
         const Recipe recipe = recipe_with(settings);
         const std::string text = effective_recipe(recipe);
         RunOptions run = options_;
@@ -149,7 +136,7 @@ class Refiner {
     }
 
     // False if so coarse a grid does not hold the wafer.
-    bool run_on_grid(const Settings& settings) {
+    bool run_on_grid(const AccuracySettings& settings) {
         const bool coarse = settings.spacing > 1.01 * spacing_;
         std::string text;
         try {
@@ -209,7 +196,7 @@ class Refiner {
         std::vector<AccuracyRun> others;
         const bool simplified = last_.method != "none";
         const auto add = [&](const std::string& name, std::int64_t seed, const std::string& method) {
-            Settings settings = last_;
+            AccuracySettings settings = last_;
             settings.seed = seed;
             settings.method = method;
             const fs::path folder = fs::path(kAccuracyFolder) / name;
@@ -235,8 +222,8 @@ class Refiner {
     }
 
     // What the next grid is traced with: as many rays as the noise asked for takes.
-    Settings settings_for(double spacing) {
-        Settings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
+    AccuracySettings settings_for(double spacing) {
+        AccuracySettings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
         const double wanted = static_cast<double>(recipe_.flux.rays) * spacing_ / spacing;
         settings.rays = wanted;
         settings.relative_error = recipe_.flux.relative_error;
@@ -244,7 +231,7 @@ class Refiner {
             settings.rays = std::max(settings.rays, least_rays_);
             return settings;
         }
-        AccuracyRun next = noise_->on;
+        AccuracySettings next = noise_->on;
         next.spacing = spacing;
         double excess = 0.0, change = 0.0;  // over the bars asked for, if traced as the coarse grid was
         for (const AskedAccuracy& asked : asked_) {
@@ -312,7 +299,7 @@ class Refiner {
         }
     }
 
-    std::string describe_rays(const Settings& settings) const {
+    std::string describe_rays(const AccuracySettings& settings) const {
         const std::string& unit = recipe_.domain.length_unit;
         if (!traced_) return unit;
         const std::string rays = settings.relative_error
@@ -375,7 +362,7 @@ class Refiner {
     const double least_rays_ = std::max(1000.0, static_cast<double>(recipe_.flux.batches));
     std::string method_ = recipe_.simplify.method;  // from now on
     std::set<std::string> own_;                     // recipes that were run here
-    Settings last_;
+    AccuracySettings last_;
     std::vector<AccuracyRun> grids_, others_;
     std::optional<AccuracyNoise> noise_;
     std::optional<RunResult> result_;  // of the last grid, if it was run and not read

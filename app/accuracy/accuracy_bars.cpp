@@ -75,7 +75,7 @@ AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& ot
     return noise;
 }
 
-double noise_factor(const AccuracyRun& from, const AccuracyRun& to, bool flat) {
+double noise_factor(const AccuracySettings& from, const AccuracySettings& to, bool flat) {
     const double cells = std::sqrt(from.spacing / to.spacing);
     if (from.relative_error) return *to.relative_error / *from.relative_error / cells;
     return std::sqrt(from.rays / to.rays) * (flat ? 1.0 : cells);

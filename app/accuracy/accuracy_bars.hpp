@@ -11,14 +11,18 @@
 // The bars of figures from the runs that were made for them.
 namespace sidewall::app {
 
-/// One of the runs made for the bars: its summary and the settings that its exactness depends on.
-struct AccuracyRun {
-    std::string folder;  ///< in DIR; empty: DIR itself
+/// Settings that the exactness of a run depends on.
+struct AccuracySettings {
     double spacing = 0.0;
     double rays = 0.0;                     ///< source rays a species and time step
     std::optional<double> relative_error;  ///< instead
     std::string method;                    ///< of simplification
     std::int64_t seed = 0;
+};
+
+/// One of the runs made for the bars.
+struct AccuracyRun : AccuracySettings {
+    std::string folder;  ///< in DIR; empty: DIR itself
     Json summary;
 
     double seconds() const { return summary["timing"]["total"].get<double>(); }
@@ -39,7 +43,7 @@ AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& ot
 /// Ratio of the noise of one run to another's. It falls with the square root of the rays; at equal rays it grows as a cell's
 /// share of them falls, less what the more numerous time steps of a finer grid average out.
 /// \param flat  a profile in x and z.
-double noise_factor(const AccuracyRun& from, const AccuracyRun& to, bool flat);
+double noise_factor(const AccuracySettings& from, const AccuracySettings& to, bool flat);
 
 /// A figure's bars, in its unit.
 struct AccuracyBars {
