@@ -221,7 +221,7 @@ class Refiner {
         return app::bars_of(asked.measure, recipe_, grids_, noise_, &asked);
     }
 
-    // What the next grid is traced with: as many rays as the noise asked for takes.
+    // Settings of the next grid: as many rays as the noise asked for takes.
     AccuracySettings settings_for(double spacing) {
         AccuracySettings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
         const double wanted = static_cast<double>(recipe_.flux.rays) * spacing_ / spacing;
@@ -257,7 +257,7 @@ class Refiner {
         return settings;
     }
 
-    // Nothing if the bars are small enough, or no finer grid can make them so.
+    // The next grid; none if the bars are small enough, or no finer grid can make them so.
     std::optional<double> next_spacing() const {
         double wanted = 0.0;  // ratio
         bool reached = true;

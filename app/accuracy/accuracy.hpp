@@ -8,8 +8,8 @@
 namespace sidewall::app {
 
 /// Runs a recipe on finer and finer grids, from four times its spacing to a quarter of it, until the bars of the figures asked
-/// for are small enough. On the coarsest grid further seeds tell the noise, from which the rays of the finer ones follow, and
-/// runs without simplification tell what that changes; where it changes too much, finer grids do without.
+/// for are small enough. On the coarsest grid further seeds measure the noise, from which the rays of the finer ones follow, and
+/// runs without simplification measure its effect; where that is too large, finer grids do without.
 ///
 /// The bar of a figure is the root sum of squares of three: grid (accuracy/grid_error.hpp), noise (95 %,
 /// Student's, of five runs, scaled by rays and spacing) and simplification (scaled by the spacing, unless the recipe gives

@@ -18,8 +18,7 @@ namespace {
 constexpr double kLeastLength = 0.05;
 constexpr int kValueDigits = 6, kBarDigits = 3;
 
-// What happened to the wafer and how its steps ended, without times and places, which move a little with the
-// grid.
+// Events of the wafer and ends of its steps, without times and places, which move a little with the grid.
 std::vector<std::string> events_of(const Json& summary) {
     std::vector<std::string> all;
     for (const Json& event : summary["events"])

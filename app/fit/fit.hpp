@@ -8,7 +8,7 @@
 
 namespace sidewall::app {
 
-/// What to fit, as the user wrote it.
+/// Arguments of a fit, as the user wrote them.
 struct FitOptions {
     std::vector<std::string>
         recipes;  ///< files; of several each has a LABEL, its name without folder and .toml

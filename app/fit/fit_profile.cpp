@@ -39,7 +39,7 @@ std::vector<std::string> fields_of(std::string line) {
     return fields;
 }
 
-// Of a header: where x (or y) and z stand, e.g. in "x [um],z [um],polyline".
+// Columns of x (or y) and z by the header, e.g. "x [um],z [um],polyline".
 std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
     std::array<std::size_t, 2> columns{0, 1};
     for (std::size_t k = header.size(); k-- > 0;) {
@@ -50,7 +50,7 @@ std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
     return columns;
 }
 
-// What the brackets in a column's name hold; or "".
+// The unit in brackets in a column's name; or "".
 std::string unit_in(const std::string& name) {
     const auto open = name.find_first_of("[(");
     if (open == std::string::npos) return "";
@@ -150,7 +150,7 @@ Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points
     return best;
 }
 
-// What lies beyond the domain's sides, which bound x and y.
+// Adds the mirrored or periodic copies beyond the domain's sides.
 void add_beyond(const levelset::Domain& domain, const Vec3& along, Contour& contour) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const double direction = along[static_cast<int>(axis)];

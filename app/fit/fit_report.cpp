@@ -18,7 +18,7 @@ namespace sidewall::app {
 namespace {
 
 constexpr int kFitDigits = 6;
-constexpr double kNoBound = 2.0;  // half an interval, in ranges: what is wider tells nothing
+constexpr double kNoBound = 2.0;  // half an interval, in ranges: wider ones bound nothing
 
 // The value at a place that may lie outside of the bounds, as an interval's end does.
 double value_beyond(const Vary& vary, double place) {
@@ -44,11 +44,11 @@ Json parameters_json(const FitEnd& end) {
         Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of(keys, vary.key, recipe)}};
         constexpr double kAtBound = 1e-6;
         const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
-        // At a bound the residuals are not least in this key: they do not tell how far off it may be.
-        const bool told = half < kNoBound && !at_bound;
+        // At a bound the residuals are not least in this key, and the linear model gives no interval.
+        const bool bounded = half < kNoBound && !at_bound;
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
-                told ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits) : Json());
+                bounded ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits) : Json());
         if (at_bound) json["at_bound"] = place < 0.5 ? vary.low : vary.high;
         parameters[vary.key] = std::move(json);
     }

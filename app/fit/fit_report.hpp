@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// One of a fit's recipes, and its run that came closest.
+/// One of a fit's recipes, and its best run.
 struct FittedRecipe {
     std::string label;  ///< before its targets' names, with a colon; empty if it is the only one
     const FitTargets& targets;
@@ -16,7 +16,7 @@ struct FittedRecipe {
     std::filesystem::path best_folder, first_folder;  ///< the first run's: where the fit began
 };
 
-/// A fit's end: its parameters, and the runs there.
+/// The end of a fit: parameters, and the best runs.
 struct FitEnd {
     const std::vector<Vary>& varied;
     const LeastSquaresResult& found;

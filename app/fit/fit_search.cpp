@@ -22,10 +22,6 @@ constexpr double kMetSigmas = 2.0;  // where standard deviations are known
 constexpr double kApart = 0.1;      // between minima, in the unit box
 constexpr double kBeside = 0.01;    // points of one minimum
 
-double cost_of(const Residuals& residuals) {
-    return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
-}
-
 // All points that a search has evaluated, each once.
 class Trials {
   public:
@@ -40,18 +36,17 @@ class Trials {
         return residuals;
     }
 
-    const Residuals& at(const BoxPoint& x) {
+    const FitTrial& at(const BoxPoint& x) {
         const auto known =
             std::find_if(all_.begin(), all_.end(), [&](const FitTrial& trial) { return trial.x == x; });
-        if (known != all_.end()) return known->residuals;
+        if (known != all_.end()) return *known;
         evaluate({x});
-        return all_.back().residuals;
+        return all_.back();
     }
 
     const FitTrial& best() const {
-        return *std::min_element(all_.begin(), all_.end(), [](const FitTrial& a, const FitTrial& b) {
-            return cost_of(a.residuals) < cost_of(b.residuals);
-        });
+        return *std::min_element(all_.begin(), all_.end(),
+                                 [](const FitTrial& a, const FitTrial& b) { return a.cost() < b.cost(); });
     }
 
     // Least squares from the best of these points, or from the start, with the runs that are left.
@@ -72,7 +67,7 @@ class Trials {
     std::vector<FitTrial> all_;
 };
 
-// What NLopt minimises. Points without residuals cost more than all others.
+// The objective of NLopt. Points without residuals cost more than all others.
 struct SumOfSquares {
     Trials& trials;
     std::size_t most = 0;   // trials: points at the bounds come up again and count once
@@ -86,7 +81,7 @@ double sum_of_squares(unsigned count, const double* x, double*, void* data) {
         Eigen::Map<const VectorXd>(x, static_cast<Eigen::Index>(count)).cwiseMax(0.0).cwiseMin(1.0);
     double cost = kInfinity;
     try {
-        cost = cost_of(sum.trials.at(point));
+        cost = sum.trials.at(point).cost();
     } catch (...) {
         sum.failure = std::current_exception();
     }
@@ -102,7 +97,7 @@ bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std:
     constexpr std::size_t kMostRepeats = 10;
     SumOfSquares sum{.trials = trials, .most = trials.all().size() + runs};
     for (const FitTrial& trial : trials.all())
-        if (const double cost = cost_of(trial.residuals); std::isfinite(cost))
+        if (const double cost = trial.cost(); std::isfinite(cost))
             sum.greatest = std::max(sum.greatest, cost);
     std::vector<double> x(trials.best().x.begin(), trials.best().x.end());
     nlopt::opt search(algorithm, static_cast<unsigned>(x.size()));
@@ -121,7 +116,7 @@ bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std:
         double least = 0.0;
         return search.optimize(x, least) != nlopt::MAXEVAL_REACHED;
     } catch (const nlopt::roundoff_limited&) {
-        return true;  // points so close that rounding hides what tells them apart
+        return true;  // points so close that rounding hides their difference
     } catch (const std::runtime_error&) {
         if (sum.failure) std::rethrow_exception(sum.failure);
         return false;
@@ -168,7 +163,7 @@ std::vector<FitTrial> points_beyond(const Trials& trials, std::size_t first_coun
     const FitTrial* farthest = nullptr;
     for (std::size_t i = 0; i < std::min(first_count, trials.all().size()); ++i) {
         const FitTrial& trial = trials.all()[i];
-        if (std::isfinite(cost_of(trial.residuals)) &&
+        if (std::isfinite(trial.cost()) &&
             (farthest == nullptr || (trial.x - end).norm() > (farthest->x - end).norm()))
             farthest = &trial;
     }
@@ -214,7 +209,7 @@ FitSearch search_least_squares(const LeastSquares& problem, const std::string& m
     if (method == "crs") require_runs_for_crs(problem);
     trials.evaluate(first_points(problem));
     // If no run has all targets, nothing is searched, and the fit throws.
-    const bool any = std::isfinite(cost_of(trials.best().residuals));
+    const bool any = std::isfinite(trials.best().cost());
     if (method == "crs") {
         if (any) search_at_random(trials, problem.start.size());
         return {.found = trials.fit(trials.all(), {})};

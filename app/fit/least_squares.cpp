@@ -22,12 +22,6 @@ constexpr double kProbe = 0.004;              // between points that show the no
 constexpr double kErrorPart = 0.05;           // of the standard deviation: shorter steps are not worth a run
 constexpr double kRough = 0.3, kFine = 0.02;  // standard deviation of a slope over the typical slope
 
-struct Sample {
-    BoxPoint x;
-    VectorXd r;
-    double cost;
-};
-
 // Terms of a quadratic polynomial: 1, d_i, d_i d_j.
 VectorXd terms(const VectorXd& d) {
     VectorXd all(1 + d.size() + d.size() * (d.size() + 1) / 2);
@@ -57,17 +51,16 @@ class Fitter {
     explicit Fitter(const LeastSquares& problem) : problem_(problem), parameters_(problem.start.size()) {}
 
     LeastSquaresResult fit() {
-        for (const FitTrial& trial : problem_.known) add_sample(trial.x, trial.residuals);
+        samples_ = problem_.known;
         if (samples_.empty()) evaluate(first_points(problem_));
-        for (std::size_t i = 0; i < samples_.size(); ++i)
-            if (samples_[i].cost < center().cost) center_ = i;
-        if (!std::isfinite(center().cost))
+        center_ = lowest();
+        if (!std::isfinite(center().cost()))
             throw NumericsError("no run of the first ones ended with all targets");
         measure_noise();
         LeastSquaresResult result{.converged = search()};
         take_lower();
         result.best = center().x;
-        result.residuals = center().r;
+        result.residuals = *center().residuals;
         result.noise = noise_;
         result.runs = samples_.size();
         const Model model = regress();
@@ -81,7 +74,7 @@ class Fitter {
     }
 
   private:
-    const Sample& center() const { return samples_[center_]; }
+    const FitTrial& center() const { return samples_[center_]; }
     std::size_t left() const { return problem_.max_runs - std::min(problem_.max_runs, samples_.size()); }
 
     // Adds samples, as many as may still be made.
@@ -89,34 +82,35 @@ class Fitter {
         points.resize(std::min(points.size(), left()));
         if (points.empty()) return;
         const std::vector<Residuals> residuals = problem_.evaluate(points);
-        for (std::size_t i = 0; i < points.size(); ++i) add_sample(points[i], residuals[i]);
+        for (std::size_t i = 0; i < points.size(); ++i) samples_.push_back({points[i], residuals[i]});
     }
 
-    void add_sample(const BoxPoint& x, const Residuals& residuals) {
-        const bool found = residuals && residuals->allFinite();
-        samples_.push_back(
-            {x, found ? *residuals : VectorXd(), found ? residuals->squaredNorm() : kInfinity});
+    std::size_t lowest() const {
+        std::vector<double> costs;
+        for (const FitTrial& sample : samples_) costs.push_back(sample.cost());
+        return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
     }
+
+    // The number of residuals.
+    double count() const { return static_cast<double>(center().residuals->size()); }
 
     // Standard deviation of a sum of squares by noise, of the difference of two.
     double sum_noise(double sum) const {
         const double noise = noise_ * noise_;
-        return std::sqrt(8.0 * noise * sum + 4.0 * noise * noise * static_cast<double>(center().r.size()));
+        return std::sqrt(8.0 * noise * sum + 4.0 * noise * noise * count());
     }
 
     double variance() const {
-        return residual_variance(problem_, center().cost,
-                                 static_cast<double>(center().r.size() - parameters_), noise_);
+        return residual_variance(problem_, center().cost(), count() - static_cast<double>(parameters_),
+                                 noise_);
     }
 
     // Goes to the lowest sample if it is lower by more than noise and an unfinished step explain.
     void take_lower() {
-        std::size_t lowest = center_;
-        for (std::size_t i = 0; i < samples_.size(); ++i)
-            if (samples_[i].cost < samples_[lowest].cost) lowest = i;
-        const double least =
-            center().cost - 3.0 * sum_noise(center().cost) - kErrorPart * kErrorPart * variance();
-        if (samples_[lowest].cost < least) center_ = lowest;
+        const double cost = center().cost();
+        if (const std::size_t found = lowest();
+            samples_[found].cost() < cost - 3.0 * sum_noise(cost) - kErrorPart * kErrorPart * variance())
+            center_ = found;
     }
 
     // The second difference of three points on a line so short that the model is straight along it.
@@ -126,9 +120,10 @@ class Fitter {
         const VectorXd inward =
             (center().x.array() < 0.5).select(VectorXd::Constant(parameters_, kProbe), -kProbe);
         evaluate({center().x + inward, center().x + 2.0 * inward});
-        const VectorXd &one = samples_.end()[-2].r, &two = samples_.back().r;
-        if (one.size() == 0 || two.size() == 0) return;
-        noise_ = (center().r - 2.0 * one + two).norm() / std::sqrt(6.0 * static_cast<double>(one.size()));
+        const FitTrial &one = samples_.end()[-2], &two = samples_.back();
+        if (!std::isfinite(one.cost() + two.cost())) return;
+        noise_ =
+            (*center().residuals - 2.0 * *one.residuals + *two.residuals).norm() / std::sqrt(6.0 * count());
     }
 
     // Ridge regression of a quadratic polynomial. A sample's variance is that of the noise and of the cubic
@@ -136,31 +131,31 @@ class Fitter {
     Model regress() const {
         constexpr double kWide = 10.0, kFloor = 1e-4, kNear = 0.2;
         double change = 0.0, distance = 0.0;
-        for (const Sample& sample : samples_) {
-            if (sample.r.size() == 0) continue;
+        for (const FitTrial& sample : samples_) {
+            if (!std::isfinite(sample.cost())) continue;
             const double d2 = (sample.x - center().x).squaredNorm(), near = std::exp(-d2 / (kNear * kNear));
-            change += near * (sample.r - center().r).squaredNorm();
+            change += near * (*sample.residuals - *center().residuals).squaredNorm();
             distance += near * d2;
         }
         Model model{.slope = change > 0.0 ? std::sqrt(change / distance) : 1.0};
-        const double noise = noise_ * noise_ * static_cast<double>(center().r.size());
-        const Index count = terms(center().x).size();
-        MatrixXd a = MatrixXd::Zero(static_cast<Index>(samples_.size()) + count, count);
-        MatrixXd b = MatrixXd::Zero(a.rows(), center().r.size());
-        for (Index i = 0; i < count; ++i)
+        const double noise = noise_ * noise_ * count();
+        const Index size = terms(center().x).size();
+        MatrixXd a = MatrixXd::Zero(static_cast<Index>(samples_.size()) + size, size);
+        MatrixXd b = MatrixXd::Zero(a.rows(), center().residuals->size());
+        for (Index i = 0; i < size; ++i)
             a(i, i) = 1.0 / (i <= parameters_ ? kWide * model.slope : model.slope);
         for (std::size_t i = 0; i < samples_.size(); ++i) {
-            if (samples_[i].r.size() == 0) continue;
+            if (!std::isfinite(samples_[i].cost())) continue;
             const VectorXd d = samples_[i].x - center().x;
             const double weight =
                 1.0 / std::sqrt(noise + std::pow(model.slope * (std::pow(d.norm(), 3) + kFloor), 2));
-            a.row(count + static_cast<Index>(i)) = weight * terms(d);
-            b.row(count + static_cast<Index>(i)) = weight * (samples_[i].r - center().r);
+            a.row(size + static_cast<Index>(i)) = weight * terms(d);
+            b.row(size + static_cast<Index>(i)) = weight * (*samples_[i].residuals - *center().residuals);
         }
         const Eigen::HouseholderQR<MatrixXd> qr(a);
         model.coefficients = qr.solve(b);
-        const MatrixXd inverse = qr.matrixQR().topRows(count).triangularView<Eigen::Upper>().solve(
-            MatrixXd::Identity(count, count));
+        const MatrixXd inverse =
+            qr.matrixQR().topRows(size).triangularView<Eigen::Upper>().solve(MatrixXd::Identity(size, size));
         model.covariance =
             inverse.middleRows(1, parameters_) * inverse.middleRows(1, parameters_).transpose();
         return model;
@@ -170,7 +165,7 @@ class Fitter {
     // none.
     bool spread(const Model& model, double length, double asked, bool both_sides) {
         const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(model.covariance);
-        const double noise = noise_ * std::sqrt(0.5 * static_cast<double>(center().r.size()));
+        const double noise = noise_ * std::sqrt(0.5 * count());
         std::vector<BoxPoint> points;
         for (Index k = 0; k < parameters_; ++k) {
             const VectorXd along = axes.eigenvectors().col(k);
@@ -192,9 +187,8 @@ class Fitter {
     // NLopt's minimum of the model's sum of squares within the box and the radius.
     VectorXd best_step(const Model& model, double radius, double& gain) const {
         constexpr double kDamping = 1e-7, kPrecision = 1e-5;
-        const Index count = model.coefficients.rows();
         MatrixXd all = model.coefficients;
-        all.row(0) += center().r;
+        all.row(0) += *center().residuals;
         MatrixXd gram = all * all.transpose();
         for (Index i = 1; i <= parameters_; ++i) gram(i, i) += kDamping * model.slope * model.slope;
         std::vector<double> low(static_cast<std::size_t>(parameters_)), high = low, step = low;
@@ -208,7 +202,7 @@ class Fitter {
         search.set_upper_bounds(high);
         search.set_initial_step(0.25 * radius);
         search.set_xtol_abs(kPrecision);
-        search.set_maxeval(static_cast<int>(200 * count));
+        search.set_maxeval(static_cast<int>(200 * gram.rows()));
         double least = gram(0, 0);
         try {
             search.optimize(step, least);
@@ -241,10 +235,10 @@ class Fitter {
                 radius = kLastRadius;
                 continue;
             }
-            const Sample before = center();
-            evaluate({before.x + step});
-            const double gained = before.cost - samples_.back().cost;
-            if (gained > -sum_noise(before.cost)) center_ = samples_.size() - 1;
+            const double before = center().cost();
+            evaluate({center().x + step});
+            const double gained = before - samples_.back().cost();
+            if (gained > -sum_noise(before)) center_ = samples_.size() - 1;
             if (gained > 0.5 * gain) radius = std::clamp(2.0 * length, kLastRadius, kMostRadius);
             if (gained < 0.1 * gain) radius *= 0.4;
         }
@@ -253,12 +247,16 @@ class Fitter {
 
     const LeastSquares& problem_;
     Index parameters_;
-    std::vector<Sample> samples_;
+    std::vector<FitTrial> samples_;
     std::size_t center_ = 0;  // the best sample, but for noise
     double noise_ = 0.0;
 };
 
 }  // namespace
+
+double FitTrial::cost() const {
+    return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
+}
 
 std::size_t count_first(Index parameters) {
     return static_cast<std::size_t>(2 * parameters + 3);

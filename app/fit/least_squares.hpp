@@ -16,6 +16,8 @@ using Residuals = std::optional<Eigen::VectorXd>;
 struct FitTrial {
     BoxPoint x;
     Residuals residuals;
+    /// Sum of squares; infinite without residuals, or where one is not finite.
+    double cost() const;
 };
 
 /// A least squares problem: residuals of a costly, slightly noisy model, whose sum of squares is to be least in the unit box.
@@ -33,7 +35,7 @@ struct LeastSquares {
         profiles;  ///< whose errors neighbours share; all other residuals have their own
 };
 
-/// What a fit found; parameters in box coordinates.
+/// The result of a fit; parameters in box coordinates.
 struct LeastSquaresResult {
     BoxPoint best;
     Eigen::VectorXd residuals;
@@ -44,8 +46,7 @@ struct LeastSquaresResult {
     bool converged = false;         ///< else the runs were used up
     bool error_from_noise =
         false;  ///< no degree of freedom was left, and errors are those of the model's noise
-    std::vector<Eigen::VectorXd>
-        free_directions;  ///< along which the residuals do not tell points apart, unit vectors
+    std::vector<Eigen::VectorXd> free_directions;  ///< unit vectors along which the residuals do not change
     std::size_t runs = 0;
 };
 

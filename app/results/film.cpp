@@ -9,7 +9,7 @@
 namespace sidewall::app {
 namespace {
 
-// What lies within this part of a cell is flat: a thinner film is told from none nowhere, either; faces on
+// Roughness below this part of a cell counts as flat: a thinner film counts as none elsewhere, too; faces on
 // nodes lie 0.002 of their level's cells off them, which is less on all levels.
 constexpr double kFlat = levelset::kExposed;
 
@@ -109,7 +109,8 @@ bool has_ledge(const Profile& profile, double z, double near) {
     return std::abs(above - below) > 0.1 * std::max(above, below);
 }
 
-// What is flat, of profiles that may go on beyond their sides. Returns z of what the film covers beside.
+// Measures the film on top and floor, of profiles that may go on beyond their sides. Returns z of the top
+// below it.
 double measure_flats(const Profile& surface, const Profile& below, double beside, double flat,
                      const std::pair<double, double>& within, Film& film) {
     const Floor floor = deepest_point(below, within);

@@ -57,7 +57,7 @@ bool has_metrology(const Json& summary) {
     });
 }
 
-// Of a run to an accuracy (accuracy/accuracy.hpp).
+// Bars of a run to an accuracy (accuracy/accuracy.hpp).
 bool has_bars(const Json& summary) {
     if (!summary["accuracy"].is_object()) return false;
     for (const auto& [measure, bars] : summary["accuracy"].items()) {
