@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -23,6 +23,9 @@ struct MeasuredProfile {
 /// out.
 /// \throws FileError naming file and line; RecipeError for a time that is none.
 MeasuredProfile read_measured_profile(const std::string& name);
+
+/// The box around points of a profile.
+Eigen::AlignedBox2d bounds_of(const std::vector<Eigen::Vector2d>& points);
 
 /// Checks that runs of \p recipe save a surface at the profile's time.
 /// \throws RecipeError naming the times they do.

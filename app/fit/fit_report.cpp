@@ -164,20 +164,17 @@ std::string overlay_svg(const FittedRecipe& fitted, std::size_t profile) {
               .same_scale = true};
     const auto best = profile_residual(fitted.targets, profile, fitted.best_recipe, fitted.best_folder);
     PlotSeries points{.name = "measured", .dots = true};
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const Eigen::Vector2d& p : measured.points) {
-        const Eigen::Vector2d at = best ? Eigen::Vector2d(p + best->distance.offset) : p;
-        points.points.emplace_back(at.x(), at.y());
-        low = std::min(low, at.x());
-        high = std::max(high, at.x());
-    }
-    const double margin = 0.2 * (high - low);
+    const Eigen::Vector2d offset = best ? best->distance.offset : Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& p : measured.points)
+        points.points.emplace_back(p.x() + offset.x(), p.y() + offset.y());
+    const Eigen::AlignedBox2d box = bounds_of(measured.points);
+    const double margin = 0.2 * box.sizes().x(), low = box.min().x() + offset.x() - margin,
+                 high = box.max().x() + offset.x() + margin;
     plot.series.push_back(std::move(points));
-    if (best) plot.series.push_back(contour_series("best run", best->contour, low - margin, high + margin));
+    if (best) plot.series.push_back(contour_series("best run", best->contour, low, high));
     if (std::filesystem::exists(fitted.first_folder / "summary.json"))
-        plot.series.push_back(
-            contour_series("first run", contour_of(fitted.first_folder, fitted.best_recipe, measured.time),
-                           low - margin, high + margin));
+        plot.series.push_back(contour_series(
+            "first run", contour_of(fitted.first_folder, fitted.best_recipe, measured.time), low, high));
     return svg_plot(plot);
 }
 
