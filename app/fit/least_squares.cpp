@@ -20,6 +20,7 @@ constexpr double kFirstRadius = 0.2, kLastRadius = 0.05, kLeastRadius = 0.01, kM
 constexpr double kTolerance = 0.001;          // of a step
 constexpr double kProbe = 0.004;              // between points that show the noise
 constexpr double kErrorPart = 0.05;           // of the standard deviation: shorter steps are not worth a run
+constexpr double kCubic = 4.0;                // cubic coefficients over the typical slope
 constexpr double kRough = 0.3, kFine = 0.02;  // standard deviation of a slope over the typical slope
 
 // Terms of a quadratic polynomial: 1, d_i, d_i d_j.
@@ -126,8 +127,9 @@ class Fitter {
             (*center().residuals - 2.0 * *one.residuals + *two.residuals).norm() / std::sqrt(6.0 * count());
     }
 
-    // Ridge regression of a quadratic polynomial. A sample's variance is that of the noise and of the cubic
-    // terms left out; a quadratic coefficient's is about the typical slope's square.
+    // Ridge regression of quadratic polynomials through the center. A sample's variance is that of the noise,
+    // of both ends, and of the cubic terms left out; a quadratic coefficient is about as large as the typical
+    // slope.
     Model regress() const {
         constexpr double kWide = 10.0, kFloor = 1e-4, kNear = 0.2;
         double change = 0.0, distance = 0.0;
@@ -138,7 +140,7 @@ class Fitter {
             distance += near * d2;
         }
         Model model{.slope = change > 0.0 ? std::sqrt(change / distance) : 1.0};
-        const double noise = noise_ * noise_ * count();
+        const double noise = noise_ * std::sqrt(2.0 * count());
         const Index size = terms(center().x).size();
         MatrixXd a = MatrixXd::Zero(static_cast<Index>(samples_.size()) + size, size);
         MatrixXd b = MatrixXd::Zero(a.rows(), center().residuals->size());
@@ -147,8 +149,8 @@ class Fitter {
         for (std::size_t i = 0; i < samples_.size(); ++i) {
             if (!std::isfinite(samples_[i].cost())) continue;
             const VectorXd d = samples_[i].x - center().x;
-            const double weight =
-                1.0 / std::sqrt(noise + std::pow(model.slope * (std::pow(d.norm(), 3) + kFloor), 2));
+            const double rest = model.slope * (kCubic * std::pow(d.norm(), 3) + kFloor);
+            const double weight = 1.0 / std::hypot(rest, i == center_ ? 0.0 : noise);
             a.row(size + static_cast<Index>(i)) = weight * terms(d);
             b.row(size + static_cast<Index>(i)) = weight * (*samples_[i].residuals - *center().residuals);
         }
@@ -172,7 +174,7 @@ class Fitter {
             const double slope = (model.coefficients.middleRows(1, parameters_).transpose() * along).norm();
             const double apart =
                 std::clamp(10.0 * noise / std::max(slope, 0.1 * model.slope), length, kMostDifference);
-            const double hoped = std::hypot(noise / apart, model.slope * apart * apart);
+            const double hoped = std::hypot(noise / apart, kCubic * model.slope * apart * apart);
             if (std::sqrt(axes.eigenvalues()[k]) < std::max(asked * model.slope, 2.0 * hoped)) continue;
             BoxPoint one = (center().x + apart * along).cwiseMax(0.0).cwiseMin(1.0),
                      other = (center().x - apart * along).cwiseMax(0.0).cwiseMin(1.0);
@@ -238,7 +240,7 @@ class Fitter {
             const double before = center().cost();
             evaluate({center().x + step});
             const double gained = before - samples_.back().cost();
-            if (gained > -sum_noise(before)) center_ = samples_.size() - 1;
+            if (gained > 0.0) center_ = samples_.size() - 1;
             if (gained > 0.5 * gain) radius = std::clamp(2.0 * length, kLastRadius, kMostRadius);
             if (gained < 0.1 * gain) radius *= 0.4;
         }
