@@ -5,7 +5,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 
 PACKAGES=(
     g++ cmake ninja-build
-    libopenvdb-dev libboost-iostreams-dev libembree-dev libcgal-dev libtbb-dev libeigen3-dev
+    libopenvdb-dev libboost-dev libboost-iostreams-dev libembree-dev libcgal-dev libtbb-dev libeigen3-dev
     librandom123-dev libtomlplusplus-dev libcli11-dev libfmt-dev nlohmann-json3-dev
     libpng-dev zlib1g-dev libexpat1-dev libmuparser-dev libnlopt-cxx-dev libjs-three catch2
 )

@@ -29,11 +29,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of the recipe's grid spacing.
+// Coarsest and finest grid, over the recipe's grid spacing.
 constexpr double kCoarsest = 4.0, kFinest = 0.25;
-// From one grid to the next: less would cost as much again and tell little.
+// Ratio of one grid to the next: less would cost as much again for little.
 constexpr double kLeastRatio = 1.4, kMostRatio = 2.0;
-// Of the accuracy asked for, that each bar may take: their squares add up to 1.
+// Share of the accuracy asked for that each bar may take: the squares add up to 1.
 constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
 // Rays over those of the recipe, which are meant for its own grid.
 constexpr double kFewestRays = 0.25, kMostRays = 32.0;
@@ -44,14 +44,6 @@ bool traces(const Recipe& recipe) {
         if (step.built && !step.built->species.empty()) return true;
     return false;
 }
-
-// What a run differs in from the recipe.
-struct Settings {
-    double spacing = 0.0, rays = 0.0;
-    std::optional<double> relative_error;
-    std::string method;
-    std::int64_t seed = 0;
-};
 
 class Refiner {
   public:
@@ -75,7 +67,7 @@ class Refiner {
                 keep_record();
                 run_others();
             }
-            tell();
+            report_bars();
             next = next_spacing();
         }
         grids_.back().folder.clear();
@@ -85,9 +77,9 @@ class Refiner {
     }
 
   private:
-    Recipe recipe_with(const Settings& settings) const { return recipe_with(settings, text_); }
+    Recipe recipe_with(const AccuracySettings& settings) const { return recipe_with(settings, text_); }
 
-    Recipe recipe_with(const Settings& settings, const std::string& text) const {
+    Recipe recipe_with(const AccuracySettings& settings, const std::string& text) const {
         std::vector<std::string> changes{fmt::format("domain.grid_spacing={}", settings.spacing),
                                          fmt::format("simplify.method=\"{}\"", settings.method),
                                          fmt::format("flux.seed={}", settings.seed)};
@@ -97,19 +89,14 @@ class Refiner {
         return recipe_changed(text, recipe_.file, overrides_, std::move(changes));
     }
 
-    AccuracyRun describe(const std::string& folder, const Settings& settings, Json summary) const {
-        const auto spacing = summary["grid_spacing"].get<double>();
-        return {.folder = folder,
-                .spacing = spacing,
-                .rays = settings.rays,
-                .relative_error = settings.relative_error,
-                .method = settings.method,
-                .seed = settings.seed,
-                .summary = std::move(summary)};
+    static AccuracyRun describe(const std::string& folder, const AccuracySettings& settings, Json summary) {
+        AccuracyRun run{settings, folder, std::move(summary)};
+        run.spacing = run.summary["grid_spacing"].get<double>();
+        return run;
     }
 
     // Whether a folder holds a run of this recipe with other settings, which an earlier call may have made.
-    bool holds_other_settings(const fs::path& folder, const Settings& settings,
+    bool holds_other_settings(const fs::path& folder, const AccuracySettings& settings,
                               const std::string& text) const {
         if (!is_there(options_.output / kAccuracyFolder) || !is_there(folder / "recipe.toml")) return false;
         if (!options_.resume && !is_there(folder / "summary.json")) return false;
@@ -123,7 +110,7 @@ class Refiner {
 
     // Goes on with what an earlier run of the same recipe left there, if that is wanted. Its own earlier
     // grids are replaced unasked.
-    RunResult run_in(const fs::path& folder, const Settings& settings, bool overwrite) {
+    RunResult run_in(const fs::path& folder, const AccuracySettings& settings, bool overwrite) {
         const Recipe recipe = recipe_with(settings);
         const std::string text = effective_recipe(recipe);
         RunOptions run = options_;
@@ -143,14 +130,14 @@ class Refiner {
         return options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size() + 1);
     }
 
-    // Of the next grid, if an earlier call has run it and this one goes on.
+    // Summary of the next grid, if an earlier call has run it and this one resumes.
     std::optional<Json> kept_summary(const std::string& text) const {
         if (!options_.resume || !holds_recipe(record(), text)) return std::nullopt;
         return own_summary(record());
     }
 
     // False if so coarse a grid does not hold the wafer.
-    bool run_on_grid(const Settings& settings) {
+    bool run_on_grid(const AccuracySettings& settings) {
         const bool coarse = settings.spacing > 1.01 * spacing_;
         std::string text;
         try {
@@ -185,8 +172,7 @@ class Refiner {
         return false;
     }
 
-    // The run that others follow is no result yet: what is kept of it tells the bars, and its folder looks
-    // unfinished.
+    // A run that others follow is no result yet: its record is kept for the bars, its folder left unfinished.
     void keep_record() {
         AccuracyRun& run = grids_.back();
         if (!run.folder.empty()) return;
@@ -211,7 +197,7 @@ class Refiner {
         std::vector<AccuracyRun> others;
         const bool simplified = last_.method != "none";
         const auto add = [&](const std::string& name, std::int64_t seed, const std::string& method) {
-            Settings settings = last_;
+            AccuracySettings settings = last_;
             settings.seed = seed;
             settings.method = method;
             const fs::path folder = fs::path(kAccuracyFolder) / name;
@@ -228,7 +214,7 @@ class Refiner {
         }
         if (simplified) add("raw", seed, "none");
         if (simplified && traced_) add("raw_2", seed + 1, "none");
-        noise_ = tell_noise(grids_.back(), others);
+        noise_ = noise_of(grids_.back(), others);
         others_ = std::move(others);
     }
 
@@ -236,9 +222,9 @@ class Refiner {
         return app::bars_of(asked.measure, recipe_, grids_, noise_, &asked);
     }
 
-    // What the next grid is traced with: as many rays as the noise asked for takes.
-    Settings settings_for(double spacing) {
-        Settings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
+    // Settings of the next grid: as many rays as the noise asked for takes.
+    AccuracySettings settings_for(double spacing) {
+        AccuracySettings settings{.spacing = spacing, .method = method_, .seed = recipe_.flux.seed};
         const double wanted = static_cast<double>(recipe_.flux.rays) * spacing_ / spacing;
         settings.rays = wanted;
         settings.relative_error = recipe_.flux.relative_error;
@@ -246,7 +232,7 @@ class Refiner {
             settings.rays = std::max(settings.rays, least_rays_);
             return settings;
         }
-        AccuracyRun next = noise_->on;
+        AccuracySettings next = noise_->on;
         next.spacing = spacing;
         double excess = 0.0, change = 0.0;  // over the bars asked for, if traced as the coarse grid was
         for (const AskedAccuracy& asked : asked_) {
@@ -272,7 +258,7 @@ class Refiner {
         return settings;
     }
 
-    // Nothing if the bars are small enough, or no finer grid can make them so.
+    // The next grid; none if the bars are small enough, or no finer grid can make them so.
     std::optional<double> next_spacing() const {
         double wanted = 0.0;  // ratio
         bool reached = true;
@@ -314,7 +300,7 @@ class Refiner {
         }
     }
 
-    std::string describe_rays(const Settings& settings) const {
+    std::string describe_rays(const AccuracySettings& settings) const {
         const std::string& unit = recipe_.domain.length_unit;
         if (!traced_) return unit;
         const std::string rays = settings.relative_error
@@ -328,7 +314,7 @@ class Refiner {
         if (!options_.quiet) std::fputs(fmt::format("accuracy: {}\n", text).c_str(), stderr);
     }
 
-    void tell() const {
+    void report_bars() const {
         for (const AskedAccuracy& asked : asked_) {
             const AccuracyBars now = bars(asked);
             say(fmt::format("{} {:.5g} +- {}, asked for {}", asked.measure, now.value,
@@ -373,11 +359,11 @@ class Refiner {
     const RunOptions& options_;
     const double spacing_ = domain_of(recipe_).spacing;
     const bool flat_ = is_flat(recipe_.domain), traced_ = traces(recipe_);
-    // Of a run: fewer say nothing, or make no batches.
+    // Fewest rays of a run: less say nothing, or make no batches.
     const double least_rays_ = std::max(1000.0, static_cast<double>(recipe_.flux.batches));
     std::string method_ = recipe_.simplify.method;  // from now on
     std::set<std::string> own_;                     // recipes that were run here
-    Settings last_;
+    AccuracySettings last_;
     std::vector<AccuracyRun> grids_, others_;
     std::optional<AccuracyNoise> noise_;
     std::optional<RunResult> result_;  // of the last grid, if it was run and not read

@@ -2,28 +2,16 @@
 #include <string>
 #include <vector>
 
+#include "app/accuracy/accuracy_asked.hpp"
 #include "app/process/simulation.hpp"
-#include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {
 
-/// How well a figure is to be known.
-struct AskedAccuracy {
-    std::string measure;    ///< of a summary's metrology
-    double bound = 0.0;     ///< in its unit, or a part of its value
-    bool relative = false;  ///< a part
-    std::string text;       ///< as written
-};
-
-/// Reads `MEASURE=BOUND` or `MEASURE=PERCENT%` and makes \p recipe measure them.
-/// \throws RecipeError, with the nearest name, for what no run measures or a bound that is not above 0.
-std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, Recipe& recipe);
-
 /// Runs a recipe on finer and finer grids, from four times its spacing to a quarter of it, until the bars of the figures asked
-/// for are small enough. On the coarsest grid further seeds tell the noise, from which the rays of the finer ones follow, and
-/// runs without simplification tell what that changes; where it changes too much, finer grids do without.
+/// for are small enough. On the coarsest grid further seeds measure the noise, from which the rays of the finer ones follow, and
+/// runs without simplification measure its effect; where that is too large, finer grids do without.
 ///
-/// The bar of a figure is the root of the sum of the squares of three: grid (accuracy/grid_error.hpp), noise (95 %,
+/// The bar of a figure is the root sum of squares of three: grid (accuracy/grid_error.hpp), noise (95 %,
 /// Student's, of five runs, scaled by rays and spacing) and simplification (scaled by the spacing, unless the recipe gives
 /// lengths of its own for it). A figure is unknown where too few grids have it, differences between grids do not
 /// fall, or events differ between the two finest.
@@ -36,8 +24,5 @@ std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, 
 /// \throws RecipeError for a recipe that starts from another run, whose grid is given; what run_recipe throws.
 RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
                           const std::vector<AskedAccuracy>& asked, const RunOptions& options);
-
-/// The bars, as a text table.
-std::string accuracy_table(const Json& summary);
 
 }  // namespace sidewall::app

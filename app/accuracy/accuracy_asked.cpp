@@ -1,6 +1,7 @@
+#include "app/accuracy/accuracy_asked.hpp"
+
 #include <fmt/format.h>
 
-#include "app/accuracy/accuracy.hpp"
 #include "app/common/text.hpp"
 #include "app/sweep/measures.hpp"
 #include "surface/error.hpp"
@@ -33,10 +34,7 @@ std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, 
     std::vector<AskedAccuracy> all;
     for (const std::string& text : texts) {
         AskedAccuracy asked = read_one(text);
-        want_measure(recipe, asked.measure, "--accuracy");
-        if (!is_figure(recipe, asked.measure))
-            throw RecipeError(fmt::format("--accuracy {}: {} stands for several figures: name one, e.g. {}",
-                                          text, asked.measure, example_of(asked.measure)));
+        want_figure(recipe, asked.measure, "--accuracy", text);
         for (const AskedAccuracy& other : all)
             if (other.measure == asked.measure)
                 throw RecipeError(fmt::format("--accuracy {}: {} is asked for twice", text, asked.measure));

@@ -14,12 +14,11 @@
 namespace sidewall::app {
 namespace {
 
-// Of a grid spacing, that no bar of a length is smaller: flats on a node or between two differ by so much.
+// Least bar of a length, in grid spacings: flats on a node or between two differ by so much.
 constexpr double kLeastLength = 0.05;
 constexpr int kValueDigits = 6, kBarDigits = 3;
 
-// What happened to the wafer and how its steps ended, without times and places, which move a little with the
-// grid.
+// Events of the wafer and ends of its steps, without times and places, which move a little with the grid.
 std::vector<std::string> events_of(const Json& summary) {
     std::vector<std::string> all;
     for (const Json& event : summary["events"])
@@ -59,7 +58,7 @@ double AccuracyRun::figure(const std::string& measure) const {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-AccuracyNoise tell_noise(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
+AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
     AccuracyNoise noise{.on = on};
     for (const auto& [measure, value] : on.summary["metrology"].items()) {
         std::vector<double> as_it_is{on.figure(measure)}, raw;
@@ -75,7 +74,7 @@ AccuracyNoise tell_noise(const AccuracyRun& on, const std::vector<AccuracyRun>& 
     return noise;
 }
 
-double noise_factor(const AccuracyRun& from, const AccuracyRun& to, bool flat) {
+double noise_factor(const AccuracySettings& from, const AccuracySettings& to, bool flat) {
     const double cells = std::sqrt(from.spacing / to.spacing);
     if (from.relative_error) return *to.relative_error / *from.relative_error / cells;
     return std::sqrt(from.rays / to.rays) * (flat ? 1.0 : cells);

@@ -5,28 +5,32 @@
 #include <string>
 #include <vector>
 
-#include "app/accuracy/accuracy.hpp"
+#include "app/accuracy/accuracy_asked.hpp"
 #include "app/common/json.hpp"
 
 // The bars of figures from the runs that were made for them.
 namespace sidewall::app {
 
-/// A run and what tells how exact it is.
-struct AccuracyRun {
-    std::string folder;  ///< in DIR; empty: DIR itself
+/// Settings that the exactness of a run depends on.
+struct AccuracySettings {
     double spacing = 0.0;
     double rays = 0.0;                     ///< source rays a species and time step
     std::optional<double> relative_error;  ///< instead
     std::string method;                    ///< of simplification
     std::int64_t seed = 0;
+};
+
+/// One of the runs made for the bars.
+struct AccuracyRun : AccuracySettings {
+    std::string folder;  ///< in DIR; empty: DIR itself
     Json summary;
 
     double seconds() const { return summary["timing"]["total"].get<double>(); }
-    /// Of its metrology; NaN if it is none.
+    /// The figure in its metrology; NaN if it has none.
     double figure(const std::string& measure) const;
 };
 
-/// What further runs on one grid tell of the figures there.
+/// Noise and simplification error of the figures on one grid, from further runs there.
 struct AccuracyNoise {
     AccuracyRun on;                       ///< the run they were made beside
     std::map<std::string, double> noise;  ///< 95 % bar of one such run
@@ -34,12 +38,12 @@ struct AccuracyNoise {
 };
 
 /// \param others  runs that differ from \p on in seed or simplification alone.
-AccuracyNoise tell_noise(const AccuracyRun& on, const std::vector<AccuracyRun>& others);
+AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& others);
 
-/// How the noise of one run becomes another's: it falls with the square root of the rays; with as many rays it grows as a cell's
-/// share of them falls, where time steps, more of them on a finer grid, average a part of it out.
+/// Ratio of the noise of one run to another's. It falls with the square root of the rays; at equal rays it grows as a cell's
+/// share of them falls, less what the more numerous time steps of a finer grid average out.
 /// \param flat  a profile in x and z.
-double noise_factor(const AccuracyRun& from, const AccuracyRun& to, bool flat);
+double noise_factor(const AccuracySettings& from, const AccuracySettings& to, bool flat);
 
 /// A figure's bars, in its unit.
 struct AccuracyBars {
@@ -49,17 +53,20 @@ struct AccuracyBars {
     double asked = 0.0;  ///< 0: not asked for
     double total() const {
         return std::hypot(std::hypot(grid, noise), simplification);
-    }  ///< of errors that know nothing of each other
+    }  ///< of independent errors
     bool reached() const { return known && total() <= asked; }
 };
 
-/// \param grids  of the same recipe, coarsest first; the last one's figure is told.
+/// \param grids  of the same recipe, coarsest first; the bars are the last one's.
 /// \param asked  or nullptr.
 AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std::vector<AccuracyRun>& grids,
                      const std::optional<AccuracyNoise>& noise, const AskedAccuracy* asked);
 
-/// What summary.json says of them.
+/// Entries of summary.json's `accuracy` and `accuracy_runs`.
 Json bars_json(const AccuracyBars& bars, const AskedAccuracy* asked);
 Json run_json(const AccuracyRun& run);
+
+/// The bars in a summary, as a text table.
+std::string accuracy_table(const Json& summary);
 
 }  // namespace sidewall::app

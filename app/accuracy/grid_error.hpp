@@ -11,9 +11,9 @@ struct GridValue {
     double noise = 0.0;  ///< 95 % bar of the random numbers alone
 };
 
-/// How far the figure on the finest grid may be from that on an infinitely fine one.
+/// Bound of the difference between the figure on the finest grid and on an infinitely fine one.
 struct GridError {
-    double bar = 0.0;    ///< infinite if nothing tells it
+    double bar = 0.0;    ///< infinite if it is unknown
     std::string reason;  ///< why it is not known, or why it is no better than it is; empty: differences fall
                          ///< as they should
     bool falling() const { return reason.empty(); }

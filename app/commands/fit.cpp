@@ -9,6 +9,7 @@
 #include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
+#include "app/fit/fit_report.hpp"
 #include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {

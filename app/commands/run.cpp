@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "app/accuracy/accuracy.hpp"
+#include "app/accuracy/accuracy_bars.hpp"
 #include "app/commands/about.hpp"
 #include "app/commands/commands.hpp"
 #include "app/commands/recipe_options.hpp"

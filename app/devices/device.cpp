@@ -24,7 +24,7 @@ constexpr double kTolerance = 0.06;  // that fronts may bulge over an edge
 constexpr double kThin = 0.005;      // less of a film is rounding
 constexpr double kShift = 0.06;      // that fronts are offset by at most so that volumes hold
 
-// Where a region's volume is off by more, edges are divided further. Scraps of less than a cell are left as
+// Edges are divided further where a region's volume is off by more. Scraps of less than a cell are left as
 // they are.
 constexpr double kVolume = 0.0048, kSmall = 1.0, kFiner = 0.7;
 constexpr double kScrap = 20.0;  // cells that have few vertices off contact lines
@@ -80,7 +80,7 @@ Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) 
     return box;
 }
 
-// What tetrahedra take while they are made, and how many the fronts will have at about.
+// Memory of a tetrahedron while it is made, and the expected number.
 constexpr double kBytes = 400.0;
 
 double expected_count(const Result& result, const Box3& box, double size) {

@@ -24,8 +24,8 @@ struct Device {
     double size = 0.0, bottom = 0.0;
 };
 
-/// Where a region of more than a few cells differs from what the surfaces enclose by nearly 0.5 %, it is meshed finer, up to
-/// two times.
+/// Meshes the wafer of a result. A region of more than a few cells whose volume differs from what the surfaces enclose by
+/// nearly 0.5 % is meshed finer, up to two times.
 ///
 /// \param result   of a run, with its interfaces.
 /// \param spacing  of the grid that it was run on.

@@ -10,24 +10,23 @@ struct ProfileResiduals {
     std::vector<Eigen::Vector2d> points;  ///< where they were measured, one a residual
 };
 
-/// How alike the errors of two points of a profile are: 1 at no distance, else shared * exp(-distance / length).
+/// Correlation of the errors of two points of a profile: 1 at no distance, else shared * exp(-distance / length).
 struct ErrorCorrelation {
     double length = 0.0;  ///< in the points' unit
-    double shared = 0.0;  ///< part of the variance that neighbours share; the rest each point has for itself
+    double shared = 0.0;  ///< part of the variance that is correlated; the rest is each point's own
 };
 
-/// The likeliest correlation, by restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545), which leaves
-/// aside what a fit of linear parameters takes out of the errors: the residuals alone look less correlated than these. Of many
-/// points, balls of neighbours are looked at, since the ones between them tell how soon errors differ.
+/// The most likely correlation by restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545): unlike the
+/// plain likelihood it allows for what the parameters absorb of the errors. Lengths and shares are tried on a grid.
 /// \param slopes  of the residuals, a column a parameter.
-/// \returns none (shared 0) if there are too few points to tell. O(points looked at ^3), of which there are at most 240.
+/// \returns shared 0 for too few points. O(points^3), of which at most 240 are used.
 ErrorCorrelation find_correlation(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& slopes,
                                   const std::vector<ProfileResiduals>& profiles);
 
-/// What a correlation does to the errors of a fit whose weights do not know of it.
+/// The effect of correlated errors on a fit that weighs residuals as if they were independent.
 struct CorrelatedErrors {
     Eigen::MatrixXd widening;  ///< B^T C B: 1 where errors are independent
-    double count = 0.0;        ///< of independent residuals that tell a variance as well
+    double count = 0.0;        ///< of independent residuals that estimate a variance as well
 };
 
 /// \param basis  orthonormal columns, as long as the residuals. O(points of a profile ^2).

@@ -264,7 +264,7 @@ std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vect
     return residuals;
 }
 
-// Where residuals_at puts those of profiles; points in the first recipe's unit.
+// The profiles, at their places in residuals_at; points in the first recipe's unit.
 std::vector<ProfileResiduals> profiles_of(const Fit& fit) {
     std::vector<ProfileResiduals> profiles;
     const double unit = metres_in(fit.parts.front().length_unit);

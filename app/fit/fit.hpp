@@ -8,7 +8,7 @@
 
 namespace sidewall::app {
 
-/// What to fit, as the user wrote it.
+/// Arguments of a fit, as the user wrote them.
 struct FitOptions {
     std::vector<std::string>
         recipes;  ///< files; of several each has a LABEL, its name without folder and .toml
@@ -35,8 +35,5 @@ struct FitOptions {
 /// \throws RecipeError, before the first run, for what cannot be fitted; FileError for profiles; Interrupted; IoError;
 ///         NumericsError if no run has all targets.
 Json run_fit(const FitOptions& options);
-
-/// What it found, as a text table.
-std::string fit_table(const Json& fit);
 
 }  // namespace sidewall::app

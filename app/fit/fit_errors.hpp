@@ -3,16 +3,19 @@
 
 namespace sidewall::app {
 
-constexpr double kMostDifference = 0.2;  ///< between points that tell slopes
+/// Longest difference between points that slopes are found from, in the unit box.
+constexpr double kMostDifference = 0.2;
 
-/// Variance of a residual of this sum of squares: of the errors as known, or estimated; of the model's noise, at least.
+/// Variance of a residual from a sum of squares: 1 if standard deviations are known, else the sum over its degrees of freedom;
+/// at least the variance of the model's noise.
 double residual_variance(const LeastSquares& problem, double sum, double degrees, double noise);
 
-/// Intervals, free directions and their like of a fit that has ended, from the linear model.
+/// Adds covariance, 95 % intervals (Student's) and free directions of the linear model around the optimum. A direction without
+/// evaluated points, as where the runs are used up early, has no interval and is not called free.
 /// \param slopes  of the residuals at the best point, a column a parameter.
 /// \param tested  orthonormal columns: directions along which points were evaluated.
 /// \param result  has its best point, residuals, noise and whether it converged.
-void add_errors(const LeastSquares& problem, const Eigen::MatrixXd& slopes, const Eigen::MatrixXd& tested,
-                LeastSquaresResult& result);
+void add_intervals(const LeastSquares& problem, const Eigen::MatrixXd& slopes, const Eigen::MatrixXd& tested,
+                   LeastSquaresResult& result);
 
 }  // namespace sidewall::app

@@ -8,23 +8,24 @@
 // A fit of several recipes calls each by its LABEL, its file's name without folder and .toml.
 namespace sidewall::app {
 
-/// Labels of the recipes; an empty one of a single recipe.
-/// \throws RecipeError if two are alike.
+/// Labels of the recipes, their file names; a single recipe has an empty one.
+/// \throws RecipeError if two are equal.
 std::vector<std::string> labels_of(const std::vector<std::string>& files);
 
-/// What of \p texts concerns a recipe, without its label: all that has none, and what has its own.
+/// Those of \p texts that concern a recipe: with its label, which is left out, or with none.
 std::vector<std::string> own_texts(const std::vector<std::string>& texts,
                                    const std::vector<std::string>& labels, const std::string& label);
 
-/// \throws RecipeError naming the nearest label for what does not say of which of several recipes it is.
+/// Checks that every text has a label, if there are several recipes.
+/// \throws RecipeError naming the nearest label.
 void require_labels(const char* option, const std::vector<std::string>& texts,
                     const std::vector<std::string>& labels);
 
-/// A message on a recipe by itself, with the names of targets, keys and settings as the user wrote them; what all recipes share
-/// gets the label in front, to say which of them refused it.
+/// An error message about one recipe, with the names of targets, keys and settings as the user wrote them; a message about
+/// something that all recipes share gets the label in front.
 std::string with_label(const std::string& message, const std::string& label, const FitOptions& options);
 
-/// What \p read returns; with_label of what it throws as a RecipeError.
+/// Calls \p read and puts the label into the message of a RecipeError, as with_label does.
 auto about_recipe(const std::string& label, const FitOptions& options, const auto& read) {
     try {
         return read();

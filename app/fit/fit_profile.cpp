@@ -39,7 +39,7 @@ std::vector<std::string> fields_of(std::string line) {
     return fields;
 }
 
-// Of a header: where x (or y) and z stand, e.g. in "x [um],z [um],polyline".
+// Columns of x (or y) and z by the header, e.g. "x [um],z [um],polyline".
 std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
     std::array<std::size_t, 2> columns{0, 1};
     for (std::size_t k = header.size(); k-- > 0;) {
@@ -50,7 +50,7 @@ std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
     return columns;
 }
 
-// What the brackets in a column's name hold; or "".
+// The unit in brackets in a column's name; or "".
 std::string unit_in(const std::string& name) {
     const auto open = name.find_first_of("[(");
     if (open == std::string::npos) return "";
@@ -126,14 +126,10 @@ Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points
     constexpr std::size_t kFew = 60;
     constexpr double kReach = 0.2;  // of the profile's extent, where the search begins
     std::vector<Vector2d> few;
-    Vector2d low = points[0], high = points[0];
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        low = low.cwiseMin(points[i]);
-        high = high.cwiseMax(points[i]);
+    for (std::size_t i = 0; i < points.size(); ++i)
         if (i * kFew / points.size() != (i + 1) * kFew / points.size() || points.size() <= kFew)
             few.push_back(points[i]);
-    }
-    const double reach = kReach * (high - low).maxCoeff();
+    const double reach = kReach * bounds_of(points).sizes().maxCoeff();
     Vector2d best = Vector2d::Zero();
     double least = std::numeric_limits<double>::infinity();
     for (const int i : {0, -1, 1})
@@ -150,7 +146,7 @@ Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points
     return best;
 }
 
-// What lies beyond the domain's sides, which bound x and y.
+// Adds the mirrored or periodic copies beyond the domain's sides.
 void add_beyond(const levelset::Domain& domain, const Vec3& along, Contour& contour) {
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const double direction = along[static_cast<int>(axis)];
@@ -219,6 +215,12 @@ MeasuredProfile read_measured_profile(const std::string& name) {
     return profile;
 }
 
+Eigen::AlignedBox2d bounds_of(const std::vector<Vector2d>& points) {
+    Eigen::AlignedBox2d box;
+    for (const Vector2d& p : points) box.extend(p);
+    return box;
+}
+
 void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     if (!profile.time) return;
     const double asked = *profile.time;
@@ -242,12 +244,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
 }
 
 void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe) {
-    Vector2d low = profile.points.front(), high = low;
-    for (const Vector2d& p : profile.points) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-    }
-    const Vector2d span = high - low;
+    const Vector2d span = bounds_of(profile.points).sizes();
     const std::size_t along = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
     const double wafer = recipe.domain.extent[along];
     constexpr double kWithBeyond = 3.0;  // contour_of

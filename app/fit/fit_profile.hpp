@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace sidewall::app {
 
-/// Points of a measured profile, in any order, of all of it or a part: across the wafer along the cut of
+/// A measured profile: points of all of it or a part, in any order: across the wafer along the cut of
 /// [metrology], and z; in the recipe's length unit.
 struct MeasuredProfile {
     std::string name;  ///< FILE.csv or FILE.csv\@TIME, as the user wrote it
@@ -24,14 +24,18 @@ struct MeasuredProfile {
 /// \throws FileError naming file and line; RecipeError for a time that is none.
 MeasuredProfile read_measured_profile(const std::string& name);
 
-/// \throws RecipeError if runs of \p recipe save no surface at the profile's time, naming the times they do.
+/// The box around points of a profile.
+Eigen::AlignedBox2d bounds_of(const std::vector<Eigen::Vector2d>& points);
+
+/// Checks that runs of \p recipe save a surface at the profile's time.
+/// \throws RecipeError naming the times they do.
 void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe);
 
-/// \throws FileError if the points span more than the wafer and what its sides mirror or repeat, or less than a
-/// grid spacing: they are in another unit.
+/// Checks the unit of the points by their span.
+/// \throws FileError if that is more than the wafer and its copies beyond the sides, or less than a grid spacing.
 void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe);
 
-/// A run's profile as pieces of line.
+/// A run's profile: line segments.
 using Contour = std::vector<std::array<Eigen::Vector2d, 2>>;
 
 /// The surface that a run saved at \p time (its last one: absent), where the cut of [metrology] meets it, and beyond the
@@ -44,13 +48,14 @@ struct ProfileOffset {
     bool x = false, z = false;
 };
 
-/// How far a profile lies from a contour.
+/// Distances of a measured profile from a contour.
 struct ProfileDistance {
     Eigen::VectorXd signed_distances;  ///< of its points, opposite on the contour's two sides
     Eigen::Vector2d offset =
         Eigen::Vector2d::Zero();  ///< that was added to the points; of the least sum of squares
 };
 
+/// Distances after the offset, in the free directions, of the least sum of squares.
 /// \returns nothing if there is no contour. O(points x pieces).
 std::optional<ProfileDistance> distance_to(const Contour& contour, const std::vector<Eigen::Vector2d>& points,
                                            ProfileOffset free);

@@ -18,7 +18,7 @@ namespace sidewall::app {
 namespace {
 
 constexpr int kFitDigits = 6;
-constexpr double kNoBound = 2.0;  // half an interval, in ranges: what is wider tells nothing
+constexpr double kNoBound = 2.0;  // half an interval, in ranges: wider ones bound nothing
 
 // The value at a place that may lie outside of the bounds, as an interval's end does.
 double value_beyond(const Vary& vary, double place) {
@@ -44,11 +44,11 @@ Json parameters_json(const FitEnd& end) {
         Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of(keys, vary.key, recipe)}};
         constexpr double kAtBound = 1e-6;
         const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
-        // At a bound the residuals are not least in this key: they do not tell how far off it may be.
-        const bool told = half < kNoBound && !at_bound;
+        // At a bound the residuals are not least in this key, and the linear model gives no interval.
+        const bool bounded = half < kNoBound && !at_bound;
         for (const double sign : {-1.0, 1.0})
             json["interval95"].push_back(
-                told ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits) : Json());
+                bounded ? number_or_null(value_beyond(vary, place + sign * half), kFitDigits) : Json());
         if (at_bound) json["at_bound"] = place < 0.5 ? vary.low : vary.high;
         parameters[vary.key] = std::move(json);
     }
@@ -157,20 +157,19 @@ Json fit_json(const FitEnd& end) {
 std::string overlay_csv(const FittedRecipe& fitted, std::size_t profile) {
     const MeasuredProfile& measured = fitted.targets.profiles[profile];
     const auto best = profile_residual(fitted.targets, profile, fitted.best_recipe, fitted.best_folder);
+    const Eigen::Vector2d offset = best ? best->distance.offset : Eigen::Vector2d::Zero();
     std::string csv =
         fmt::format("line,across the wafer [{0}],z [{0}]\n", fitted.best_recipe.domain.length_unit);
-    double low = kInfinity, high = -kInfinity;
-    for (const Eigen::Vector2d& p : measured.points) {
-        const Eigen::Vector2d at = best ? Eigen::Vector2d(p + best->distance.offset) : p;
-        csv += csv_field("measured, " + measured.name) + fmt::format(",{:.7g},{:.7g}\n", at.x(), at.y());
-        low = std::min(low, at.x());
-        high = std::max(high, at.x());
-    }
-    const double margin = 0.2 * (high - low);
-    if (best) csv += contour_rows("best run", best->contour, low - margin, high + margin);
+    for (const Eigen::Vector2d& p : measured.points)
+        csv += csv_field("measured, " + measured.name) +
+               fmt::format(",{:.7g},{:.7g}\n", p.x() + offset.x(), p.y() + offset.y());
+    const Eigen::AlignedBox2d box = bounds_of(measured.points);
+    const double margin = 0.2 * box.sizes().x(), low = box.min().x() + offset.x() - margin,
+                 high = box.max().x() + offset.x() + margin;
+    if (best) csv += contour_rows("best run", best->contour, low, high);
     if (std::filesystem::exists(fitted.first_folder / "summary.json"))
         csv += contour_rows("first run", contour_of(fitted.first_folder, fitted.best_recipe, measured.time),
-                            low - margin, high + margin);
+                            low, high);
     return csv;
 }
 

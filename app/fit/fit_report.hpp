@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// One of a fit's recipes, and its run that came closest.
+/// One of a fit's recipes, and its best run.
 struct FittedRecipe {
     std::string label;  ///< before its targets' names, with a colon; empty if it is the only one
     const FitTargets& targets;
@@ -16,7 +16,7 @@ struct FittedRecipe {
     std::filesystem::path best_folder, first_folder;  ///< the first run's: where the fit began
 };
 
-/// A fit's end: its parameters, and the runs there.
+/// The end of a fit: parameters, and the best runs.
 struct FitEnd {
     const std::vector<Vary>& varied;
     const LeastSquaresResult& found;
@@ -24,11 +24,13 @@ struct FitEnd {
     std::vector<FittedRecipe> recipes;
 };
 
-/// What fit.json says of it.
+/// The results that fit.json holds.
 Json fit_json(const FitEnd& end);
 
-/// That the targets are not met within the bounds, and by how much, in a sentence; empty if they are, or if the runs did not
-/// suffice to tell.
+/// The results in fit.json, as a text table.
+std::string fit_table(const Json& fit);
+
+/// A sentence saying by how much targets are missed within the bounds; empty if they are met or the runs did not suffice.
 std::string unmet_targets(const Json& fit);
 
 /// The measured profile \p profile and the contours of the best and the first run as comma separated values: the name of a

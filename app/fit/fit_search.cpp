@@ -22,10 +22,6 @@ constexpr double kMetSigmas = 2.0;  // where standard deviations are known
 constexpr double kApart = 0.1;      // between minima, in the unit box
 constexpr double kBeside = 0.01;    // points of one minimum
 
-double cost_of(const Residuals& residuals) {
-    return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
-}
-
 // All points that a search has evaluated, each once.
 class Trials {
   public:
@@ -40,32 +36,28 @@ class Trials {
         return residuals;
     }
 
-    const Residuals& at(const BoxPoint& x) {
+    const FitTrial& at(const BoxPoint& x) {
         const auto known =
             std::find_if(all_.begin(), all_.end(), [&](const FitTrial& trial) { return trial.x == x; });
-        if (known != all_.end()) return known->residuals;
+        if (known != all_.end()) return *known;
         evaluate({x});
-        return all_.back().residuals;
+        return all_.back();
     }
 
     const FitTrial& best() const {
-        return *std::min_element(all_.begin(), all_.end(), [](const FitTrial& a, const FitTrial& b) {
-            return cost_of(a.residuals) < cost_of(b.residuals);
-        });
+        return *std::min_element(all_.begin(), all_.end(),
+                                 [](const FitTrial& a, const FitTrial& b) { return a.cost() < b.cost(); });
     }
 
-    // Least squares with these of the points, or from the start, and with the runs that are left.
+    // Least squares from the best of these points, or from the start, with the runs that are left.
     LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise, bool descends = true) {
-        const std::size_t runs = known.size() + left();
-        LeastSquaresResult found =
-            fit_least_squares({.start = problem_.start,
-                               .evaluate = [this](const std::vector<BoxPoint>& x) { return evaluate(x); },
-                               .max_runs = runs,
-                               .known_errors = problem_.known_errors,
-                               .known = std::move(known),
-                               .noise = noise,
-                               .descends = descends,
-                               .profiles = problem_.profiles});
+        LeastSquares problem = problem_;
+        problem.evaluate = [this](const std::vector<BoxPoint>& x) { return evaluate(x); };
+        problem.max_runs = known.size() + left();
+        problem.known = std::move(known);
+        problem.noise = noise;
+        problem.descends = descends;
+        LeastSquaresResult found = fit_least_squares(problem);
         found.runs = all_.size();
         return found;
     }
@@ -75,7 +67,7 @@ class Trials {
     std::vector<FitTrial> all_;
 };
 
-// What NLopt minimises. Points without residuals cost more than all others.
+// The objective of NLopt. Points without residuals cost more than all others.
 struct SumOfSquares {
     Trials& trials;
     std::size_t most = 0;   // trials: points at the bounds come up again and count once
@@ -83,21 +75,13 @@ struct SumOfSquares {
     std::exception_ptr failure;
 };
 
-double greatest_cost(const Trials& trials) {
-    double greatest = 1.0;
-    for (const FitTrial& trial : trials.all())
-        if (const double cost = cost_of(trial.residuals); std::isfinite(cost))
-            greatest = std::max(greatest, cost);
-    return greatest;
-}
-
 double sum_of_squares(unsigned count, const double* x, double*, void* data) {
     SumOfSquares& sum = *static_cast<SumOfSquares*>(data);
     const BoxPoint point =
         Eigen::Map<const VectorXd>(x, static_cast<Eigen::Index>(count)).cwiseMax(0.0).cwiseMin(1.0);
     double cost = kInfinity;
     try {
-        cost = cost_of(sum.trials.at(point));
+        cost = sum.trials.at(point).cost();
     } catch (...) {
         sum.failure = std::current_exception();
     }
@@ -111,7 +95,10 @@ double sum_of_squares(unsigned count, const double* x, double*, void* data) {
 bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std::size_t population) {
     constexpr double kTolerance = 0.001, kFirstStep = 0.2;  // in the unit box
     constexpr std::size_t kMostRepeats = 10;
-    SumOfSquares sum{.trials = trials, .most = trials.all().size() + runs, .greatest = greatest_cost(trials)};
+    SumOfSquares sum{.trials = trials, .most = trials.all().size() + runs};
+    for (const FitTrial& trial : trials.all())
+        if (const double cost = trial.cost(); std::isfinite(cost))
+            sum.greatest = std::max(sum.greatest, cost);
     std::vector<double> x(trials.best().x.begin(), trials.best().x.end());
     nlopt::opt search(algorithm, static_cast<unsigned>(x.size()));
     search.set_min_objective(sum_of_squares, &sum);
@@ -129,14 +116,14 @@ bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std:
         double least = 0.0;
         return search.optimize(x, least) != nlopt::MAXEVAL_REACHED;
     } catch (const nlopt::roundoff_limited&) {
-        return true;  // points so close that rounding hides what tells them apart
+        return true;  // points so close that rounding hides their difference
     } catch (const std::runtime_error&) {
         if (sum.failure) std::rethrow_exception(sum.failure);
         return false;
     }
 }
 
-// Runs that slopes from both sides, the noise and some steps take.
+// Runs that the last fit takes: noise, slopes from both sides, some steps.
 std::size_t last_runs(Eigen::Index parameters) {
     return static_cast<std::size_t>(4 * parameters + 6);
 }
@@ -146,17 +133,14 @@ std::size_t fewest_at_random(Eigen::Index parameters) {
 }
 
 void require_runs_for_crs(const LeastSquares& problem) {
-    // Few runs allowed mean few first points; enough for this search mean all of them.
-    LeastSquares unbounded = problem;
-    unbounded.max_runs = std::numeric_limits<std::size_t>::max();
-    const std::size_t fewest = first_points(unbounded).size() + fewest_at_random(problem.start.size());
+    const std::size_t fewest = count_first(problem.start.size()) + fewest_at_random(problem.start.size());
     if (problem.max_runs < fewest)
         throw RecipeError(
             fmt::format("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
                         problem.start.size(), fewest, problem.max_runs));
 }
 
-// False if too few runs are left for that.
+// A random search by NLopt. False if too few runs are left for it.
 bool search_at_random(Trials& trials, Eigen::Index parameters) {
     const auto n = static_cast<std::size_t>(parameters);
     const std::size_t usual = 10 * (n + 1), kept = last_runs(parameters);
@@ -166,7 +150,7 @@ bool search_at_random(Trials& trials, Eigen::Index parameters) {
     return true;
 }
 
-// But for where residuals tell no points apart.
+// Whether two ends are different minima: apart in more than the directions that are free.
 bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
     VectorXd between = b.best - a.best;
     for (const LeastSquaresResult* found : {&a, &b})
@@ -174,12 +158,12 @@ bool are_apart(const LeastSquaresResult& a, const LeastSquaresResult& b) {
     return between.lpNorm<Eigen::Infinity>() > kApart;
 }
 
-// The points nearer to the first one farthest from \p end than to that.
+// The points nearer to the far side, the first point farthest from \p end, than to \p end.
 std::vector<FitTrial> points_beyond(const Trials& trials, std::size_t first_count, const BoxPoint& end) {
     const FitTrial* farthest = nullptr;
     for (std::size_t i = 0; i < std::min(first_count, trials.all().size()); ++i) {
         const FitTrial& trial = trials.all()[i];
-        if (std::isfinite(cost_of(trial.residuals)) &&
+        if (std::isfinite(trial.cost()) &&
             (farthest == nullptr || (trial.x - end).norm() > (farthest->x - end).norm()))
             farthest = &trial;
     }
@@ -224,8 +208,8 @@ FitSearch search_least_squares(const LeastSquares& problem, const std::string& m
     if (method == "gauss-newton") return {.found = trials.fit({}, {})};
     if (method == "crs") require_runs_for_crs(problem);
     trials.evaluate(first_points(problem));
-    // Where no run has its targets, nothing is to be searched: the fit says so.
-    const bool any = std::isfinite(cost_of(trials.best().residuals));
+    // If no run has all targets, nothing is searched, and the fit throws.
+    const bool any = std::isfinite(trials.best().cost());
     if (method == "crs") {
         if (any) search_at_random(trials, problem.start.size());
         return {.found = trials.fit(trials.all(), {})};
@@ -235,7 +219,8 @@ FitSearch search_least_squares(const LeastSquares& problem, const std::string& m
     const bool ended = any && runs > 0 && minimise(trials, nlopt::LN_BOBYQA, runs, 0);
     const BoxPoint end = trials.best().x;
     LeastSquaresResult found = trials.fit(trials.all(), {}, false);
-    // Unless a point that was evaluated for slopes, farther away than those for the noise, is lower.
+    // The search has missed the minimum if a point evaluated for slopes is lower, unless it is as near as
+    // those for the noise.
     found.converged = ended && (found.best - end).lpNorm<Eigen::Infinity>() < kBeside;
     return {.found = std::move(found)};
 }

@@ -8,17 +8,17 @@ namespace sidewall::app {
 /// Root mean square of the residuals: of what is asked for, or in standard deviations where these are known.
 double misfit(const LeastSquaresResult& found);
 
-/// Whether that is at most 1 %, or three times a run's noise, or two standard deviations.
+/// Whether the misfit is at most 1 %, or three times a run's noise, or two standard deviations.
 bool meets_targets(const LeastSquaresResult& found, bool known_errors);
 
-/// What a search found, and whether it saw several minima on its way, of which this is the lowest.
+/// The end of a search, and whether it met several minima, of which this is the lowest.
 struct FitSearch {
     LeastSquaresResult found;
     bool several_minima = false;
 };
 
 /// Searches the box by one of the ways that `sidewall fit --method` takes:
-/// - `gauss-newton`: fit_least_squares.
+/// - `gauss-newton`: fit_least_squares, quadratic models of every residual.
 /// - `bobyqa`: quadratic models of the sum of squares alone (M. J. D. Powell, Cambridge NA2009/06; NLopt's), from the best of
 ///   the first points: for residuals with kinks, whose slopes mislead.
 /// - `crs`: controlled random search with local mutation (P. Kaelo and M. M. Ali, J. Optim. Theory Appl. 130 (2006) 253;

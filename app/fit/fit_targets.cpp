@@ -30,15 +30,6 @@ MeasureTarget read_target(const std::string& text) {
     return target;
 }
 
-double extent_of(const MeasuredProfile& profile) {
-    Eigen::Vector2d low = profile.points[0], high = low;
-    for (const Eigen::Vector2d& p : profile.points) {
-        low = low.cwiseMin(p);
-        high = high.cwiseMax(p);
-    }
-    return std::max((high - low).maxCoeff(), 1e-300);
-}
-
 std::optional<double> figure(const SetRun& run, const std::string& name) {
     if (!run.summary.contains("metrology")) return std::nullopt;
     const Json value = run.summary["metrology"].value(name, Json());
@@ -55,10 +46,7 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
     for (const std::string& text : options.targets) {
         MeasureTarget target = read_target(text);
         Recipe asked = recipe;
-        want_measure(asked, target.name, "--target");
-        if (!is_figure(recipe, target.name))
-            throw RecipeError(fmt::format("--target {}: {} stands for several figures: name one, e.g. {}",
-                                          text, target.name, example_of(target.name)));
+        want_figure(asked, target.name, "--target", text);
         for (const MeasureTarget& other : targets.measures)
             if (other.name == target.name)
                 throw RecipeError(fmt::format("--target {}: {} is asked for twice", text, target.name));
@@ -124,7 +112,8 @@ std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Rec
             missing = targets.profiles[k].name;
             return std::nullopt;
         }
-        const double scale = targets.profile_sigma.value_or(extent_of(targets.profiles[k]));
+        const double scale = targets.profile_sigma.value_or(
+            std::max(bounds_of(targets.profiles[k].points).sizes().maxCoeff(), 1e-300));
         for (const double distance : found->distance.signed_distances) all.push_back(distance / scale);
     }
     return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));

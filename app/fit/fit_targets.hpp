@@ -10,14 +10,14 @@
 
 namespace sidewall::app {
 
-/// A figure of a run's metrology, and what it is to be.
+/// A target: a figure of a run's metrology and its asked value.
 struct MeasureTarget {
     std::string name;
     double asked = 0.0;
     std::optional<double> sigma;
 };
 
-/// All that runs are held against.
+/// All targets of a recipe.
 struct FitTargets {
     std::vector<MeasureTarget> measures;
     std::vector<MeasuredProfile> profiles;
@@ -26,20 +26,20 @@ struct FitTargets {
     bool known_errors = false;  ///< all have a standard deviation; else none has
 };
 
-/// Reads the targets; runs of \p recipe must be able to meet them.
+/// Reads the targets, and checks that runs of \p recipe measure them.
 /// \throws RecipeError, FileError naming the option or file.
 FitTargets read_targets(const FitOptions& options, const Recipe& recipe);
 
-/// Makes a recipe measure them all.
+/// Makes a recipe measure all targets.
 void want_targets(const FitTargets& targets, Recipe& recipe);
 
-/// How far a profile that has been found lies from its target.
+/// The contour of a run, and the distances of the measured profile from it.
 struct ProfileResidual {
     Contour contour;
     ProfileDistance distance;
 };
 
-/// The profile of a finished run.
+/// Compares profile number \p profile with a finished run.
 std::optional<ProfileResidual> profile_residual(const FitTargets& targets, std::size_t profile,
                                                 const Recipe& recipe, const std::filesystem::path& folder);
 

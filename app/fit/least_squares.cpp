@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <nlopt.hpp>
 
 #include "app/fit/fit_errors.hpp"
 #include "app/sweep/sobol.hpp"
@@ -13,41 +13,38 @@
 namespace sidewall::app {
 namespace {
 
-using Eigen::MatrixXd, Eigen::VectorXd;
+using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 
 // Lengths in the unit box.
 constexpr double kFirstRadius = 0.2, kLastRadius = 0.05, kLeastRadius = 0.01, kMostRadius = 0.5;
-constexpr double kTolerance = 0.001;  // of a step
-constexpr double kErrorPart = 0.05;   // or this part of the parameter's standard deviation
-constexpr double kProbe = 0.004;      // between points that tell noise
-constexpr double kSignal = 10.0;      // a slope's difference over the noise
+constexpr double kTolerance = 0.001;          // of a step
+constexpr double kProbe = 0.004;              // between points that show the noise
+constexpr double kErrorPart = 0.05;           // of the standard deviation: shorter steps are not worth a run
+constexpr double kCubic = 4.0;                // cubic coefficients over the typical slope
+constexpr double kRough = 0.3, kFine = 0.02;  // standard deviation of a slope over the typical slope
 
-struct Sample {
-    BoxPoint x;
-    VectorXd r;
-    double cost;
+// Terms of a quadratic polynomial: 1, d_i, d_i d_j.
+VectorXd terms(const VectorXd& d) {
+    VectorXd all(1 + d.size() + d.size() * (d.size() + 1) / 2);
+    all[0] = 1.0;
+    all.segment(1, d.size()) = d;
+    Index next = 1 + d.size();
+    for (Index i = 0; i < d.size(); ++i)
+        for (Index j = 0; j <= i; ++j) all[next++] = d[i] * d[j];
+    return all;
+}
+
+// Quadratic polynomials of the residuals' change from the center.
+struct Model {
+    MatrixXd coefficients;  // a row a term, a column a residual
+    MatrixXd covariance;    // of the slopes, all residuals together
+    double slope = 0.0;     // typical
 };
 
-// Steps within bounds that minimise |r + J d|^2, coordinate by coordinate.
-VectorXd bounded_step(const MatrixXd& slopes, const VectorXd& r, const BoxPoint& at, double radius) {
-    constexpr int kMostSweeps = 2000;
-    constexpr double kDamping = 1e-6, kSettled = 1e-12;
-    MatrixXd h = slopes.transpose() * slopes;
-    const VectorXd g = slopes.transpose() * r;
-    h.diagonal().array() += kDamping * h.diagonal().maxCoeff() + std::numeric_limits<double>::min();
-    VectorXd step = VectorXd::Zero(at.size());
-    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
-        double moved = 0.0;
-        for (Eigen::Index i = 0; i < at.size(); ++i) {
-            const double wanted = step[i] - (g[i] + h.row(i).dot(step)) / h(i, i);
-            const double low = std::max(-radius, -at[i]), high = std::min(radius, 1.0 - at[i]);
-            const double now = std::clamp(wanted, low, high);
-            moved = std::max(moved, std::abs(now - step[i]));
-            step[i] = now;
-        }
-        if (moved < kSettled) break;
-    }
-    return step;
+// The model's sum of squares at a step x, from the products of its coefficients.
+double model_cost(unsigned n, const double* x, double*, void* gram) {
+    const VectorXd t = terms(Eigen::Map<const VectorXd>(x, static_cast<Index>(n)));
+    return t.dot(*static_cast<MatrixXd*>(gram) * t);
 }
 
 class Fitter {
@@ -55,310 +52,225 @@ class Fitter {
     explicit Fitter(const LeastSquares& problem) : problem_(problem), parameters_(problem.start.size()) {}
 
     LeastSquaresResult fit() {
-        explore();
-        tell_noise();
-        LeastSquaresResult result;
-        result.converged = search();
-        // A point that was evaluated for slopes alone may be lower.
-        while (take_lower()) result.converged = search();
-        result.best = best().x;
-        result.residuals = best().r;
+        samples_ = problem_.known;
+        if (samples_.empty()) evaluate(first_points(problem_));
+        center_ = lowest();
+        if (!std::isfinite(center().cost()))
+            throw NumericsError("no run of the first ones ended with all targets");
+        measure_noise();
+        LeastSquaresResult result{.converged = search()};
+        take_lower();
+        result.best = center().x;
+        result.residuals = *center().residuals;
         result.noise = noise_;
-        add_errors(problem_, slopes_, tested_directions(), result);
         result.runs = samples_.size();
+        const Model model = regress();
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(model.covariance);
+        const Index tested = (axes.eigenvalues().array() < model.slope * model.slope).count();
+        add_intervals(problem_, model.coefficients.middleRows(1, parameters_).transpose(),
+                      tested == parameters_ ? MatrixXd::Identity(parameters_, parameters_)
+                                            : MatrixXd(axes.eigenvectors().leftCols(tested)),
+                      result);
         return result;
     }
 
   private:
-    const Sample& best() const { return samples_[best_]; }
+    const FitTrial& center() const { return samples_[center_]; }
     std::size_t left() const { return problem_.max_runs - std::min(problem_.max_runs, samples_.size()); }
 
-    // Adds samples, as many as may still be made, and returns the number of the first.
-    std::size_t evaluate(std::vector<BoxPoint> points) {
-        const std::size_t first = samples_.size();
+    // Adds samples, as many as may still be made.
+    void evaluate(std::vector<BoxPoint> points) {
         points.resize(std::min(points.size(), left()));
-        if (points.empty()) return first;
+        if (points.empty()) return;
         const std::vector<Residuals> residuals = problem_.evaluate(points);
-        for (std::size_t i = 0; i < points.size(); ++i) add_sample(points[i], residuals[i]);
-        return first;
+        for (std::size_t i = 0; i < points.size(); ++i) samples_.push_back({points[i], residuals[i]});
     }
 
-    void add_sample(const BoxPoint& x, const Residuals& residuals) {
-        const bool found = residuals && residuals->allFinite();
-        samples_.push_back(
-            {x, found ? *residuals : VectorXd(), found ? residuals->squaredNorm() : kInfinity});
+    std::size_t lowest() const {
+        std::vector<double> costs;
+        for (const FitTrial& sample : samples_) costs.push_back(sample.cost());
+        return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
     }
 
-    void take_best() {
-        for (std::size_t i = 0; i < samples_.size(); ++i)
-            if (samples_[i].cost < best().cost) best_ = i;
-    }
+    // The number of residuals.
+    double count() const { return static_cast<double>(center().residuals->size()); }
 
-    void explore() {
-        for (const FitTrial& trial : problem_.known) add_sample(trial.x, trial.residuals);
-        if (samples_.empty()) evaluate(first_points(problem_));
-        take_best();
-        if (!std::isfinite(best().cost))
-            throw NumericsError("no run of the first ones ended with all targets");
-    }
-
-    // Goes to the lowest sample, if it is lower by more than three standard deviations of what noise makes of
-    // a difference of sums, and than a step counts for that is left because it is short. False if there is
-    // none.
-    bool take_lower() {
-        const double sum = best().cost, noise = noise_ * noise_,
-                     by_noise = 3.0 * std::sqrt(8.0 * noise * sum +
-                                                4.0 * noise * noise * static_cast<double>(best().r.size()));
-        const double least = sum - by_noise - kErrorPart * kErrorPart * variance();
-        const std::size_t before = best_;
-        take_best();
-        const bool lower = best().cost < least;
-        if (lower)
-            regress();
-        else
-            best_ = before;
-        return lower;
-    }
-
-    // Three points in a row on a line so short that the model is straight along it.
-    void tell_noise() {
-        noise_ = problem_.noise.value_or(0.0);
-        if (problem_.noise || left() < static_cast<std::size_t>(2 * parameters_ + 4)) return;
-        VectorXd along = VectorXd::Constant(parameters_, kProbe);
-        BoxPoint middle = best().x.cwiseMax(kProbe).cwiseMin(1.0 - kProbe);
-        const bool inside = middle == best().x;
-        std::vector<BoxPoint> points{middle - along, middle + along};
-        if (!inside) points.push_back(middle);
-        const std::size_t before = best_, first = evaluate(points);
-        const VectorXd& r = inside ? samples_[before].r : samples_.back().r;
-        if (samples_.size() < first + 2 || r.size() == 0) return;
-        if (samples_[first].r.size() == r.size() && samples_[first + 1].r.size() == r.size()) {
-            // The second difference of independent errors has 1 + 4 + 1 times their variance.
-            const VectorXd second = samples_[first].r - 2.0 * r + samples_[first + 1].r;
-            noise_ = std::sqrt(second.squaredNorm() / (6.0 * static_cast<double>(r.size())));
-        }
-        take_best();
-    }
-
-    // How far apart points must be along a direction for the noise not to hide its slope.
-    double difference_along(const VectorXd& direction, double radius) const {
-        double least = 0.5 * radius;
-        if (slopes_.size() > 0) {
-            const double signal = (slopes_ * direction).norm();
-            const double noise = noise_ * std::sqrt(2.0 * static_cast<double>(best().r.size()));
-            least = std::max(least, signal > 0.0 ? kSignal * noise / signal : kMostDifference);
-        }
-        return std::min(least, kMostDifference);
-    }
-
-    BoxPoint beside(const VectorXd& direction, double length) const {
-        const auto room = [&](double sign) {
-            const BoxPoint end = (best().x + sign * length * direction).cwiseMax(0.0).cwiseMin(1.0);
-            return (end - best().x).eval();
-        };
-        const VectorXd one = room(1.0), other = room(-1.0);
-        return best().x + (one.norm() >= (1.0 - 1e-9) * other.norm() ? one : other);
-    }
-
-    // The samples within a distance of the best one, and those made last for slopes there.
-    std::vector<std::size_t> near(double distance) const {
-        std::vector<std::size_t> chosen;
-        for (std::size_t i = 0; i < samples_.size(); ++i) {
-            if (i == best_ || samples_[i].r.size() == 0) continue;
-            const double apart = (samples_[i].x - best().x).lpNorm<Eigen::Infinity>();
-            if (apart <= distance || (i >= fresh_ && apart <= 2.0 * kMostDifference)) chosen.push_back(i);
-        }
-        return chosen;
-    }
-
-    // Adds samples where the near ones leave a direction open.
-    void spread(double radius) {
-        MatrixXd cover = MatrixXd::Zero(parameters_, parameters_);
-        for (const std::size_t i : near(2.0 * radius)) {
-            VectorXd d = (samples_[i].x - best().x) / (0.5 * radius);
-            d /= std::max(1.0, d.norm());
-            cover += d * d.transpose();
-        }
-        constexpr double kOpen = 0.4;
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(cover);
-        std::vector<BoxPoint> points;
-        for (Eigen::Index k = 0; k < parameters_; ++k) {
-            const VectorXd direction = axes.eigenvectors().col(k);
-            if (axes.eigenvalues()[k] < kOpen)
-                points.push_back(beside(direction, difference_along(direction, radius)));
-        }
-        if (!points.empty()) fresh_ = samples_.size();
-        evaluate(points);
-    }
-
-    // Slopes at the best sample by a regression. A sample's weight comes from the noise and from what its
-    // change is off a straight line, which grows with its distance. Directions without samples get none.
-    void regress() {
-        constexpr double kCurvature = 0.5, kLeast = 1e-6;
-        const std::vector<std::size_t> chosen = near(2.0 * kMostDifference);
-        const auto rows = static_cast<Eigen::Index>(chosen.size());
-        const double noise = 2.0 * noise_ * noise_ * static_cast<double>(best().r.size());
-        double greatest = std::numeric_limits<double>::min();
-        for (const std::size_t i : chosen) greatest = std::max(greatest, (samples_[i].r - best().r).norm());
-        MatrixXd a(rows, parameters_), b(rows, best().r.size());
-        for (Eigen::Index i = 0; i < rows; ++i) {
-            const Sample& sample = samples_[chosen[static_cast<std::size_t>(i)]];
-            const VectorXd d = sample.x - best().x, change = sample.r - best().r;
-            const double bent = kCurvature * d.norm() * change.norm();
-            const double weight = 1.0 / std::sqrt(noise + bent * bent + std::pow(kLeast * greatest, 2));
-            a.row(i) = weight * d.transpose();
-            b.row(i) = weight * change.transpose();
-        }
-        slopes_ = rows == 0 ? MatrixXd::Zero(best().r.size(), parameters_)
-                            : MatrixXd(a.completeOrthogonalDecomposition().solve(b).transpose());
+    // Standard deviation of a sum of squares by noise, of the difference of two.
+    double sum_noise(double sum) const {
+        const double noise = noise_ * noise_;
+        return std::sqrt(8.0 * noise * sum + 4.0 * noise * noise * count());
     }
 
     double variance() const {
-        const auto degrees = static_cast<double>(best().r.size() - parameters_);
-        return residual_variance(problem_, best().cost, degrees, noise_);
+        return residual_variance(problem_, center().cost(), count() - static_cast<double>(parameters_),
+                                 noise_);
     }
 
-    bool settled(const VectorXd& step) const {
-        const MatrixXd h = slopes_.transpose() * slopes_;
-        const MatrixXd covariance = variance() * h.completeOrthogonalDecomposition().pseudoInverse();
-        const VectorXd error = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-        return (step.cwiseAbs().array() <= (kErrorPart * error).cwiseMax(kTolerance).array()).all();
+    // Goes to the lowest sample if it is lower by more than noise and an unfinished step explain.
+    void take_lower() {
+        const double cost = center().cost();
+        if (const std::size_t found = lowest();
+            samples_[found].cost() < cost - 3.0 * sum_noise(cost) - kErrorPart * kErrorPart * variance())
+            center_ = found;
     }
 
-    // Slopes at the best sample by central differences: what a regression takes from farther points, where
-    // the model is bent, may end in a valley beside the minimum. False if there are no runs left for that, or
-    // no room.
-    bool look_from_both_sides() {
+    // The second difference of three points on a line so short that the model is straight along it.
+    void measure_noise() {
+        noise_ = problem_.noise.value_or(0.0);
+        if (problem_.noise || left() < static_cast<std::size_t>(2 * parameters_ + 4)) return;
+        const VectorXd inward =
+            (center().x.array() < 0.5).select(VectorXd::Constant(parameters_, kProbe), -kProbe);
+        evaluate({center().x + inward, center().x + 2.0 * inward});
+        const FitTrial &one = samples_.end()[-2], &two = samples_.back();
+        if (!std::isfinite(one.cost() + two.cost())) return;
+        noise_ =
+            (*center().residuals - 2.0 * *one.residuals + *two.residuals).norm() / std::sqrt(6.0 * count());
+    }
+
+    // Ridge regression of quadratic polynomials through the center. A sample's variance is that of the noise,
+    // of both ends, and of the cubic terms left out; a quadratic coefficient is about as large as the typical
+    // slope.
+    Model regress() const {
+        constexpr double kWide = 10.0, kFloor = 1e-4, kNear = 0.2;
+        double change = 0.0, distance = 0.0;
+        for (const FitTrial& sample : samples_) {
+            if (!std::isfinite(sample.cost())) continue;
+            const double d2 = (sample.x - center().x).squaredNorm(), near = std::exp(-d2 / (kNear * kNear));
+            change += near * (*sample.residuals - *center().residuals).squaredNorm();
+            distance += near * d2;
+        }
+        Model model{.slope = change > 0.0 ? std::sqrt(change / distance) : 1.0};
+        const double noise = noise_ * std::sqrt(2.0 * count());
+        const Index size = terms(center().x).size();
+        MatrixXd a = MatrixXd::Zero(static_cast<Index>(samples_.size()) + size, size);
+        MatrixXd b = MatrixXd::Zero(a.rows(), center().residuals->size());
+        for (Index i = 0; i < size; ++i)
+            a(i, i) = 1.0 / (i <= parameters_ ? kWide * model.slope : model.slope);
+        for (std::size_t i = 0; i < samples_.size(); ++i) {
+            if (!std::isfinite(samples_[i].cost())) continue;
+            const VectorXd d = samples_[i].x - center().x;
+            const double rest = model.slope * (kCubic * std::pow(d.norm(), 3) + kFloor);
+            const double weight = 1.0 / std::hypot(rest, i == center_ ? 0.0 : noise);
+            a.row(size + static_cast<Index>(i)) = weight * terms(d);
+            b.row(size + static_cast<Index>(i)) = weight * (*samples_[i].residuals - *center().residuals);
+        }
+        const Eigen::HouseholderQR<MatrixXd> qr(a);
+        model.coefficients = qr.solve(b);
+        const MatrixXd inverse =
+            qr.matrixQR().topRows(size).triangularView<Eigen::Upper>().solve(MatrixXd::Identity(size, size));
+        model.covariance =
+            inverse.middleRows(1, parameters_) * inverse.middleRows(1, parameters_).transpose();
+        return model;
+    }
+
+    // Adds samples along the directions in which a slope is less certain than asked for. False if there are
+    // none.
+    bool spread(const Model& model, double length, double asked, bool both_sides) {
+        const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(model.covariance);
+        const double noise = noise_ * std::sqrt(0.5 * count());
         std::vector<BoxPoint> points;
-        std::vector<double> lengths;
-        for (Eigen::Index i = 0; i < parameters_; ++i) {
-            const double room = std::min(best().x[i], 1.0 - best().x[i]);
-            lengths.push_back(std::min(room, difference_along(VectorXd::Unit(parameters_, i), kLastRadius)));
-            if (lengths.back() < kLeastRadius) return false;
-            for (const double sign : {-1.0, 1.0})
-                points.push_back(best().x + sign * lengths.back() * VectorXd::Unit(parameters_, i));
+        for (Index k = 0; k < parameters_; ++k) {
+            const VectorXd along = axes.eigenvectors().col(k);
+            const double slope = (model.coefficients.middleRows(1, parameters_).transpose() * along).norm();
+            const double apart =
+                std::clamp(10.0 * noise / std::max(slope, 0.1 * model.slope), length, kMostDifference);
+            const double hoped = std::hypot(noise / apart, kCubic * model.slope * apart * apart);
+            if (std::sqrt(axes.eigenvalues()[k]) < std::max(asked * model.slope, 2.0 * hoped)) continue;
+            BoxPoint one = (center().x + apart * along).cwiseMax(0.0).cwiseMin(1.0),
+                     other = (center().x - apart * along).cwiseMax(0.0).cwiseMin(1.0);
+            if ((other - center().x).norm() > 1.001 * (one - center().x).norm()) std::swap(one, other);
+            points.push_back(one);
+            if (both_sides && (other - center().x).norm() > 0.2 * apart) points.push_back(other);
         }
-        if (left() < points.size() + 1) return false;
-        const std::size_t first = fresh_ = evaluate(points);
-        for (std::size_t i = first; i < samples_.size(); ++i)
-            if (samples_[i].r.size() == 0) return false;
-        for (Eigen::Index i = 0; i < parameters_; ++i) {
-            const std::size_t low = first + 2 * static_cast<std::size_t>(i);
-            slopes_.col(i) =
-                (samples_[low + 1].r - samples_[low].r) / (2.0 * lengths[static_cast<std::size_t>(i)]);
+        evaluate(points);
+        return !points.empty();
+    }
+
+    // NLopt's minimum of the model's sum of squares within the box and the radius.
+    VectorXd best_step(const Model& model, double radius, double& gain) const {
+        constexpr double kDamping = 1e-7, kPrecision = 1e-5;
+        MatrixXd all = model.coefficients;
+        all.row(0) += *center().residuals;
+        MatrixXd gram = all * all.transpose();
+        for (Index i = 1; i <= parameters_; ++i) gram(i, i) += kDamping * model.slope * model.slope;
+        std::vector<double> low(static_cast<std::size_t>(parameters_)), high = low, step = low;
+        for (std::size_t i = 0; i < low.size(); ++i) {
+            low[i] = -std::min(radius, center().x[static_cast<Index>(i)]);
+            high[i] = std::min(radius, 1.0 - center().x[static_cast<Index>(i)]);
         }
-        return true;
+        nlopt::opt search(nlopt::LN_BOBYQA, static_cast<unsigned>(parameters_));
+        search.set_min_objective(model_cost, &gram);
+        search.set_lower_bounds(low);
+        search.set_upper_bounds(high);
+        search.set_initial_step(0.25 * radius);
+        search.set_xtol_abs(kPrecision);
+        search.set_maxeval(static_cast<int>(200 * gram.rows()));
+        double least = gram(0, 0);
+        try {
+            search.optimize(step, least);
+        } catch (const nlopt::roundoff_limited&) {
+        }
+        gain = gram(0, 0) - least;
+        return VectorXd::Map(step.data(), parameters_);
     }
 
     // False if the runs are used up.
     bool search() {
-        const bool ended = problem_.descends && descend();
-        if (slopes_.size() == 0) regress();
-        if (!problem_.descends) look_from_both_sides();
-        look_at_weak_directions();
-        return ended;
-    }
-
-    // False if the runs are used up.
-    bool descend() {
         double radius = kFirstRadius;
-        bool from_both_sides = false;              // the slopes at hand
-        std::size_t stuck_at = problem_.max_runs;  // the best sample when steps last led nowhere
+        std::size_t spread_at = problem_.max_runs;  // the center that has samples on both sides
         while (left() > 0) {
-            if (!from_both_sides) {
-                spread(radius);
-                take_best();
-                regress();
+            take_lower();
+            Model model = regress();
+            if (!problem_.descends) return !spread(model, kLastRadius, kFine, true);
+            if (spread_at != center_ && spread(model, 0.5 * radius, kRough, false)) {
+                if (left() == 0) return false;
+                take_lower();
+                model = regress();
             }
-            const VectorXd step = bounded_step(slopes_, best().r, best().x, radius);
-            if (settled(step)) {
-                if (from_both_sides) return true;
-                if (radius > kLastRadius) {
-                    radius = std::max(kLastRadius, 0.25 * radius);
-                } else {
-                    from_both_sides = look_from_both_sides();
-                    if (!from_both_sides) return true;
-                }
+            double gain = 0.0;
+            const VectorXd step = best_step(model, radius, gain);
+            const double length = step.lpNorm<Eigen::Infinity>();
+            if (length <= kTolerance || radius < kLeastRadius ||
+                gain <= std::max(kErrorPart * kErrorPart * variance(), 1e-9 * model.slope * model.slope)) {
+                if (spread_at == center_ || !spread(model, kLastRadius, kFine, true)) return true;
+                spread_at = center_;
+                radius = kLastRadius;
                 continue;
             }
-            from_both_sides = false;
-            if (left() == 0) return false;
-            radius = try_step(step, radius);
-            if (radius >= kLeastRadius) continue;
-            // What is left is noise, or slopes from one side are wrong by the curvature.
-            if (stuck_at == best_ || !look_from_both_sides()) return true;
-            stuck_at = best_;
-            from_both_sides = true;
-            radius = kLastRadius;
+            const double before = center().cost();
+            evaluate({center().x + step});
+            const double gained = before - samples_.back().cost();
+            if (gained > 0.0) center_ = samples_.size() - 1;
+            if (gained > 0.5 * gain) radius = std::clamp(2.0 * length, kLastRadius, kMostRadius);
+            if (gained < 0.1 * gain) radius *= 0.4;
         }
         return false;
     }
 
-    // The radius of the next step.
-    double try_step(const VectorXd& step, double radius) {
-        const double before = best().cost, length = step.lpNorm<Eigen::Infinity>();
-        const double predicted = before - (best().r + slopes_ * step).squaredNorm();
-        const double gained = before - samples_[evaluate({best().x + step})].cost;
-        take_best();
-        if (gained > 0.5 * predicted) return std::clamp(2.0 * length, kLastRadius, kMostRadius);
-        return gained < 0.1 * predicted ? 0.4 * radius : radius;
-    }
-
-    // Slopes from one side are wrong by the curvature: where they are small by comparison, from both sides.
-    void look_at_weak_directions() {
-        constexpr double kWeak = 0.1;
-        const Eigen::JacobiSVD<MatrixXd> svd(slopes_, Eigen::ComputeThinU | Eigen::ComputeFullV);
-        for (Eigen::Index k = 0; k < parameters_; ++k) {
-            const double strength = k < svd.singularValues().size() ? svd.singularValues()[k] : 0.0;
-            if (strength > kWeak * svd.singularValues()[0] || left() < 2) continue;
-            const VectorXd direction = svd.matrixV().col(k);
-            double length = kMostDifference;
-            for (Eigen::Index i = 0; i < parameters_; ++i)
-                if (const double room = std::min(best().x[i], 1.0 - best().x[i]); direction[i] != 0.0)
-                    length = std::min(length, room / std::abs(direction[i]));
-            if (length < kLastRadius) continue;
-            const std::size_t first =
-                evaluate({best().x - length * direction, best().x + length * direction});
-            const VectorXd &low = samples_[first].r, &high = samples_[first + 1].r;
-            if (low.size() == 0 || high.size() == 0) continue;
-            slopes_ += ((high - low) / (2.0 * length) - slopes_ * direction) * direction.transpose();
-        }
-    }
-
-    // Directions along which samples near the best one lie, farther than those that tell noise; columns.
-    MatrixXd tested_directions() const {
-        const std::vector<std::size_t> chosen = near(2.0 * kMostDifference);
-        if (chosen.empty()) return MatrixXd(parameters_, 0);
-        MatrixXd apart(static_cast<Eigen::Index>(chosen.size()), parameters_);
-        for (Eigen::Index i = 0; i < apart.rows(); ++i)
-            apart.row(i) = samples_[chosen[static_cast<std::size_t>(i)]].x - best().x;
-        const Eigen::JacobiSVD<MatrixXd> svd(apart, Eigen::ComputeThinU | Eigen::ComputeFullV);
-        const double least = 2.0 * kProbe * std::sqrt(static_cast<double>(parameters_));
-        const Eigen::Index count = (svd.singularValues().array() > least).count();
-        if (count == parameters_) return MatrixXd::Identity(parameters_, parameters_);
-        return svd.matrixV().leftCols(count);
-    }
-
     const LeastSquares& problem_;
-    Eigen::Index parameters_;
-    std::vector<Sample> samples_;
-    std::size_t best_ = 0, fresh_ = 0;  // and the first of those that were made last for slopes
-    MatrixXd slopes_;                   // of the residuals at the best sample
+    Index parameters_;
+    std::vector<FitTrial> samples_;
+    std::size_t center_ = 0;  // the best sample, but for noise
     double noise_ = 0.0;
 };
 
 }  // namespace
 
+double FitTrial::cost() const {
+    return residuals && residuals->allFinite() ? residuals->squaredNorm() : kInfinity;
+}
+
+std::size_t count_first(Index parameters) {
+    return static_cast<std::size_t>(2 * parameters + 3);
+}
+
 std::vector<BoxPoint> first_points(const LeastSquares& problem) {
     std::vector<BoxPoint> points{problem.start};
-    const auto dimensions = static_cast<std::size_t>(problem.start.size());
-    const std::size_t more = std::min(2 * dimensions + 2, problem.max_runs / 4);
-    for (std::size_t i = 1; i <= more; ++i) {
-        BoxPoint point(problem.start.size());
-        for (std::size_t d = 0; d < dimensions; ++d)
-            point[static_cast<Eigen::Index>(d)] = sobol(static_cast<std::uint32_t>(i), d);
-        points.push_back(std::move(point));
-    }
+    const std::size_t more = std::min(count_first(problem.start.size()) - 1, problem.max_runs / 4);
+    for (std::size_t i = 1; i <= more; ++i)
+        points.push_back(BoxPoint::NullaryExpr(problem.start.size(), [&](Index d) {
+            return sobol(static_cast<std::uint32_t>(i), static_cast<std::size_t>(d));
+        }));
     return points;
 }
 

@@ -16,9 +16,11 @@ using Residuals = std::optional<Eigen::VectorXd>;
 struct FitTrial {
     BoxPoint x;
     Residuals residuals;
+    /// Sum of squares; infinite without residuals, or where one is not finite.
+    double cost() const;
 };
 
-/// Residuals of a costly, slightly noisy model, of which the sum of squares is to be least within the unit box.
+/// A least squares problem: residuals of a costly, slightly noisy model, whose sum of squares is to be least in the unit box.
 struct LeastSquares {
     BoxPoint start;
     /// Residuals at several points, which may be found at the same time; as many of them at every point, each over
@@ -33,7 +35,7 @@ struct LeastSquares {
         profiles;  ///< whose errors neighbours share; all other residuals have their own
 };
 
-/// What a fit found; parameters in box coordinates.
+/// The result of a fit; parameters in box coordinates.
 struct LeastSquaresResult {
     BoxPoint best;
     Eigen::VectorXd residuals;
@@ -44,22 +46,23 @@ struct LeastSquaresResult {
     bool converged = false;         ///< else the runs were used up
     bool error_from_noise =
         false;  ///< no degree of freedom was left, and errors are those of the model's noise
-    std::vector<Eigen::VectorXd>
-        free_directions;  ///< along which the residuals do not tell points apart, unit vectors
+    std::vector<Eigen::VectorXd> free_directions;  ///< unit vectors along which the residuals do not change
     std::size_t runs = 0;
 };
 
-/// Gauss-Newton steps within a trust region and the box, from the best of \p start and some of Sobol's points. Slopes
-/// are regressions over the points near the best one (as in derivative-free Gauss-Newton: C. Cartis and L. Roberts,
-/// Math. Prog. Comput. 11 (2019) 631), spread where these leave a direction open, and farther apart along directions
-/// where the model's noise, which two points close to the best one tell (as J. More and S. Wild, SIAM J. Sci. Comput. 33
-/// (2011) 1292), would hide a slope. Intervals are Student's, from the linear model; a direction along which slopes vanish
-/// is looked at once more by central differences before it is called free. One along which no points lie, as where the runs
-/// are used up early, has no interval and is not called free. Deterministic.
+/// Surrogate search: quadratic polynomials of all residuals, a ridge regression over the points evaluated so far, are
+/// minimised by NLopt's BOBYQA within a trust region and the box (a derivative-free Gauss-Newton method, as C. Cartis and
+/// L. Roberts, Math. Prog. Comput. 11 (2019) 631); the minimum is evaluated next. It begins at the best of first_points.
+/// Points are added along directions in which the regression leaves slopes uncertain; farther apart where the model's noise,
+/// a second difference of three close points (J. More and S. Wild, SIAM J. Sci. Comput. 33 (2011) 1292), would hide a slope.
+/// At the end central differences around the optimum give the slopes for add_intervals. Deterministic.
 /// \throws what \p evaluate throws; NumericsError if none of the first points has residuals.
 LeastSquaresResult fit_least_squares(const LeastSquares& problem);
 
-/// Where a search begins: \p problem's start, and some of Sobol's points.
+/// The points where a search begins: \p problem's start, and some of Sobol's sequence.
 std::vector<BoxPoint> first_points(const LeastSquares& problem);
+
+/// How many first points there are where the runs suffice.
+std::size_t count_first(Eigen::Index parameters);
 
 }  // namespace sidewall::app

@@ -3,7 +3,7 @@
 
 namespace sidewall::app {
 
-/// 97.5 % quantile of Student's distribution, within 0.2 %. \pre degrees >= 1.
+/// 97.5 % quantile of Student's distribution. \pre degrees >= 1.
 double student_quantile(std::size_t degrees);
 
 }  // namespace sidewall::app

@@ -109,8 +109,8 @@ std::pair<double, double> widest_opening(const Profile& profile, double z) {
     };
     for (const auto& open : openings(profile, z)) {
         const double more = open.second - open.first - (widest.second - widest.first);
-        const double alike = 1e-6 * (open.second - open.first);  // but for rounding
-        if (std::abs(more) <= alike ? off_middle(open) < off_middle(widest) - alike : !(more < 0.0))
+        const double rounding = 1e-6 * (open.second - open.first);
+        if (std::abs(more) <= rounding ? off_middle(open) < off_middle(widest) - rounding : !(more < 0.0))
             widest = open;
     }
     return widest;

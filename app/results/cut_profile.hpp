@@ -9,10 +9,10 @@
 
 namespace sidewall::app {
 
-/// Of a figure that does not exist.
+/// The value of a figure that does not exist.
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// What a vertical plane cuts out of a surface or an interface.
+/// A profile: where a vertical plane cuts a surface or an interface.
 struct Profile {
     std::vector<surface::Polyline> lines;
     Vec3 along;                   // horizontal axis in the plane
@@ -35,23 +35,23 @@ Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const 
 /// Stretches of a line, ascending and apart; the first may begin at minus infinity, the last end at infinity.
 using Stretches = std::vector<std::pair<double, double>>;
 
-/// Where the level line at a height runs in material, over mirrored and periodic sides, too, by its place along the profile.
+/// Stretches of the horizontal line at a height that lie in material, mirrored and periodic copies included.
 Stretches solid_at(const Profile& profile, double z);
 
-/// Where the vertical at a place along the profile does, by z.
+/// Stretches in z of the vertical line at a place along the profile that lie in material.
 Stretches solid_below(const Profile& profile, double along);
 
-/// What of \p a is not in \p b.
+/// The difference \p a minus \p b.
 Stretches without(const Stretches& a, const Stretches& b);
 
 /// The openings at a height, between two stretches of material.
 Stretches openings(const Profile& profile, double z);
 
-/// The widest; of equally wide ones, such as a mirrored copy, the one nearest to the domain's middle; NaN, NaN if there
-/// is none.
+/// The widest opening at a height; of equally wide ones, such as a mirrored copy, the one nearest to the domain's middle;
+/// NaN, NaN if there is none.
 std::pair<double, double> widest_opening(const Profile& profile, double z);
 
-/// Its width; NaN if there is none.
+/// Width of the widest opening; NaN if there is none.
 double opening(const Profile& profile, double z);
 
 }  // namespace sidewall::app

@@ -26,7 +26,7 @@ double total(const Stretches& stretches) {
     return std::isfinite(sum) ? sum : kNone;
 }
 
-// Of the stretch that ends at a wall, if it is the material's; 0 if another's is there.
+// Thickness of the stretch that ends at a wall; 0 if another material is there.
 double behind(const Stretches& stretches, double wall, bool left, double touching) {
     for (const auto& [from, to] : stretches)
         if (std::abs((left ? to : from) - wall) <= touching) return to - from;
@@ -94,7 +94,7 @@ double variance(const std::vector<double>& values) {
     return sum / (n - 1.0);
 }
 
-// Of a row's openings the one that lies most over another row's.
+// The opening of a row that overlaps most with another row's.
 std::pair<double, double> opening_over(const Profile& profile, double z,
                                        const std::pair<double, double>& other) {
     std::pair<double, double> most{kNone, kNone};
@@ -146,7 +146,7 @@ struct FigureReader::Cuts {
     }
     const Profile& surface() const { return layers.back(); }
 
-    // Where a material is on a line, which solid() finds on a profile.
+    // Stretches of a line in a material; solid() finds those below one profile.
     template <class Solid>
     Stretches of_material(int material, Solid&& solid) const {
         Stretches all;

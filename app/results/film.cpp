@@ -9,7 +9,7 @@
 namespace sidewall::app {
 namespace {
 
-// What lies within this part of a cell is flat: a thinner film is told from none nowhere, either; faces on
+// Roughness below this part of a cell counts as flat: a thinner film counts as none elsewhere, too; faces on
 // nodes lie 0.002 of their level's cells off them, which is less on all levels.
 constexpr double kFlat = levelset::kExposed;
 
@@ -31,26 +31,16 @@ ProfileSpan span_of_profile(const Profile& profile) {
     return span;
 }
 
-// z of the profile's highest crossing of the vertical at `along`.
-double highest_crossing(const Profile& profile, double along) {
-    double z = kNone;
+// z of the profile's lowest and highest crossing of the vertical at `along`.
+std::pair<double, double> crossings(const Profile& profile, double along) {
+    std::pair<double, double> found{kNone, kNone};
     profile.each_segment([&](const Vec3& p, const Vec3& q) {
         const double a = p.dot(profile.along), b = q.dot(profile.along);
         if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
-        z = std::fmax(z, p.z() + (along - a) / (b - a) * (q.z() - p.z()));
+        const double z = p.z() + (along - a) / (b - a) * (q.z() - p.z());
+        found = {std::fmin(found.first, z), std::fmax(found.second, z)};
     });
-    return z;
-}
-
-// z of its lowest crossing.
-double lowest_crossing(const Profile& profile, double along) {
-    double z = kInfinity;
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double a = p.dot(profile.along), b = q.dot(profile.along);
-        if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
-        z = std::min(z, p.z() + (along - a) / (b - a) * (q.z() - p.z()));
-    });
-    return std::isfinite(z) ? z : kNone;
+    return found;
 }
 
 // The profile and what lies beyond its sides, once.
@@ -85,7 +75,7 @@ struct Floor {
 };
 
 // The lowest point within an opening.
-Floor lowest_point(const Profile& below, const std::pair<double, double>& within) {
+Floor deepest_point(const Profile& below, const std::pair<double, double>& within) {
     Floor lowest;
     below.each_segment([&](const Vec3& p, const Vec3& q) {
         for (const Vec3* end : {&p, &q}) {
@@ -119,16 +109,17 @@ bool has_ledge(const Profile& profile, double z, double near) {
     return std::abs(above - below) > 0.1 * std::max(above, below);
 }
 
-// What is flat, of profiles that may go on beyond their sides. Returns z of what the film covers beside.
+// Measures the film on top and floor, of profiles that may go on beyond their sides. Returns z of the top
+// below it.
 double measure_flats(const Profile& surface, const Profile& below, double beside, double flat,
                      const std::pair<double, double>& within, Film& film) {
-    const Floor floor = lowest_point(below, within);
-    const double top = highest_crossing(below, beside),
+    const Floor floor = deepest_point(below, within);
+    const double top = crossings(below, beside).second,
                  floor_at = middle_of_floor(below, floor, top, flat, within);
-    film.top = highest_crossing(surface, beside) - top;
+    film.top = crossings(surface, beside).second - top;
     // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
     // floor the film's own surface is the lowest crossing above it.
-    film.bottom = lowest_crossing(surface, floor_at) - lowest_crossing(below, floor_at);
+    film.bottom = crossings(surface, floor_at).first - crossings(below, floor_at).first;
     film.depth = top - floor.z;
     return top;
 }

@@ -10,7 +10,7 @@ struct Film {
     double depth = kNone;   ///< of what it covers
     bool filled = false;    ///< nothing is open halfway down
 
-    /// Its thickness at a place over that beside: of a film that there is, on something that has walls.
+    /// Step coverage: thickness at a place over that beside; NaN without a film, or where it covers no walls.
     double coverage(double thickness, double spacing) const;
 };
 

@@ -15,7 +15,7 @@ struct Measure {
     std::string unit;
 };
 
-/// What [metrology] asks for, in the plane `cut`. An opening is the widest gap in the cut at a height.
+/// Measures what [metrology] names, in the plane `cut`. An opening is the widest gap in the cut at a height.
 ///
 /// - depth: of the lowest point below z = 0
 /// - cd: opening at each of cd_depths
@@ -34,7 +34,7 @@ struct Measure {
 std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack& stack,
                              const TriangleMesh& surface);
 
-/// The same with measures, depths and a plane other than the recipe's own.
+/// Measures with measures, depths and a plane other than the recipe's own.
 std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& section,
                              const levelset::MaterialStack& stack, const TriangleMesh& surface);
 

@@ -39,7 +39,7 @@ const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time
 /// \throws RecipeError, naming --frame and the numbers there are.
 const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number);
 
-/// What `inspect` and `render` look at: a mesh file, or one state in a folder that `run` wrote.
+/// The input of `inspect` and `render`: a mesh file, or one state in a folder that `run` wrote.
 struct Result {
     std::filesystem::path source;  ///< the mesh file the surface came from
     TriangleMesh surface;
@@ -61,7 +61,7 @@ Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved
 /// \throws FileError if one is damaged.
 std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface);
 
-/// What to do about a damaged summary.json.
+/// Advice about a damaged summary.json.
 inline constexpr const char* kSummaryAdvice = "remove it, and run --resume writes it anew";
 
 /// DIR/summary.json of a run that has ended.

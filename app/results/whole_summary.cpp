@@ -46,15 +46,6 @@ bool has_timing(const Json& summary) {
     return all;
 }
 
-bool has_mesh(const Json& summary) {
-    if (!summary.contains("mesh") || !summary["mesh"].is_object()) return false;
-    const Json& mesh = summary["mesh"];
-    const auto sizes = [](const Json& json) {
-        return has(json, "vertices", is_number) && has(json, "triangles", is_number);
-    };
-    return has(mesh, "raw", sizes) && has(mesh, "simplified", sizes);
-}
-
 // Figures that do not exist are null; each has its unit.
 bool has_metrology(const Json& summary) {
     for (const char* key : {"metrology", "metrology_units"})
@@ -66,7 +57,7 @@ bool has_metrology(const Json& summary) {
     });
 }
 
-// Of a run to an accuracy (accuracy/accuracy.hpp).
+// Bars of a run to an accuracy (accuracy/accuracy.hpp).
 bool has_bars(const Json& summary) {
     if (!summary["accuracy"].is_object()) return false;
     for (const auto& [measure, bars] : summary["accuracy"].items()) {
@@ -96,7 +87,10 @@ std::optional<std::string> missing_in_summary(const Json& summary) {
     if (!events) return "events";
     if (!steps) return "steps";
     if (!has_timing(summary)) return "timing";
-    if (!has_mesh(summary)) return "mesh";
+    const Json mesh = summary.value("mesh", Json());
+    for (const char* state : {"raw", "simplified"})
+        for (const char* size : {"vertices", "triangles"})
+            if (!mesh.is_object() || !has(mesh.value(state, Json()), size, is_number)) return "mesh";
     if (!has_metrology(summary)) return "metrology";
     if (summary.contains("accuracy") && !has_bars(summary)) return "accuracy";
     return std::nullopt;

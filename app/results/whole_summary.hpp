@@ -7,8 +7,8 @@
 
 namespace sidewall::app {
 
-/// What a summary lacks of what every run writes, or holds as something else, e.g. "timing.total"; nothing if all is
-/// there. A file in a folder may be damaged, and what reads it may then rely on its types.
+/// The first entry that a summary lacks or holds with another type than runs write, e.g. "timing"; none if it is whole.
+/// Readers check it first: a file in a folder may be damaged.
 std::optional<std::string> missing_in_summary(const Json& summary);
 
 /// Whether a summary says another version than this program's.

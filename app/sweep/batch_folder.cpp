@@ -11,7 +11,7 @@
 namespace sidewall::app {
 namespace {
 
-// What differs between two plans, by the names of their entries.
+// Names of the entries in which two plans differ.
 std::string differing(const Json& now, const Json& there) {
     std::string names;
     for (const auto& [name, value] : now.items())

@@ -28,10 +28,6 @@ bool is_figure(const Recipe& recipe, const std::string& name) {
     return word_of(recipe, name).has_value();
 }
 
-std::string example_of(const std::string& word) {
-    return word == "film" ? "film_side" : word == "cd" ? "cd_at_0.5" : "scallop_depth";
-}
-
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option) {
     const std::vector<std::string>& words = measure_names();
     const bool word = std::find(words.begin(), words.end(), name) != words.end();
@@ -49,6 +45,17 @@ void want_measure(Recipe& recipe, const std::string& name, const std::string& op
     if (*wanted == "cd" && recipe.metrology.cd_depths.empty())
         throw RecipeError(
             fmt::format("{} {}: is measured at depths: name one, e.g. cd_at_0.5", option, name));
+}
+
+void want_figure(Recipe& recipe, const std::string& name, const std::string& option,
+                 const std::string& text) {
+    want_measure(recipe, name, option);
+    if (is_figure(recipe, name)) return;
+    throw RecipeError(fmt::format("{} {}: {} stands for several figures: name one, e.g. {}", option, text,
+                                  name,
+                                  name == "film" ? "film_side"
+                                  : name == "cd" ? "cd_at_0.5"
+                                                 : "scallop_depth"));
 }
 
 }  // namespace sidewall::app

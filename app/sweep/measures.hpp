@@ -11,10 +11,12 @@ namespace sidewall::app {
 /// \throws RecipeError, with the nearest name, for what no run measures.
 void want_measure(Recipe& recipe, const std::string& name, const std::string& option);
 
-/// Whether \p name is such a figure, not a word that stands for several.
+/// Whether \p name is one figure, not a word that stands for several.
 bool is_figure(const Recipe& recipe, const std::string& name);
 
-/// One of the figures that a word such as film stands for, for messages.
-std::string example_of(const std::string& word);
+/// Makes \p recipe measure one figure, as want_measure.
+/// \param text  the option's value, for messages.
+/// \throws RecipeError, too, for a word that stands for several figures.
+void want_figure(Recipe& recipe, const std::string& name, const std::string& option, const std::string& text);
 
 }  // namespace sidewall::app

@@ -53,7 +53,7 @@ bool read_end(RunSet& set, std::size_t number) {
     return run.ended = true;
 }
 
-// What a failed run said at last, without the program's name.
+// The last message of a failed run, without the program's name.
 std::string reason(const ProcessEnd& end) {
     if (end.exit_code == kSignalled + SIGKILL)
         return "killed from outside, as the system does when memory runs out";
@@ -71,7 +71,7 @@ std::size_t count_ended(const RunSet& set) {
         std::count_if(set.runs.begin(), set.runs.end(), [](const SetRun& run) { return run.ended; }));
 }
 
-// Ranks that share the runs of a folder claim each, and tell why it failed.
+// Ranks that share the runs of a folder claim each, and leave a note why it failed.
 constexpr const char* kClaim = ".sidewall.claim";
 constexpr const char* kFailed = "failed.txt";
 

@@ -46,7 +46,7 @@ std::vector<std::string> run_arguments(const RunSet& set, std::size_t number);
 /// Writes DIR/runs/NNNN/recipe.toml, if it is not there.
 void write_run_recipe(const RunSet& set, std::size_t number);
 
-/// Makes those of the runs that have not ended, several at once: no more than jobs, and no more than the free
+/// Makes the runs that have not ended, several at once: no more than jobs, and no more than the free
 /// memory holds. A run whose folder holds its result is read; one that was begun goes on from its checkpoint;
 /// one that another process still writes is waited for. A run that fails stops no other. Ranks of mpirun that
 /// help_with_runs take runs, too, one at a time for each of their jobs; a run whose rank dies is made by another.
@@ -56,14 +56,14 @@ void write_run_recipe(const RunSet& set, std::size_t number);
 void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
                const std::function<void()>& ended);
 
-/// What a rank of `mpirun -n N sidewall sweep|fit` other than the first does: makes runs of those that DIR/runs holds and
-/// that nobody makes, until the process that gathers them, which holds DIR, has ended. None of it needs MPI; the ranks share
+/// The part of a rank of `mpirun -n N sidewall sweep|fit` other than the first: makes runs that DIR/runs holds and that
+/// nobody makes, until the process that gathers them, which holds DIR, has ended. None of it needs MPI; the ranks share
 /// a file system with locks.
 /// \param jobs  as in RunSet, of this rank.
 /// \throws Interrupted, IoError as make_runs.
 void help_with_runs(const std::filesystem::path& folder, std::size_t jobs);
 
-/// Reads those whose folder holds their result, and counts them.
+/// Reads the runs whose folder holds their result, and counts them.
 /// \throws RecipeError if it is another recipe's.
 std::size_t read_ended(RunSet& set);
 

@@ -6,7 +6,7 @@
 
 namespace sidewall::app {
 
-/// What to run, as the user wrote it.
+/// Arguments of a sweep, as the user wrote them.
 struct SweepOptions {
     std::string recipe;                  ///< file
     std::vector<std::string> overrides;  ///< key=value, of all runs
@@ -31,7 +31,7 @@ struct SweepEnd {
 /// \throws RecipeError for what cannot be run; Interrupted; IoError; NumericsError if every run failed.
 SweepEnd run_sweep(const SweepOptions& options);
 
-/// The same folder without its runs.
+/// Writes the folder of a sweep without making its runs.
 /// \returns the commands that make these, one a line; `run_sweep` with `resume` gathers what they leave.
 std::string plan_sweep(const SweepOptions& options);
 

@@ -24,20 +24,20 @@ struct Vary {
 /// \throws RecipeError naming the option: bounds the wrong way round, a logarithm of 0, no values.
 Vary parse_vary(const std::string& text);
 
-/// The same of several, of which keys that \p recipe holds as whole numbers take only these.
+/// Reads several; keys that \p recipe holds as whole numbers vary among whole numbers.
 /// \throws RecipeError, too, for a key that is varied twice.
 std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe& recipe);
 
 /// The value at \p place in [0, 1]: from low to high, or of the list's equal parts.
 std::string value_at(const Vary& vary, double place);
 
-/// Where a value of a range lies in [0, 1]. \pre is_range().
+/// Place of a value in its range, in [0, 1]. \pre is_range().
 double place_of(const Vary& vary, double value);
 
 /// Values of all keys for a run.
 using RunValues = std::vector<std::string>;
 
-/// Every combination; the last key changes fastest.
+/// A grid: every combination; the last key changes fastest.
 /// \throws RecipeError if a range has no count, or there are over kMostRuns.
 std::vector<RunValues> grid_points(const std::vector<Vary>& varied);
 
