@@ -24,7 +24,7 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command);
 /// Reads the recipe with its changes; prints notes on it to standard error.
 Recipe read_recipe(const RecipeOptions& options);
 
-/// Where results go if no -o is given: results/<recipe's name>.
+/// Folder of results without -o: results/<recipe's name>.
 std::filesystem::path default_output(const std::string& recipe_file);
 
 }  // namespace sidewall::app

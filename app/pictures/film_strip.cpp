@@ -95,7 +95,7 @@ Picture strip_picture(const std::vector<Picture>& cells, const PictureKey& key) 
         static_cast<int>(std::clamp(std::round(std::sqrt(16.0 / 9.0 * count * height / width)), 1.0, count));
     const int rows = rows_of(number, widest),
               columns = rows_of(number, rows);  // the last row as full as can be
-    // As beside a picture of which the cells take the three fifths that are left to it at least.
+    // The key's size is that beside a picture of which the cells take three fifths.
     const int page = columns * width * 5 / 3;
     KeyColumn column = key_column(key, page, rows * height);
     Picture strip(columns * width + static_cast<int>(std::ceil(column.width)), rows * height);

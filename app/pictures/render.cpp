@@ -30,12 +30,17 @@ struct Camera {
     }
 };
 
+Vec3 to_viewer(const RenderOptions& options) {
+    const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
+    return {std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
+            std::sin(elevation)};
+}
+
 /// Places the camera so that the box fills the part of the picture left of the legend.
 Camera frame(const Box3& box, const RenderOptions& options, double legend_width) {
-    const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
+    const double azimuth = options.azimuth_deg * kRadians;
     Camera camera;
-    camera.forward = -Vec3(std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
-                           std::sin(elevation));
+    camera.forward = -to_viewer(options);
     camera.right = Vec3(std::cos(azimuth), std::sin(azimuth), 0.0);
     camera.up = camera.right.cross(camera.forward);
     constexpr double kFill = 0.9;
@@ -74,7 +79,7 @@ Camera frame(const Box3& box, const RenderOptions& options, double legend_width)
 
 /// The part of space that is drawn: \p box, extended downwards below a solid over a rectangle, less what the cut
 /// removes.
-Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options, const Vec3& to_viewer) {
+Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options) {
     const double lateral = std::max(box.size().x(), box.size().y());
     const bool closed = surface::analyse_topology(scene.surface()).closed();
     if (scene.solid() && !closed) {
@@ -94,7 +99,7 @@ Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options,
     if (!(at > box.min[axis] && at < box.max[axis]))
         throw RecipeError(fmt::format("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis],
                                       at, box.min[axis], box.max[axis]));
-    (to_viewer[axis] >= 0.0 ? box.max : box.min)[axis] = at;
+    (to_viewer(options)[axis] >= 0.0 ? box.max : box.min)[axis] = at;
     return box;
 }
 
@@ -274,10 +279,7 @@ Picture render(const Result& result, const RenderOptions& options, const Picture
             own ? std::move(own->values) : std::vector<double>(result.surface.triangles.size(), std::nan(""));
     }
     const RenderScene scene(result, std::move(colouring));
-    const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
-    const Vec3 to_viewer(std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
-                         std::sin(elevation));
-    const Box3 box = drawn_box(scale.box, scene, options, to_viewer);
+    const Box3 box = drawn_box(scale.box, scene, options);
     const PictureKey key = key_of(scale);
     const KeyColumn column = key_column(key, options.width, options.height);
     const Camera camera = frame(box, options, column.width / options.height);

@@ -1,10 +1,10 @@
 "use strict";
-// What surrounds the 3-D view: buttons, sliders, the key of its colours, and a line on what lies under the pointer.
+// Controls and readouts around the 3-D view: buttons, sliders, the key of its colours, and a line on what lies under the pointer.
 (() => {
   const { el, number } = Sidewall, kAxes = "xyz";
 
   Object.assign(Sidewall.Viewer.prototype, {
-    // What lies at a place of the canvas, as shares of its size: the surface, or a face with its colour; else null.
+    // Picks the surface, or a face with its colour, at a place of the canvas in shares of its size; else null.
     picked(x, y) {
       const ray = new THREE.Raycaster();
       ray.setFromCamera({ x: 2 * x - 1, y: 1 - 2 * y }, this.eye);

@@ -48,22 +48,12 @@ Page page_of(const fs::path& folder, std::size_t bytes) {
 // Escapes text for HTML, between tags and in quoted attributes.
 std::string escaped(const std::string& text) {
     std::string html;
-    for (const char c : text) switch (c) {
-            case '&':
-                html += "&amp;";
-                break;
-            case '<':
-                html += "&lt;";
-                break;
-            case '>':
-                html += "&gt;";
-                break;
-            case '"':
-                html += "&quot;";
-                break;
-            default:
-                html += c;
-        }
+    for (const char c : text)
+        html += c == '&'   ? "&amp;"
+                : c == '<' ? "&lt;"
+                : c == '>' ? "&gt;"
+                : c == '"' ? "&quot;"
+                           : std::string(1, c);
     return html;
 }
 
@@ -72,12 +62,7 @@ std::string escaped(const std::string& text) {
 std::string script_json(const Json& json) {
     const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     std::string safe;
-    safe.reserve(text.size());
-    for (const char c : text)
-        if (c == '<')
-            safe += "\\u003c";
-        else
-            safe += c;
+    for (const char c : text) safe += c == '<' ? "\\u003c" : std::string(1, c);
     return safe;
 }
 

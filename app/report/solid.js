@@ -28,7 +28,7 @@
 
   const kOthers = [[1, 2], [0, 2], [0, 1]];
 
-  // Where a mesh meets the plane `axis` = `at`: u0, v0, u1, v1 of each piece, in the other two axes.
+  // Section of a mesh by the plane `axis` = `at`: u0, v0, u1, v1 of each piece, in the other two axes.
   Sidewall.crossing = (mesh, axis, at) => {
     const { position, index } = mesh, [a, b] = kOthers[axis], pieces = [];
     for (let t = 0; t < index.length; t += 3) {

@@ -180,13 +180,9 @@ std::size_t likely_detail(const std::vector<ViewFrame>& frames, Scene& scene, st
         read_frames(some, kDetails[d], {}, scene);
         return static_cast<double>(scene.size() * frames.size()) <= static_cast<double>(bytes * some.size());
     };
-    if (fits(0)) return 0;
-    std::size_t too_fine = 0, coarse = std::size(kDetails) - 1;
-    while (coarse - too_fine > 1) {
-        const std::size_t between = (too_fine + coarse) / 2;
-        (fits(between) ? coarse : too_fine) = between;
-    }
-    return coarse;
+    std::size_t d = 0;
+    while (d + 1 < std::size(kDetails) && !fits(d)) ++d;
+    return d;
 }
 
 // The colour bar of each attribute, for all frames.

@@ -131,7 +131,7 @@
               ...frame.layers.slice().reverse().map(([mesh, id]) => ({ mesh: this.mesh(mesh), colour: colour(id) }))];
     }
 
-    // Where a value lies on the colour bar, from 0 to 1.
+    // Position of a value on the colour bar, from 0 to 1.
     share(value) {
       const { low, high } = this.section.attributes[this.colour];
       if (!this.log) return (value - low) / (high - low);
@@ -294,7 +294,7 @@
       this.renderer.render(this.scene, eye);
     }
 
-    // What has changed: "frame", "colour", "cut" or only the view.
+    // Draws anew after a change of "frame", "colour", "cut" or only the view.
     refresh(what) {
       if (what === "frame" || what === "colour") {
         this.showSurface();
