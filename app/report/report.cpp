@@ -31,13 +31,12 @@ std::size_t view_bytes() {
 }
 
 Page page_of(const fs::path& folder, std::size_t bytes) {
-    for (const auto& [file, page] : {std::pair{"sweep.json", sweep_page},
-                                     {"fit.json", fit_page},
-                                     {"compare.json", comparison_page},
-                                     {"study.json", study_page},
-                                     {"summary.json", run_page},
-                                     {"surface.pvd", run_page},
-                                     {"timeline.csv", run_page}})
+    using Maker = Page (*)(const fs::path&, std::size_t);
+    constexpr std::pair<const char*, Maker> kPages[] = {
+        {"sweep.json", sweep_page}, {"fit.json", fit_page},     {"compare.json", comparison_page},
+        {"study.json", study_page}, {"summary.json", run_page}, {"surface.pvd", run_page},
+        {"timeline.csv", run_page}};
+    for (const auto& [file, page] : kPages)
         if (is_there(folder / file)) return page(folder, bytes);
     throw FileError(fmt::format(
         "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
