@@ -5,8 +5,7 @@
 
 namespace sidewall::app {
 
-/// \p work, whose faults of geometry and numerics are told with the name of the file they are about, unless they
-/// begin with it.
+/// Does \p work and puts the file's name before its errors of geometry and numerics, unless they begin with it.
 template <class Work>
 auto about(const std::string& file, Work&& work) {
     const auto named = [&](const Error& error) {

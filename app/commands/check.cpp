@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/threads.hpp"
 #include "app/process/estimate/estimate.hpp"
@@ -26,7 +26,7 @@ std::string duration_text(double seconds) {
     return fmt::format("{:.3g} days", seconds / 86400.0);
 }
 
-// A count to two digits, in full as long as that can be read.
+// A count to two digits, without an exponent below a million.
 std::string count_text(double count) {
     if (count < 100.0) return fmt::format("{:.0f}", count);
     if (count >= 1e6) return fmt::format("{:.1e}", count);
@@ -81,11 +81,12 @@ void add_check_command(CLI::App& program) {
         "Parse and validate a recipe, print it with every default, and estimate what a run takes; write nothing");
     const auto options = add_recipe_options(command);
     const auto quick = std::make_shared<bool>(false);
-    add_flag(command, "--no-estimate", *quick,
-             "Do not make first time steps (a second or two) to estimate time steps, rays, memory and "
-             "wall time, nor say whether this machine would refuse the run");
+    add_flag(
+        command, "--no-estimate", *quick,
+        "Skip the first time steps (a second or two) that estimate time steps, rays, memory and wall time, and the check of "
+        "this machine's memory");
     run_by(command, [options, quick] {
-        const Recipe recipe = load(*options);
+        const Recipe recipe = read_recipe(*options);
         const levelset::Domain domain = domain_of(recipe);
         fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}", effective_recipe(recipe),
                    domain.cells[0], domain.cells[1], domain.spacing, recipe.domain.length_unit,

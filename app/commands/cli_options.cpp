@@ -18,7 +18,7 @@ void run_by(CLI::App& command, std::function<void()> run) {
 
 namespace {
 
-// Which no range excludes.
+// No range excludes "not a number".
 std::string refuse_nan(const std::string& text) {
     return std::isnan(std::strtod(text.c_str(), nullptr)) ? text + ": must be a number" : "";
 }
@@ -44,9 +44,10 @@ template CLI::Option& add_option(CLI::App&, Text, std::optional<long long>&, Tex
 template CLI::Option& add_option(CLI::App&, Text, std::optional<std::size_t>&, Text, Text, const OptionRule&);
 template CLI::Option& add_option(CLI::App&, Text, std::vector<std::string>&, Text, Text, const OptionRule&);
 
-CLI::Option& add_repeated(CLI::App& command, const std::string& names,
-                          const std::function<void(const std::string&)>& take, const std::string& type,
-                          const std::string& doc) {
+// Through a callback: CLI11 would take "[1,2]" apart.
+CLI::Option& add_repeated(CLI::App& command, const std::string& names, std::vector<std::string>& values,
+                          const std::string& type, const std::string& doc) {
+    const auto take = [&values](const std::string& text) { values.push_back(text); };
     return *command.add_option_function<std::string>(names, take, doc)
                 ->type_name(type)
                 ->multi_option_policy(CLI::MultiOptionPolicy::Throw)

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
@@ -30,7 +30,7 @@ void add_compare_command(CLI::App& program) {
     add_option(command, "--json", arguments->json, "FILE",
                "Also write the comparison there; - for standard output");
     run_by(command, [recipe, arguments] {
-        const Recipe parsed = load(*recipe);
+        const Recipe parsed = read_recipe(*recipe);
         const std::filesystem::path output = arguments->output.empty()
                                                  ? default_output(recipe->file).concat("-compare")
                                                  : std::filesystem::path(arguments->output);

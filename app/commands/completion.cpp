@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/sections.hpp"
 
-// A shell's script knows nothing of the commands: at every Tab it hands the words typed so far to the
-// program, which answers from the very table that it reads its command line with.
+// Completion in shells. The script that a shell loads knows no command: at every Tab it passes the words
+// typed so far to the program, which answers from the table that it reads its command line with.
 namespace sidewall::app {
 namespace {
 
@@ -87,17 +87,17 @@ struct Candidate {
     std::string word, doc;
 };
 
-/// What may stand in place of a word: these words, or paths, which the shell knows better.
+/// Completions of a word: these words, or paths, which the shell finds itself.
 struct Offer {
     std::vector<Candidate> words;
     bool files = false, folders = false;
 };
 
-/// What stands before the word.
+/// The command line before the word to complete.
 struct Before {
-    std::vector<std::string> arguments;   ///< those that belong to no option
-    const CLI::Option* option = nullptr;  ///< the one whose value the word is
-    bool options_ended = false;           ///< by "--"
+    std::vector<std::string> arguments;   ///< positional ones
+    const CLI::Option* option = nullptr;  ///< whose value the word is
+    bool options_ended = false;           ///< "--" was given
 };
 
 bool looks_like_option(const std::string& word) {
@@ -122,7 +122,7 @@ Before read_before(const CLI::App& command, const std::vector<std::string>& word
     return before;
 }
 
-/// Keys of the recipe that the first argument names, or of any.
+/// Keys of the recipe that the first argument names, or of any recipe.
 std::vector<KeyDoc> recipe_keys(const std::vector<std::string>& arguments) {
     try {
         if (!arguments.empty()) return settable_keys(load_recipe(arguments[0]));
@@ -152,7 +152,7 @@ std::vector<Candidate> model_words() {
     return list;
 }
 
-/// What the type of an option's value says of the word: see commands.hpp.
+/// Completions by the type of an option's value (cli_options.hpp).
 Offer values(const CLI::Option& option, const Before& before, const std::string& word) {
     Offer offer;
     const std::string type = option.get_type_name();
@@ -180,7 +180,7 @@ Offer option_names(const CLI::App& command) {
     return offer;
 }
 
-/// Of a subcommand's words, the last in question.
+/// Completions of the last of a subcommand's words.
 Offer offer_argument(const CLI::App& command, const std::vector<std::string>& words) {
     const std::string& word = words.back();
     const Before before = read_before(command, {words.begin(), words.end() - 1});
@@ -201,6 +201,7 @@ Offer offer_argument(const CLI::App& command, const std::vector<std::string>& wo
     return before.options_ended ? Offer() : option_names(command);
 }
 
+/// Completions of the last word.
 /// \pre there is a word.
 Offer offer_for(const CLI::App& program, const std::vector<std::string>& words) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
@@ -223,7 +224,7 @@ std::string replaced(std::string text, char what, const std::string& by) {
     return text;
 }
 
-/// A line a candidate, as the shell's script takes it.
+/// Prints a line for each candidate, in the form that the shell's script reads.
 void print_offer(const Offer& offer, const std::string& shell, const std::string& word) {
     for (const auto& [candidate, doc] : offer.words) {
         if (!candidate.starts_with(word)) continue;
@@ -247,7 +248,7 @@ void add_completion_command(CLI::App& program) {
     add_option(command, "SHELL", *shell, "", "Which shell the script is for",
                {.required = true, .one_of = {"bash", "zsh", "fish"}});
     add_option(command, "WORD", *words, "TEXT",
-               "Words of a command line, after --: print what the last one may be, as the script asks");
+               "Words of a command line, after --: print completions of the last one, for the script");
     run_by(command, [&program, shell, words] {
         if (words->empty())
             fmt::print("{}", *shell == "bash" ? kBash : *shell == "zsh" ? kZsh : kFish);

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "app/commands/about.hpp"
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
 #include "app/common/timing.hpp"
@@ -43,7 +43,7 @@ Kind kind_of(const ExportArguments& arguments) {
     return kind;
 }
 
-/// Nothing of a run's folder may be replaced, nor one output by the other.
+/// Refuses outputs that would replace a file of the run or each other.
 void check_outputs(const ExportArguments& arguments, Kind kind) {
     namespace fs = std::filesystem;
     const auto whole = [](const fs::path& path) {

@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
@@ -48,27 +48,23 @@ void add_fit_command(CLI::App& program) {
     FitOptions& fit = arguments->fit;
     add_option(
         command, "RECIPE", fit.recipes, "FILE",
-        "Recipe in TOML; several, as of one process in several geometries, are fitted together, and their names without "
-        "folder and .toml, with a colon, say which one a target, a key or a setting belongs to",
+        "Recipe in TOML. Several are fitted together, as for one process in several geometries: then RECIPE: (a file's name "
+        "without folder and .toml) before a target, key or setting says whose it is",
         {.required = true});
     add_repeated(
-        command, "--set", [arguments](const std::string& text) { arguments->fit.overrides.push_back(text); },
-        "KEY=VALUE",
+        command, "--set", fit.overrides, "KEY=VALUE",
         "Change a key before the recipe is checked, e.g. step[0].duration=2; RECIPE:KEY=VALUE: of one of several; may be "
         "repeated");
     add_repeated(
-        command, "--vary", [arguments](const std::string& text) { arguments->fit.vary.push_back(text); },
-        "KEY=LO:HI[:log]",
-        "A key to find, within bounds, on a linear or logarithmic scale; from the recipe's own value, if it lies between; "
+        command, "--vary", fit.vary, "KEY=LO:HI[:log]",
+        "A key to find within bounds, on a linear or logarithmic scale; begins at the recipe's value if it lies between; "
         "shared by all recipes, or of one: RECIPE:KEY=...; may be repeated");
     add_repeated(
-        command, "--target", [arguments](const std::string& text) { arguments->fit.targets.push_back(text); },
-        "NAME=VALUE[+-SIGMA]",
+        command, "--target", fit.targets, "NAME=VALUE[+-SIGMA]",
         "A figure of the metrology, such as depth, cd_at_0.5 or step_coverage_bottom, in the recipe's units, and its standard "
         "deviation; of several recipes RECIPE:NAME=...; may be repeated");
     add_repeated(
-        command, "--target-profile",
-        [arguments](const std::string& text) { arguments->fit.profiles.push_back(text); }, "FILE.csv[@TIME]",
+        command, "--target-profile", fit.profiles, "FILE.csv[@TIME]",
         "Points x,z of the surface in the cut of [metrology], in any order, of all or a part, at a process time (default: the "
         "end); of several recipes RECIPE:FILE.csv; may be repeated");
     add_option(command, "--profile-sigma", fit.profile_sigma, "LENGTH",
@@ -78,8 +74,8 @@ void add_fit_command(CLI::App& program) {
                {.one_of = {"none", "x", "z", "xz"}});
     add_option(
         command, "--method", fit.method, "",
-        "How to search (default: auto). gauss-newton: downhill by slopes; auto: the same, and where it ends at several "
-        "minima, which miss the targets, as crs; crs: controlled random search first, which takes 100 runs and more; "
+        "How to search (default: auto). gauss-newton: downhill by slopes; auto: gauss-newton, then crs if several "
+        "minima are found that miss the targets; crs: controlled random search first, which takes 100 runs and more; "
         "bobyqa: without slopes, for targets with kinks",
         {.one_of = {"auto", "gauss-newton", "bobyqa", "crs"}});
     add_option(command, "--max-runs", arguments->max_runs, "N", "Runs at most (default: 60)");

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "app/commands/about.hpp"
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/commands/flux_results.hpp"
 #include "app/commands/flux_species.hpp"
 #include "app/common/files.hpp"
@@ -36,29 +36,29 @@ struct FluxArguments {
 };
 
 constexpr double kDefaultRays = 1e6;
-constexpr double kMostRays = 1e10;  // that --relative-error spends unless --rays says otherwise
+constexpr double kMostRays = 1e10;  // with --relative-error and without --rays
+
+constexpr std::pair<const char*, Boundary> kBoundaries[] = {
+    {"reflective", Boundary::reflective}, {"periodic", Boundary::periodic}, {"open", Boundary::open}};
 
 std::array<Boundary, 2> parse_boundary(const std::string& text) {
     const auto words = split(text, ',');
     std::array<Boundary, 2> boundary{};
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const std::string& word = words.size() == 2 ? words[axis] : text;
-        if (word == "reflective")
-            boundary[axis] = Boundary::reflective;
-        else if (word == "periodic")
-            boundary[axis] = Boundary::periodic;
-        else if (word == "open")
-            boundary[axis] = Boundary::open;
-        else
+        const auto found =
+            std::ranges::find(kBoundaries, word, [](const auto& b) { return std::string(b.first); });
+        if (found == std::end(kBoundaries))
             throw RecipeError(fmt::format(
                 "--boundary {}: must be reflective, periodic or open, for both axes or as X,Y for each",
                 text));
+        boundary[axis] = found->second;
     }
     return boundary;
 }
 
 const char* name_of(Boundary boundary) {
-    return boundary == Boundary::open ? "open" : boundary == Boundary::periodic ? "periodic" : "reflective";
+    return std::ranges::find(kBoundaries, boundary, &std::pair<const char*, Boundary>::second)->first;
 }
 
 TriangleMesh read_repaired(const std::string& path) {
@@ -129,7 +129,7 @@ void check_arguments(const FluxArguments& arguments) {
     parse_number<std::uint64_t>(arguments.seed, "--seed");
 }
 
-// What both methods have in common.
+// Summary of what both methods have in common.
 Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const flux::LateralBox& box,
                const flux::TallyFlux& result) {
     double area = 0.0, weighted = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
@@ -171,8 +171,8 @@ Outcome solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice, 
     return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
 }
 
-// The faster method.
-// \param json  gets why.
+// Chooses the method of least estimated cost.
+// \param json  gets the estimates.
 flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& exchange, Json& json) {
     flux::MethodChoice choice =
         flux::choose_method(exchange, asked.species, asked.materials, asked.options, true);
@@ -189,9 +189,9 @@ flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& 
     return choice;
 }
 
-// By the method asked for.
-// \param choosing  set while auto chooses, which is no progress.
-// \param why       gets why auto took what it took.
+// Computes the flux by the method asked for.
+// \param choosing  set while `auto` compares the methods, which the progress bar leaves out.
+// \param why       gets the estimates that `auto` compared.
 Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& choosing, Json& why) {
     if (method == "monte-carlo") return followed(asked);
     if (const std::string reason = flux::why_not_radiosity(asked.species);
@@ -209,7 +209,7 @@ Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& cho
 void run_flux(const FluxArguments& arguments) {
     check_arguments(arguments);
     const TriangleMesh mesh = read_repaired(arguments.mesh);
-    const FluxMaterials materials = read_materials(mesh, arguments.mesh);
+    const FluxMaterials materials = flux_materials(mesh, arguments.mesh);
     const flux::Species species = species_of(arguments.source, mesh, materials, arguments.mesh);
     const flux::LateralBox box = find_box(mesh, arguments);
     const flux::Wedges wedges = flux::make_wedges(mesh, materials.of_triangle);
@@ -253,7 +253,7 @@ void run_flux(const FluxArguments& arguments) {
     if (!why.is_null()) json.merge_patch(why);
     json["seconds"]["bvh"] = bvh;
     if (!arguments.json.empty()) write_json(arguments.json, json);
-    if (arguments.json != "-") print_summary(json);
+    if (arguments.json != "-") print_flux_summary(json);
     const double error = json["relative_error"].get<double>();
     if (arguments.relative_error && !(error <= *arguments.relative_error))
         throw NumericsError(fmt::format(
@@ -298,14 +298,14 @@ void add_flux_command(CLI::App& program) {
                "ID=s,ID=s (default 1)");
     add_option(
         command, "--mean-free-path", arguments->source.mean_free_path, "L",
-        "Mean path between collisions in the gas, each of which leaves every direction as likely, in the "
-        "surface's unit; for monte-carlo (default: none collides)");
+        "Mean free path between isotropic collisions in the gas, in the surface's unit; for monte-carlo (default: no "
+        "collisions)");
     add_option(
         command, "--boundary", arguments->boundary, "{reflective,periodic,open}",
         "Sides of the domain; X,Y sets them apart (default reflective if the surface ends on a rectangle, "
         "else open). No particle comes in through open sides: the source is the surface's bounding "
         "rectangle");
-    add_option(command, "--seed", arguments->seed, "k", "Of the random numbers (default 1)");
+    add_option(command, "--seed", arguments->seed, "k", "Seed of the random numbers (default 1)");
     add_option(command, "--json", arguments->json, "FILE", "Write a summary; - prints it, and nothing else");
     run_by(command, [arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
 }

@@ -83,13 +83,13 @@ Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& resu
     return json;
 }
 
-void print_summary(const Json& json) {
+void print_flux_summary(const Json& json) {
     fmt::print("{}: {} triangles, {} rays, {} segments in {:.3g} s ({:.3g} rays/s)\n",
                json["method"].get<std::string>(), json["triangles"].get<std::size_t>(),
                json["rays"].get<std::uint64_t>(), json["segments"].get<std::uint64_t>(),
                json["seconds"]["trace"].get<double>(), json["rays_per_second"].get<double>());
     if (json.contains("iterations"))
-        fmt::print("{} unknowns, {} exchange samples, {} iterations in {:.3g} s\n",
+        fmt::print("{} unknowns, {} nonzeros, {} iterations in {:.3g} s\n",
                    json["unknowns"].get<std::size_t>(), json["nonzeros"].get<std::uint64_t>(),
                    json["iterations"].get<std::uint32_t>(), json["seconds"]["solve"].get<double>());
     fmt::print(

@@ -8,16 +8,16 @@
 
 namespace sidewall::app {
 
-/// Writes a flux on \p mesh: .csv, a row a triangle, or .vtp, per triangle flux, flux_error and area, and per
-/// vertex flux and flux_error.
+/// Writes a flux on \p mesh as .csv, a row a triangle, or as .vtp with flux, flux_error and area of each triangle and
+/// flux and flux_error of each vertex.
 /// \throws IoError if \p path cannot be written.
 void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result);
 
-/// What the summary of `sidewall flux` holds of each method.
+/// Summaries of `sidewall flux` by Monte Carlo and by radiosity.
 Json traced_json(const flux::FluxResult& result);
 Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& result);
 
-/// Prints a whole summary for people.
-void print_summary(const Json& json);
+/// Prints a summary as text.
+void print_flux_summary(const Json& json);
 
 }  // namespace sidewall::app

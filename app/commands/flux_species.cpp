@@ -16,7 +16,7 @@ double parse_probability(const std::string& text, const std::string& where) {
     return value;
 }
 
-// One sticking probability, or one for each of the ids in their order.
+// Parses one sticking probability, or one for each of the ids in their order.
 std::vector<double> parse_sticking(const std::string& text, const std::vector<std::int32_t>& ids,
                                    const std::string& path) {
     if (text.find('=') == std::string::npos) return {parse_probability(text, "--sticking " + text)};
@@ -44,7 +44,7 @@ std::vector<double> parse_sticking(const std::string& text, const std::vector<st
 
 }  // namespace
 
-FluxMaterials read_materials(const TriangleMesh& mesh, const std::string& path) {
+FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path) {
     const Attribute* attribute = mesh.triangle_attribute("material");
     if (!attribute) return {{0}, {}};
     if (attribute->components != 1 || attribute->values.size() != mesh.triangles.size())
@@ -70,7 +70,7 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
                          const std::string& path) {
     flux::Species species{"flux", source.exponent, parse_sticking(source.sticking, materials.ids, path)};
     if (!source.mean_free_path) return species;
-    // A path through n of them makes about n^2 collisions.
+    // Diffusion over n mean free paths takes about n^2 collisions.
     constexpr double kLeast = 1e-3;  // of the surface's size
     const double least = kLeast * bounding_box(mesh).size().norm();
     if (!(*source.mean_free_path >= least))

@@ -11,10 +11,11 @@
 #include "surface/error.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// What `sidewall flux` sends: from its options and the mesh's materials.
+// The species that `sidewall flux` traces, from its options and the mesh's materials.
 namespace sidewall::app {
 
-/// \throws RecipeError naming \p where unless \p text is a number.
+/// The number that is the whole of \p text.
+/// \throws RecipeError naming \p where if it is none.
 template <typename Number>
 Number parse_number(const std::string& text, const std::string& where) {
     Number value{};
@@ -24,21 +25,23 @@ Number parse_number(const std::string& text, const std::string& where) {
     return value;
 }
 
-/// The distinct material ids of a mesh, ascending, and each triangle's place among them: ids need not be small.
+/// Materials of a mesh: the distinct ids, ascending, and each triangle's index among them.
 struct FluxMaterials {
     std::vector<std::int32_t> ids, of_triangle;
 };
 
-/// One material of id 0 where the mesh has no attribute `material`.
-/// \throws FileError naming \p path if it has one that is not an integer a triangle.
-FluxMaterials read_materials(const TriangleMesh& mesh, const std::string& path);
+/// Materials by the attribute `material`; one of id 0 where the mesh has none.
+/// \throws FileError naming \p path if the attribute is not an integer a triangle.
+FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path);
 
+/// Source options of the command line.
 struct FluxSource {
     std::string sticking = "1";  ///< one probability, or ID=s,ID=s
     double exponent = 1.0;
     std::optional<double> mean_free_path;
 };
 
+/// The species to trace.
 /// \throws RecipeError naming the option that is wrong.
 flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, const FluxMaterials& materials,
                          const std::string& path);

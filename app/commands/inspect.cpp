@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "app/commands/about.hpp"
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/sections.hpp"
@@ -129,7 +129,7 @@ void print_mesh(const Result& result, const Json& json) {
     }
 }
 
-/// Any part of summary.json as indented lines: what a run reports may grow without this having to know.
+/// Prints any part of summary.json as indented lines.
 void print_json(const std::string& name, const Json& json, int indent) {
     const std::string pad(static_cast<std::size_t>(indent), ' ');
     if (json.is_object()) {
@@ -166,7 +166,7 @@ void print_summary(const Json& summary) {
     if (summary.contains("timing") && summary["timing"].is_object()) print_timing(summary["timing"]);
 }
 
-/// Figures of the wafer that a run has left, whatever its recipe measures.
+/// Figures of a run's final wafer, whatever its recipe measures.
 Json measured(const Result& result, const std::string& input, const std::vector<std::string>& names) {
     if (!result.folder)
         throw RecipeError(
@@ -226,14 +226,13 @@ void inspect(const std::string& input, const std::string& json_file, const std::
 
 void add_inspect_command(CLI::App& program) {
     CLI::App& command = add_command(
-        program, "inspect", "Tell what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
+        program, "inspect", "Print what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
     auto input = std::make_shared<std::string>(), json = std::make_shared<std::string>();
     add_option(command, "input", *input, "MESH|DIR",
                "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote", {.required = true});
     auto names = std::make_shared<std::vector<std::string>>();
     add_repeated(
-        command, "--measure", [names](const std::string& name) { names->push_back(name); },
-        fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
+        command, "--measure", *names, fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
         "Of a folder: measure this at the run's end, a word of [metrology] measures or a figure such as cd_SiO2_at_0.5; "
         "may be repeated");
     add_option(command, "--json", *json, "FILE", "Write the same as JSON; - for standard output");

@@ -1,14 +1,14 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/version.hpp"
 #include "app/recipe/sections.hpp"
 
 namespace sidewall::app {
 namespace {
 
-/// Text as roff: no character of it is taken for a request, an escape or a typographic hyphen; newlines break lines.
+/// Escapes text for roff; newlines break lines.
 std::string roff(const std::string& text) {
     std::string out;
     for (const char c : text) {
@@ -25,7 +25,7 @@ std::string roff(const std::string& text) {
     return out;
 }
 
-/// A paragraph whose first line is \p tag, which is roff.
+/// Prints a paragraph under a tag, which is roff already.
 void print_tagged(const std::string& tag, const std::string& text) {
     fmt::print(".TP\n{}\n{}\n", tag, roff(text));
 }
@@ -37,7 +37,7 @@ std::string tag_of(const CLI::Option& option) {
          {std::pair{"\\-", option.get_snames()}, {"\\-\\-", option.get_lnames()}})
         for (const std::string& name : list) names += (names.empty() ? "" : ", ") + (dashes + roff(name));
     std::string tag = "\\fB" + names + "\\fR";
-    // The type of a positional adds nothing to its name but the words it may be.
+    // A positional's type repeats its name, unless it lists words.
     const std::string type = option.get_items_expected_max() == 0 ? "" : option.get_type_name();
     if (!type.empty() && (!option.get_positional() || type.find('{') != std::string::npos))
         tag += " \\fI" + roff(type) + "\\fR";

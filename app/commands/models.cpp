@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -29,7 +29,7 @@ void print_documentation(const std::string& name) {
     bool found = false;
     for (const SectionDoc& section : sections) {
         names.push_back(section.name);
-        // "layer" asks for every shape.
+        // "layer" stands for the sections of all its shapes.
         if (!name.empty() && section.name != name && !section.name.starts_with(name + " ")) continue;
         print_section(section);
         if (section.name == "material") fmt::print("{}\n", built_in_materials());

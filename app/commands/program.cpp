@@ -1,3 +1,5 @@
+#include "app/commands/program.hpp"
+
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -17,7 +19,7 @@
 #include <system_error>
 #include <vector>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/ranks.hpp"
@@ -27,9 +29,28 @@
 #include "surface/files/printable.hpp"
 
 namespace sidewall::app {
+
+// Each subcommand lives in a file of its name, which adds it to the program.
+void add_run_command(CLI::App& program);
+void add_check_command(CLI::App& program);
+void add_models_command(CLI::App& program);
+void add_compare_command(CLI::App& program);
+void add_study_command(CLI::App& program);
+void add_validate_command(CLI::App& program);
+void add_sweep_command(CLI::App& program);
+void add_fit_command(CLI::App& program);
+void add_simplify_command(CLI::App& program);
+void add_flux_command(CLI::App& program);
+void add_inspect_command(CLI::App& program);
+void add_render_command(CLI::App& program);
+void add_report_command(CLI::App& program);
+void add_export_command(CLI::App& program);
+void add_completion_command(CLI::App& program);
+void add_man_command(CLI::App& program);
+
 namespace {
 
-// What libraries throw when the system refuses them a thread is want of memory in nearly all cases.
+// Also true where the system refuses a library a thread, nearly always for want of memory.
 bool for_want_of_memory(const std::exception& error) {
     const auto* system = dynamic_cast<const std::system_error*>(&error);
     if (system != nullptr && (system->code() == std::errc::resource_unavailable_try_again ||
@@ -47,8 +68,8 @@ int say_out_of_memory() {
     return 4;
 }
 
-// Libraries allocate in functions that may not throw, such as destructors of JSON and steps through a folder;
-// the latter end here without an exception. What is left half written the next run removes.
+// Reports an allocation that failed in a function that may not throw, as libraries have (JSON's destructors,
+// folder iterators). The next run removes half-written files.
 [[noreturn]] void end_in_terminate() {
     try {
         if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
@@ -59,12 +80,12 @@ int say_out_of_memory() {
     std::_Exit(say_out_of_memory());
 }
 
-// CLI11's text, as an error of this program.
+// A fault of the command line, in CLI11's words.
 std::string usage_error(const CLI::App* command, const CLI::Error& error) {
     return "sidewall: " + CLI::FailureMessage::simple(command, error);
 }
 
-// What to say of a word that is no subcommand.
+// The error for a first word that is no subcommand.
 std::optional<std::string> unknown_command(CLI::App& program, const std::string& word) {
     std::vector<std::string> names;
     for (const CLI::App* command : program.get_subcommands({})) names.push_back(command->get_name());
@@ -73,7 +94,7 @@ std::optional<std::string> unknown_command(CLI::App& program, const std::string&
                        did_you_mean("; ", word, names, "; see sidewall --help"));
 }
 
-// Ranks of mpirun that each did all of the work would only be in one another's way.
+// Refuses commands that every rank of mpirun would do in full.
 void require_shared_command(int argc, char** argv) {
     const std::string_view name = argc > 1 ? argv[1] : "";
     if (ranks().count == 1 || name.starts_with('-') || name == "run" || name == "sweep" || name == "fit")
@@ -84,27 +105,18 @@ void require_shared_command(int argc, char** argv) {
         surface::printable(std::string(name))));
 }
 
-// The program's exit code.
+// Runs a subcommand and returns the program's exit code.
 int run(int argc, char** argv) {
     CLI::App program{"Sidewall: etch and deposition on a virtual wafer"};
     program.name("sidewall");
     program.set_version_flag("--version", version());
     program.require_subcommand(1);
     program.failure_message(usage_error);
-    add_run_command(program);
-    add_check_command(program);
-    add_models_command(program);
-    add_compare_command(program);
-    add_study_command(program);
-    add_validate_command(program);
-    add_sweep_command(program);
-    add_fit_command(program);
-    add_simplify_command(program);
-    add_flux_command(program);
-    add_inspect_command(program);
-    add_render_command(program);
-    add_report_command(program);
-    add_export_command(program);
+    for (const auto add :
+         {add_run_command, add_check_command, add_models_command, add_compare_command, add_study_command,
+          add_validate_command, add_sweep_command, add_fit_command, add_simplify_command, add_flux_command,
+          add_inspect_command, add_render_command, add_report_command, add_export_command})
+        add(program);
     for (CLI::App* command : program.get_subcommands({})) add_threads_option(*command);
     add_completion_command(program);
     add_man_command(program);
@@ -122,16 +134,16 @@ int run(int argc, char** argv) {
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");
         return 0;
     } catch (const CLI::ParseError& error) {
-        // CLI11 throws for --help and --version, too; only those end well.
+        // CLI11 throws for --help and --version, too, with the code 0.
         return program.exit(error) == 0 ? 0 : 2;
     } catch (const Error& error) {
-        // The terminal may have been closed, which is no other error.
+        // A closed terminal does not change the exit code.
         tell_failure(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(),
                      error.exit_code());
         return error.exit_code();
     } catch (const std::bad_alloc&) {
         return say_out_of_memory();
-    } catch (const std::system_error& error) {  // of the C library's streams, by fmt
+    } catch (const std::system_error& error) {  // fmt, where a stream of the C library fails
         if (for_want_of_memory(error)) return say_out_of_memory();
         tell_failure(
             fmt::format("sidewall: standard output: cannot write: {}; check space on the device it goes to\n",
@@ -146,8 +158,8 @@ int run(int argc, char** argv) {
     }
 }
 
-// The next time step asks for the arrays that this one frees. Given back in between, each costs a page fault
-// every 4 kB.
+// Keeps freed memory in the process: each time step allocates the arrays that the last one freed, and memory
+// that the system took back costs a page fault every 4 kB.
 void keep_freed_memory() {
 #if defined(__linux__) && defined(__GLIBC__)
     mallopt(M_MMAP_THRESHOLD, 32 << 20);

@@ -10,17 +10,19 @@ namespace sidewall::app {
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
     auto options = std::make_shared<RecipeOptions>();
     add_option(command, "RECIPE", options->file, "FILE", "Recipe in TOML", {.required = true});
-    // Through a callback: CLI11 would take "[1,2]" apart.
-    add_repeated(
-        command, "--set", [options](const std::string& setting) { options->overrides.push_back(setting); },
-        "KEY=VALUE", "Change a key before the recipe is checked, e.g. step[0].duration=2; may be repeated");
+    add_repeated(command, "--set", options->overrides, "KEY=VALUE",
+                 "Change a key before the recipe is checked, e.g. step[0].duration=2; may be repeated");
     return options;
 }
 
-Recipe load(const RecipeOptions& options) {
+Recipe read_recipe(const RecipeOptions& options) {
     Recipe recipe = load_recipe(options.file, options.overrides);
     for (const std::string& note : notes_on(recipe)) fmt::print(stderr, "{}: note: {}\n", options.file, note);
     return recipe;
+}
+
+std::filesystem::path default_output(const std::string& recipe_file) {
+    return std::filesystem::path("results") / std::filesystem::path(recipe_file).stem();
 }
 
 }  // namespace sidewall::app

@@ -1,4 +1,5 @@
 #pragma once
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,7 +12,7 @@ class App;
 
 namespace sidewall::app {
 
-/// What a command that takes a recipe was given.
+/// Recipe file and --set texts of a command line.
 struct RecipeOptions {
     std::string file;
     std::vector<std::string> overrides;
@@ -20,7 +21,10 @@ struct RecipeOptions {
 /// Adds the positional RECIPE and `--set key=value` to a subcommand.
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command);
 
-/// The recipe, changed as they say. Notes on it go to standard error.
-Recipe load(const RecipeOptions& options);
+/// Reads the recipe with its changes; prints notes on it to standard error.
+Recipe read_recipe(const RecipeOptions& options);
+
+/// Folder of results without -o: results/<recipe's name>.
+std::filesystem::path default_output(const std::string& recipe_file);
 
 }  // namespace sidewall::app

@@ -2,31 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
+#include "app/common/text.hpp"
 #include "app/pictures/film_strip.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
 
-/// Two numbers with a separator between them.
+/// Parses two numbers with a separator between them.
 std::array<double, 2> parse_pair(const std::string& option, const std::string& text, char separator,
                                  const char* wanted) {
-    std::array<double, 2> pair{};
-    const char *at = text.data(), *end = at + text.size();
-    const auto first = std::from_chars(at, end, pair[0]);
-    auto second = first;
-    if (first.ec == std::errc{} && first.ptr != end && *first.ptr == separator)
-        second = std::from_chars(first.ptr + 1, end, pair[1]);
-    else
-        second.ec = std::errc::invalid_argument;
-    if (second.ec != std::errc{} || second.ptr != end || !std::isfinite(pair[0]) || !std::isfinite(pair[1]))
+    const std::vector<std::string> parts = split(text, separator);
+    const auto first = finite_number(parts.front()), second = finite_number(parts.back());
+    if (parts.size() != 2 || !first || !second)
         throw RecipeError(fmt::format("{} '{}': must be {}", option, text, wanted));
-    return pair;
+    return {*first, *second};
 }
 
 struct RenderArguments {
@@ -71,7 +65,7 @@ RenderOptions parse(const RenderArguments& arguments) {
     return options;
 }
 
-/// What the arguments ask for: a mesh, or a folder's last surface or that of a time or number.
+/// Reads a mesh, or a folder's last surface or that of a time or number.
 Result read_input(const RenderArguments& arguments) {
     const std::filesystem::path input = arguments.input;
     if (!arguments.time && !arguments.frame) {
@@ -86,7 +80,7 @@ Result read_input(const RenderArguments& arguments) {
     return result;
 }
 
-// A strip of one cell, as of a profile in x and z, is seen from its side.
+// Views a strip of one cell, which a profile in x and z is, from its side.
 void show_section(const Result& result, RenderOptions& options) {
     if (is_strip(result.surface)) options.azimuth_deg = options.elevation_deg = 0.0;
 }

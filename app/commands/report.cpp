@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/files.hpp"
 #include "surface/error.hpp"
 

@@ -6,7 +6,7 @@
 #include "app/accuracy/accuracy.hpp"
 #include "app/accuracy/accuracy_bars.hpp"
 #include "app/commands/about.hpp"
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
@@ -59,7 +59,7 @@ std::string resume_command(const RecipeOptions& recipe, const RunOptions& option
     return command + " --resume";
 }
 
-// With the other processes that mpirun has started.
+// Shares the run with the other processes that mpirun has started.
 void share_run(RunOptions& options, const std::vector<AskedAccuracy>& asked) {
     if (!asked.empty())
         throw RecipeError(
@@ -70,10 +70,6 @@ void share_run(RunOptions& options, const std::vector<AskedAccuracy>& asked) {
 }
 
 }  // namespace
-
-std::filesystem::path default_output(const std::string& recipe_file) {
-    return std::filesystem::path("results") / std::filesystem::path(recipe_file).stem();
-}
 
 void add_run_command(CLI::App& program) {
     CLI::App& command =
@@ -89,18 +85,17 @@ void add_run_command(CLI::App& program) {
                      "Replace an unfinished run or another recipe's result in the folder"),
             resume);
     add_flag(command, "--quiet", options->quiet,
-             "No progress, no word on what happens to the wafer, no report; summary.json has it all");
+             "Print no progress, no events and no report; summary.json has them all");
     const auto accuracy = std::make_shared<std::vector<std::string>>();
     add_repeated(
-        command, "--accuracy", [accuracy](const std::string& text) { accuracy->push_back(text); },
-        "MEASURE=BOUND[%]",
-        "Choose grid spacing, rays and simplification so that a figure such as depth or cd_at_0.5 is known so well, in its "
-        "unit or in percent of its value, and state the bars of all figures; may be repeated");
+        command, "--accuracy", *accuracy, "MEASURE=BOUND[%]",
+        "Refine grid, rays and simplification until a figure such as depth or cd_at_0.5 is known to this bound, in its unit or "
+        "in percent of its value, and state the error bars of all figures; may be repeated");
     const auto json = std::make_shared<std::string>();
     add_option(command, "--json", *json, "FILE",
                "Write summary.json here too; - for standard output, and then no report");
     run_by(command, [recipe, options, accuracy, json] {
-        Recipe parsed = load(*recipe);
+        Recipe parsed = read_recipe(*recipe);
         const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();

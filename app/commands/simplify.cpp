@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "app/commands/about.hpp"
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
 #include "app/common/text.hpp"
@@ -27,10 +26,11 @@ struct SimplifyArguments {
 };
 
 simplify::Weights parse_weights(const std::string& text) {
+    const std::vector<std::string> parts = split(text, ',');
     std::vector<double> values;
-    for (const std::string& part : split(text, ','))
+    for (const std::string& part : parts)
         if (const auto value = finite_number(part)) values.push_back(*value);
-    if (values.size() != 3 || split(text, ',').size() != 3)
+    if (values.size() != 3 || parts.size() != 3)
         throw RecipeError(
             fmt::format("--weights '{}': must be three numbers V,B,S, such as 0.5,0.5,0", text));
     return {values[0], values[1], values[2]};
@@ -43,16 +43,15 @@ simplify::Options resolve(const SimplifyArguments& arguments) {
     return options;
 }
 
-/// --feature-parameter, or what `auto` makes of the mesh.
+/// The number of --feature-parameter, or what `auto` finds for the mesh.
 double feature_parameter(const SimplifyArguments& arguments, const surface::Curvature& curvature,
                          double spacing) {
     const std::string& text = arguments.feature_parameter;
     if (text == "auto") return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
-    double value = 0.0;
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failure != std::errc{} || end != text.data() + text.size() || !(value > 0.0) || std::isinf(value))
+    const std::optional<double> value = finite_number(text);
+    if (!value || !(*value > 0.0))
         throw RecipeError(fmt::format("--feature-parameter {}: must be a positive number or auto", text));
-    return value;
+    return *value;
 }
 
 Json one_way(const surface::Distance& distance) {
@@ -133,7 +132,7 @@ void run(const SimplifyArguments& arguments) {
     result.seconds.features = features_found - start;
     result.seconds.total = now() - start;
 
-    // What the formats cannot hold is dropped on the way in and out.
+    // File formats drop attributes that they cannot hold.
     for (const std::string& name : surface::unwritable(arguments.output, result.mesh))
         result.dropped_attributes.push_back(name);
     Json json = report(arguments, mesh, result, spacing);

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/evaluation/study.hpp"

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/ranks.hpp"
@@ -49,8 +49,7 @@ void add_sweep_command(CLI::App& program) {
     const auto arguments = std::make_shared<SweepArguments>();
     SweepOptions& sweep = arguments->sweep;
     add_repeated(
-        command, "--vary", [arguments](const std::string& text) { arguments->sweep.vary.push_back(text); },
-        "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
+        command, "--vary", sweep.vary, "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
         "A key and its values: N from LO to HI, evenly or in the logarithm, or a list; may be repeated, and then all "
         "combinations are run");
     add_option(command, "--design", sweep.design, "",
@@ -58,9 +57,7 @@ void add_sweep_command(CLI::App& program) {
                {.one_of = {"grid", "sobol"}});
     add_option(command, "--runs", sweep.runs, "N", "How many points of the design sobol");
     add_repeated(
-        command, "--measure",
-        [arguments](const std::string& name) { arguments->sweep.measures.push_back(name); },
-        fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
+        command, "--measure", sweep.measures, fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
         "Measure this, too: a word of [metrology] measures, or a figure such as cd_at_0.5; may be repeated");
     add_option(
         command, "--jobs", arguments->jobs, "J",

@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/cli_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
@@ -60,9 +60,8 @@ void add_validate_command(CLI::App& program) {
         program, "validate",
         "Compare figures of runs with closed forms, published tables and another simulator, each with its source and bars");
     const auto a = std::make_shared<ValidateArguments>();
-    add_repeated(
-        command, "--case", [a](const std::string& name) { a->cases.push_back(name); }, "NAME",
-        "Only this case, the report keeps the others' figures; may be repeated (default: all)");
+    add_repeated(command, "--case", a->cases, "NAME",
+                 "Only this case, the report keeps the others' figures; may be repeated (default: all)");
     add_flag(command, "--list", a->list, "List the cases, run nothing");
     add_option(
         command, "-o,--output", a->output, "DIR",

@@ -57,7 +57,7 @@ Ticks round_ticks(double low, double high, int wanted) {
     double step = 10.0 * decade;
     for (const double factor : {5.0, 2.5, 2.0, 1.0})
         if (factor * decade >= rough * (1.0 - 1e-9)) step = factor * decade;
-    // Counted in ticks, so that rounding neither loses nor gains a tick at an end.
+    // Whole multiples of the step: rounding neither loses nor adds a tick at an end.
     const double first = std::ceil(low / step - 1e-9), last = std::floor(high / step + 1e-9);
     return {first * step, step, static_cast<int>(last - first) + 1};
 }

@@ -10,14 +10,13 @@ namespace sidewall::app {
 /// A colour in linear light, red, green, blue in [0, 1].
 using Colour = Vec3;
 
-/// From sRGB as written in style sheets, "#rrggbb"; grey if the text is anything else.
+/// The colour of an sRGB text "#rrggbb"; grey for any other text.
 Colour colour_from_hex(std::string_view hex);
 
-/// Eight-bit sRGB, clamped.
+/// Converts to eight-bit sRGB, clamped.
 std::array<std::uint8_t, 3> to_srgb(const Colour& colour);
 
-/// Perceptually uniform map of [0, 1], clamped; grey where not finite. The viridis map of van der Walt and
-/// Smith, 2015.
+/// The viridis map of van der Walt and Smith (2015) on [0, 1], clamped; grey where not finite.
 Colour viridis(double value);
 
 /// Values at which a colour bar is labelled: round numbers within [low, high], about \p wanted of them.

@@ -19,8 +19,8 @@ std::string time_text(const Result& result) {
     return time ? fmt::format("{:.6g} {}", *time, metadata_text(result.metadata, "time_unit", "")) : "";
 }
 
-/// The scale that holds for all. \p options get the attribute's full name: where `flux` stands for a species'
-/// flux, it is the same species' in every picture.
+/// The scale that all pictures share. \p options get the attribute's full name, so that `flux` is the same species'
+/// flux in every picture.
 PictureScale common_scale(const std::filesystem::path& run, const std::vector<SavedSurface>& saved,
                           RenderOptions& options) {
     PictureScale common;
@@ -28,7 +28,7 @@ PictureScale common_scale(const std::filesystem::path& run, const std::vector<Sa
     for (const SavedSurface& one : saved) {
         const Result result = read_saved(run, one);
         common.extend(result);
-        // A step without fluxes leaves surfaces without them; only if none has any is something wrong.
+        // Surfaces of a step without fluxes lack them; it is an error only where all do.
         const bool last = &one == &saved.back();
         auto own = last && !found ? choose_colouring(result, options.color, options.range)
                                   : find_colouring(result, options.color, options.range);
@@ -45,11 +45,10 @@ PictureScale common_scale(const std::filesystem::path& run, const std::vector<Sa
     return common;
 }
 
-// Names that a line each of FOLDER/pictures.txt lists.
+// File that lists the pictures, a name a line.
 constexpr const char* kList = "pictures.txt";
 
-/// Removes pictures that an earlier call wrote, as its list says, and that this one will not replace; then lists
-/// those that it will write.
+/// Removes the pictures of an earlier call that this one will not replace, and lists those that it will write.
 void begin_pictures(const std::filesystem::path& folder, const std::vector<std::string>& names) {
     std::error_code failure;
     if (std::filesystem::exists(folder / kList, failure))
@@ -64,7 +63,7 @@ void begin_pictures(const std::filesystem::path& folder, const std::vector<std::
     write_file(folder / kList, text);
 }
 
-/// The left \p width pixels, each square of \p factor by its mean; what is left over is dropped.
+/// Shrinks the left \p width pixels: means over squares of \p factor pixels, incomplete ones left out.
 Picture shrunk(const Picture& picture, int width, int factor) {
     Picture small(width / factor, picture.height / factor);
     for (int y = 0; y < small.height; ++y)
@@ -77,7 +76,7 @@ Picture shrunk(const Picture& picture, int width, int factor) {
     return small;
 }
 
-/// How much smaller than a picture, of which \p width x \p height pixels count, those in the strip are.
+/// Factor by which pictures of \p width x \p height pixels shrink for the strip.
 int strip_factor(int width, int height, std::size_t count) {
     constexpr double kUsual = 300.0;  // pixels of width
     constexpr double kMost = 4e6;     // pixels in all
@@ -86,7 +85,7 @@ int strip_factor(int width, int height, std::size_t count) {
     return std::clamp(static_cast<int>(factor), 1, std::min(width, height));
 }
 
-/// Cells of one size row by row, about as wide in all as a screen, with the key at the right.
+/// Joins pictures of one size, row by row, to about a screen's aspect ratio, with the key at the right.
 Picture strip_picture(const std::vector<Picture>& cells, const PictureKey& key) {
     const int width = cells.front().width, height = cells.front().height;
     const auto count = static_cast<double>(cells.size());
@@ -96,7 +95,7 @@ Picture strip_picture(const std::vector<Picture>& cells, const PictureKey& key) 
         static_cast<int>(std::clamp(std::round(std::sqrt(16.0 / 9.0 * count * height / width)), 1.0, count));
     const int rows = rows_of(number, widest),
               columns = rows_of(number, rows);  // the last row as full as can be
-    // As beside a picture of which the cells take the three fifths that are left to it at least.
+    // The key's size is that beside a picture of which the cells take three fifths.
     const int page = columns * width * 5 / 3;
     KeyColumn column = key_column(key, page, rows * height);
     Picture strip(columns * width + static_cast<int>(std::ceil(column.width)), rows * height);
@@ -119,7 +118,7 @@ std::string name_and_time(const Result& result) {
 }
 
 void render_all(const std::filesystem::path& run, const RenderOptions& options,
-                const std::filesystem::path& output, const std::function<void(const std::string&)>& tell) {
+                const std::filesystem::path& output, const std::function<void(const std::string&)>& done) {
     const std::vector<SavedSurface> saved = saved_surfaces(run);
     RenderOptions own = options;
     const PictureScale scale = common_scale(run, saved, own);
@@ -141,12 +140,12 @@ void render_all(const std::filesystem::path& run, const RenderOptions& options,
         cells.push_back(shrunk(picture, width, factor));
         const double text = std::max(6.0, 0.045 * cells.back().height);
         draw_text(cells.back(), text, 2.0 * text, text, time_text(result), colour_from_hex("#2b303a"));
-        tell(
+        done(
             fmt::format("{}: {}{}", file.string(), name_and_time(result),
                         find_colouring(result, own.color, {}) ? "" : fmt::format(", without {}", own.color)));
     }
     write_png(output / "strip.png", strip_picture(cells, key));
-    tell(fmt::format("{}: all {}", (output / "strip.png").string(), saved.size()));
+    done(fmt::format("{}: all {}", (output / "strip.png").string(), saved.size()));
 }
 
 }  // namespace sidewall::app

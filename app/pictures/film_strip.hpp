@@ -7,17 +7,17 @@
 
 namespace sidewall::app {
 
-/// "surface_0003.vtp, time 48 s".
+/// Name of a surface with its time: "surface_0003.vtp, time 48 s".
 std::string name_and_time(const Result& result);
 
 /// Draws every surface that a run saved, all on one scale: FOLDER/surface_NNNN.png for surface_NNNN.vtp, and
-/// FOLDER/strip.png with all of them, made smaller, row by row with their times. FOLDER/pictures.txt lists them, and what an
-/// earlier list names beyond them is removed.
+/// FOLDER/strip.png with all of them, shrunk, row by row with their times. FOLDER/pictures.txt lists them; others of
+/// an earlier list are removed.
 ///
-/// \param tell  receives a line for every picture once it is written.
+/// \param done  receives a line for every picture once it is written.
 /// \throws FileError if \p run is no run's folder, RecipeError as render(), if no surface has the attribute,
 ///         IoError.
 void render_all(const std::filesystem::path& run, const RenderOptions& options,
-                const std::filesystem::path& output, const std::function<void(const std::string&)>& tell);
+                const std::filesystem::path& output, const std::function<void(const std::string&)>& done);
 
 }  // namespace sidewall::app

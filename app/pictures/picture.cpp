@@ -17,26 +17,13 @@ namespace {
 constexpr double kAdvance = 6.0;  // grid units from one character to the next
 constexpr double kCapital = 6.0;  // grid units of a capital's height
 
-/// Decodes UTF-8; damaged sequences become U+FFFD.
+/// Decodes ASCII and the micro sign; all other characters of UTF-8, which have no glyph, become U+FFFD.
 std::u32string characters(std::string_view text) {
     std::u32string result;
-    for (std::size_t i = 0; i < text.size();) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
         const auto byte = static_cast<unsigned char>(text[i]);
-        const std::size_t length = byte < 0x80       ? 1
-                                   : byte >> 5 == 6  ? 2
-                                   : byte >> 4 == 14 ? 3
-                                   : byte >> 3 == 30 ? 4
-                                                     : 0;
-        if (length == 0 || i + length > text.size()) {
-            result += U'\ufffd';
-            ++i;
-            continue;
-        }
-        char32_t code = length == 1 ? byte : byte & (0xffu >> (length + 1));
-        for (std::size_t k = 1; k < length; ++k)
-            code = code << 6 | (static_cast<unsigned char>(text[i + k]) & 0x3fu);
-        result += code;
-        i += length;
+        if (byte >> 6 == 2) continue;  // not a character's first byte
+        result += byte < 0x80 ? char32_t(byte) : text.substr(i, 2) == "\u00b5" ? U'\u00b5' : U'\ufffd';
     }
     return result;
 }
@@ -71,7 +58,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture) {
     std::string bytes;
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
     png_infop info = png ? png_create_info_struct(png) : nullptr;
-    // libpng reports by longjmp; nothing with a destructor may be made between here and the writes.
+    // libpng reports errors by longjmp: make nothing with a destructor between here and the writes.
     if (!info || setjmp(png_jmpbuf(png))) {
         png_destroy_write_struct(&png, &info);
         throw IoError(fmt::format("{}: cannot encode the picture: choose a smaller --size", path.string()));

@@ -8,7 +8,7 @@
 
 namespace sidewall::app {
 
-/// Pixels row by row from the top left, in linear light.
+/// A picture: pixels row by row from the top left, in linear light.
 struct Picture {
     int width = 0, height = 0;
     std::vector<Colour> pixels;
@@ -28,7 +28,7 @@ struct Picture {
 /// \throws IoError.
 void write_png(const std::filesystem::path& path, const Picture& picture);
 
-/// A round-ended line, anti-aliased over one pixel.
+/// Draws a round-ended line, anti-aliased over one pixel.
 void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
                  const Colour& colour);
 

@@ -8,7 +8,7 @@
 namespace sidewall::app {
 namespace {
 
-// In heights of a capital.
+// Lengths in heights of a capital.
 constexpr double kBar = 1.6;        // width of a bar or a swatch
 constexpr double kRow = 2.4;        // from one entry to the next
 constexpr double kTitle = 1.1;      // height of a title's capitals
@@ -26,7 +26,7 @@ std::string number_text(double value, double step) {
     return fmt::format("{:.{}f}", value, digits);
 }
 
-/// In heights of a capital.
+/// Width of a key, in heights of a capital.
 double key_width(const PictureKey& key) {
     double width = 0.0;
     if (!key.bar) {

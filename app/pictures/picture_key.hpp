@@ -6,12 +6,13 @@
 
 namespace sidewall::app {
 
+/// A swatch of the key.
 struct LegendEntry {
     std::string name;
     Colour colour;
 };
 
-/// What explains a picture's colours: a viridis bar of values, or swatches with their names.
+/// The key to a picture's colours: a viridis bar of values, or swatches with names.
 struct PictureKey {
     bool bar = false;
     std::string title;  ///< of the bar, with its unit
@@ -21,7 +22,7 @@ struct PictureKey {
     bool empty() const { return !bar && entries.empty(); }
 };
 
-/// The column at a picture's right that belongs to the key alone. In pixels.
+/// The column at a picture's right that holds the key; lengths in pixels.
 struct KeyColumn {
     double width = 0.0;  ///< from here to the picture's right end; 0 without a key
     double left = 0.0;   ///< where the key begins

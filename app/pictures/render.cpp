@@ -16,7 +16,7 @@ namespace sidewall::app {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr int kOcclusionRays = 16;  // a sample; four samples a pixel
+constexpr int kOcclusionRays = 16;  // per sample; four samples a pixel
 
 /// A view from afar: mild perspective, so that parallel walls still look parallel.
 struct Camera {
@@ -30,12 +30,17 @@ struct Camera {
     }
 };
 
+Vec3 to_viewer(const RenderOptions& options) {
+    const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
+    return {std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
+            std::sin(elevation)};
+}
+
 /// Places the camera so that the box fills the part of the picture left of the legend.
 Camera frame(const Box3& box, const RenderOptions& options, double legend_width) {
-    const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
+    const double azimuth = options.azimuth_deg * kRadians;
     Camera camera;
-    camera.forward = -Vec3(std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
-                           std::sin(elevation));
+    camera.forward = -to_viewer(options);
     camera.right = Vec3(std::cos(azimuth), std::sin(azimuth), 0.0);
     camera.up = camera.right.cross(camera.forward);
     constexpr double kFill = 0.9;
@@ -46,7 +51,7 @@ Camera frame(const Box3& box, const RenderOptions& options, double legend_width)
     const double size = std::max(box.size().norm(), std::numeric_limits<double>::min());
     double distance = 4.0 * size;
     Vec3 target = centre;
-    // Perspective makes this implicit; each round contracts the error by about size / distance.
+    // A fixed-point iteration, as perspective makes it implicit; the error shrinks by about size / distance.
     for (int round = 0; round < 12; ++round) {
         camera.position = target - distance * camera.forward;
         double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
@@ -72,9 +77,9 @@ Camera frame(const Box3& box, const RenderOptions& options, double legend_width)
     return camera;
 }
 
-/// The part of space that is drawn: \p box, grown downwards if it holds a solid over a rectangle, less what the
-/// cut takes away.
-Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options, const Vec3& to_viewer) {
+/// The part of space that is drawn: \p box, extended downwards below a solid over a rectangle, less what the cut
+/// removes.
+Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options) {
     const double lateral = std::max(box.size().x(), box.size().y());
     const bool closed = surface::analyse_topology(scene.surface()).closed();
     if (scene.solid() && !closed) {
@@ -94,7 +99,7 @@ Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options,
     if (!(at > box.min[axis] && at < box.max[axis]))
         throw RecipeError(fmt::format("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis],
                                       at, box.min[axis], box.max[axis]));
-    (to_viewer[axis] >= 0.0 ? box.max : box.min)[axis] = at;
+    (to_viewer(options)[axis] >= 0.0 ? box.max : box.min)[axis] = at;
     return box;
 }
 
@@ -103,7 +108,7 @@ struct Span {
     int axis;  ///< of the face entered
 };
 
-/// Where a ray runs within a box; enter > leave if it misses.
+/// The part of a ray within a box; enter > leave if it misses.
 Span clip(const Box3& box, const Vec3& origin, const Vec3& direction) {
     Span span{0.0, std::numeric_limits<double>::max(), -1};
     for (int k = 0; k < 3; ++k) {
@@ -133,7 +138,7 @@ struct Painter {
     double size;   ///< diagonal of the box
     double pixel;  ///< half a pixel's width at distance one
 
-    /// Share of the sky that a point sees, cosine weighted, obstacles counted up to half the box away.
+    /// Ambient occlusion: cosine-weighted share of the sky that a point sees, with obstacles up to half the box away.
     double openness(const Vec3& point, const Vec3& normal, std::uint32_t key) const {
         const Vec3 side =
             (std::abs(normal.x()) < 0.7 ? Vec3::UnitX() : Vec3::UnitY()).cross(normal).normalized();
@@ -145,7 +150,7 @@ struct Painter {
             const double angle = 2.0 * std::numbers::pi * (i * (std::numbers::phi - 1.0) + turn);
             const Vec3 direction = std::sqrt(u) * (std::cos(angle) * side + std::sin(angle) * other) +
                                    std::sqrt(1.0 - u) * normal;
-            // Beyond the drawn box there is nothing: light comes in through the cut, too.
+            // Nothing shades beyond the drawn box, so light enters through the cut, too.
             const double reach = std::min(clip(box, point, direction).leave, 0.5 * size);
             open += !scene.rays().occluded(point, direction, 0.0, reach);
         }
@@ -178,15 +183,15 @@ struct Painter {
         return std::clamp(1.6 - nearest / (pixel * distance), 0.0, 1.0);
     }
 
-    /// Sections stay in the background of a scalar's colours.
+    /// Mutes a section beside the colours of a scalar.
     Colour section_colour(const Colour& colour) const {
         if (!scene.colouring().scalar) return colour;
         return 0.45 * colour + 0.55 * colour_from_hex("#c8ccd2");
     }
 
-    /// What a ray meets from a point on, at most \p reach away.
+    /// Colour of what a ray meets within \p reach of its start.
     Colour behind(const Vec3& start, const Vec3& direction, double reach, double y, std::uint32_t key) const {
-        // Rays start at the box, so that single precision is spent on what is drawn.
+        // Rays start at the box, for Embree's single precision.
         const auto hit = scene.rays().closest_hit(start, direction, 0.0, reach);
         if (!hit) return background(y);
         Vec3 face = area_vector(scene.surface(), hit.triangle).normalized(),
@@ -199,7 +204,7 @@ struct Painter {
         Colour colour = scene.surface_colour(hit);
         if (options.edges) colour *= 1.0 - 0.7 * edge_cover(hit, (hit.point - camera.position).norm());
         const double open = openness(hit.point + 2e-4 * size * face, normal, key);
-        // Deep shade would hide what the colours of a scalar say.
+        // Deep shade would hide the colours of a scalar.
         return lit(colour, normal, scene.colouring().scalar ? 0.5 + 0.5 * open : open);
     }
 
@@ -230,8 +235,7 @@ bool is_strip(const TriangleMesh& surface) {
     const Box3 box = bounding_box(surface);
     constexpr double kNarrow = 0.26;  // a grid has four cells along x at least
     if (!(box.size().y() > 0.0 && box.size().y() < kNarrow * box.size().x())) return false;
-    // Contact lines of materials put a few vertices within the cell; of two cells a third lies between the
-    // sides.
+    // Contact lines of materials put a few vertices within the cell; of two cells, a third of them.
     const auto inside = std::count_if(surface.vertices.begin(), surface.vertices.end(), [&](const Vec3& p) {
         return p.y() != box.min.y() && p.y() != box.max.y();
     });
@@ -275,10 +279,7 @@ Picture render(const Result& result, const RenderOptions& options, const Picture
             own ? std::move(own->values) : std::vector<double>(result.surface.triangles.size(), std::nan(""));
     }
     const RenderScene scene(result, std::move(colouring));
-    const double azimuth = options.azimuth_deg * kRadians, elevation = options.elevation_deg * kRadians;
-    const Vec3 to_viewer(std::sin(azimuth) * std::cos(elevation), -std::cos(azimuth) * std::cos(elevation),
-                         std::sin(elevation));
-    const Box3 box = drawn_box(scale.box, scene, options, to_viewer);
+    const Box3 box = drawn_box(scale.box, scene, options);
     const PictureKey key = key_of(scale);
     const KeyColumn column = key_column(key, options.width, options.height);
     const Camera camera = frame(box, options, column.width / options.height);

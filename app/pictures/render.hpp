@@ -11,6 +11,7 @@
 
 namespace sidewall::app {
 
+/// How to draw a picture.
 struct RenderOptions {
     std::string color;  ///< attribute to colour by, or "height"; empty: material if there, else plain
     double azimuth_deg =
@@ -27,18 +28,18 @@ struct RenderOptions {
 /// Whether a surface is one cell wide across y, as a profile in x and z is: nearly all vertices lie on its two sides.
 bool is_strip(const TriangleMesh& surface);
 
-/// What pictures share that are to be compared: the part of space, the range of colours, the key.
+/// The scale that comparable pictures share: the part of space, the range of colours, the key.
 struct PictureScale {
     Colouring colouring;      ///< without values
     Box3 box;                 ///< of surfaces and interfaces
     std::set<int> materials;  ///< ids that they show
     Materials table;          ///< of names and colours
 
-    /// Makes room for another result.
+    /// Extends the box and the materials to another result.
     void extend(const Result& result);
 };
 
-/// The scale of a picture by itself.
+/// The scale of a single picture.
 /// \throws RecipeError if there is no attribute of that name (the message lists those there are).
 PictureScale scale_of(const Result& result, const RenderOptions& options);
 
@@ -54,11 +55,11 @@ PictureScale scale_of(const Result& result, const RenderOptions& options);
 /// \throws RecipeError if the cut is not axis-aligned or leaves nothing.
 Picture render(const Result& result, const RenderOptions& options, const PictureScale& scale);
 
-/// The same on its own scale.
-/// \throws RecipeError as both of the above.
+/// Draws a surface on its own scale.
+/// \throws RecipeError as the scale and the drawing.
 Picture render(const Result& result, const RenderOptions& options);
 
-/// The key of such pictures.
+/// The key of pictures on that scale.
 PictureKey key_of(const PictureScale& scale);
 
 }  // namespace sidewall::app

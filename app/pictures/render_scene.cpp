@@ -22,16 +22,6 @@ Colour material_colour(int id, const Materials& materials) {
     return colour_from_hex("#aab4c0");
 }
 
-std::vector<int> triangle_materials(const TriangleMesh& mesh) {
-    std::vector<int> ids(mesh.triangles.size(), -1);
-    const Attribute* material = mesh.triangle_attribute("material");
-    if (material && material->components == 1)
-        for (std::size_t t = 0; t < ids.size(); ++t)
-            if (std::abs(material->values[t]) < 1e6)
-                ids[t] = static_cast<int>(std::lround(material->values[t]));
-    return ids;
-}
-
 /// Values of an attribute; vectors by their length.
 std::vector<double> magnitudes(const Attribute& attribute) {
     const auto n = static_cast<std::size_t>(attribute.components);
@@ -54,18 +44,7 @@ std::string unit_of(const std::string& name, const surface::MeshMetadata& metada
     return "";
 }
 
-/// Lowest and highest value but for half a percent at either end; NaN is passed over.
-std::array<double, 2> usual_range(std::vector<double> values) {
-    std::erase_if(values, [](double v) { return !std::isfinite(v); });
-    if (values.empty()) return {0.0, 1.0};
-    std::sort(values.begin(), values.end());
-    const std::size_t margin = values.size() / 200;
-    const double low = values[margin], high = values[values.size() - 1 - margin];
-    // A scale that nearly reaches zero had better start there.
-    return {low > 0.0 && low < 0.1 * high ? 0.0 : low, high};
-}
-
-/// Per corner, the sum of the normals around its vertex that lie within 40 degrees of its own triangle's.
+/// Normals at corners: the sum over triangles around the vertex whose normals are within 40 degrees of the own one's.
 std::vector<std::array<Eigen::Vector3f, 3>> crease_normals(const TriangleMesh& mesh) {
     const surface::Rows around = surface::vertex_corners(mesh);
     const double crease = std::cos(40.0 * std::numbers::pi / 180.0);
@@ -82,8 +61,7 @@ std::vector<std::array<Eigen::Vector3f, 3>> crease_normals(const TriangleMesh& m
     return normals;
 }
 
-/// Material between the surface and the interface below it: what the surface shows most where the two do not
-/// coincide. Nothing if that is nowhere, or if there is no interface and the surface shows several.
+/// Material between the surface and the interface below it: the most frequent on the surface where the two differ.
 std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>& material,
                              const surface::RayScene* below, double thin) {
     std::vector<std::uint8_t> apart(material.size(), 1);
@@ -108,6 +86,26 @@ double thin_layer(const Result& result) {
 }
 
 }  // namespace
+
+std::vector<int> triangle_materials(const TriangleMesh& mesh) {
+    std::vector<int> ids(mesh.triangles.size(), -1);
+    const Attribute* material = mesh.triangle_attribute("material");
+    if (material && material->components == 1)
+        for (std::size_t t = 0; t < ids.size(); ++t)
+            if (std::abs(material->values[t]) < 1e6)
+                ids[t] = static_cast<int>(std::lround(material->values[t]));
+    return ids;
+}
+
+std::array<double, 2> usual_range(std::vector<double> values) {
+    std::erase_if(values, [](double v) { return !std::isfinite(v); });
+    if (values.empty()) return {0.0, 1.0};
+    std::sort(values.begin(), values.end());
+    const std::size_t margin = values.size() / 200;
+    const double low = values[margin], high = values[values.size() - 1 - margin];
+    // A scale that nearly reaches zero starts there.
+    return {low > 0.0 && low < 0.1 * high ? 0.0 : low, high};
+}
 
 double cell_size(const TriangleMesh& mesh) {
     return std::sqrt(2.0 * total_area(mesh) / static_cast<double>(mesh.triangles.size()));

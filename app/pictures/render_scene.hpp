@@ -11,15 +11,15 @@
 #include "app/results/result.hpp"
 #include "surface/signed_distance.hpp"
 
-// What render() draws: meshes, their colours and normals, no pixels.
+// The scene that render() draws: meshes with their colours and normals.
 namespace sidewall::app {
 
-/// The boundary between a material and what lies above it.
+/// A layer: the boundary between its material and what lies above.
 struct RenderLayer {
     const TriangleMesh* mesh;
     surface::SignedDistance distance;
     std::vector<int> material;  ///< of each triangle, -1 if it says none
-    std::optional<int> body;    ///< the layer's material; none where only the nearest triangle tells it
+    std::optional<int> body;    ///< the layer's material; none where it varies over the boundary
 };
 
 /// How the surface is coloured: by a scalar, or by material.
@@ -32,27 +32,36 @@ struct Colouring {
     std::string title;  ///< with its unit
 };
 
-/// Nothing if the surface has no such attribute.
+/// The colours of an attribute; nothing if the surface has none of that name.
 std::optional<Colouring> find_colouring(const Result& result, const std::string& name,
                                         const std::optional<std::array<double, 2>>& range);
 
-/// \throws RecipeError if the surface has no such attribute.
+/// The colours of an attribute.
+/// \throws RecipeError if the surface has none of that name.
 Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range);
+
+/// Material of each triangle, -1 where the mesh says none.
+std::vector<int> triangle_materials(const TriangleMesh& mesh);
+
+/// Ends of a colour bar: the lowest and highest finite value but for half a percent at either end, and 0 where the
+/// lowest is near it.
+std::array<double, 2> usual_range(std::vector<double> values);
 
 /// Grid spacing that a mesh was extracted on: marching cubes makes about two triangles a cell.
 double cell_size(const TriangleMesh& mesh);
 
-/// Material between the surface and the uppermost interface; nothing where that is nowhere, or where there is no
-/// interface and the surface shows several.
+/// Material between the surface and the uppermost interface: nothing where they coincide everywhere, or where the
+/// surface shows several materials without an interface.
 std::optional<int> uppermost_material(const Result& result);
 
-/// Ids on a surface and its interfaces.
+/// Material ids on a surface and its interfaces.
 std::set<int> materials_on(const Result& result);
 
 /// Names and colours of materials by id; those without an id are left out.
 std::vector<LegendEntry> legend(const std::set<int>& ids, const Materials& materials);
 
+/// The layers of a result, ready for ray casting.
 class RenderScene {
   public:
     /// \pre the result outlives it.
@@ -65,7 +74,7 @@ class RenderScene {
     const Colouring& colouring() const { return colouring_; }
     bool solid() const { return solid_; }
 
-    /// Layers thinner than this count as none, as they do in the run (levelset/layers/stack.hpp, kExposed); 0 where
+    /// Thickness below which a layer counts as none, as in the run (levelset/layers/stack.hpp, kExposed); 0 where
     /// there is only the surface.
     double thin() const { return thin_; }
 
@@ -75,7 +84,7 @@ class RenderScene {
     /// Normal at a hit, interpolated across smooth edges and kept sharp across creases.
     Vec3 surface_normal(const surface::SurfaceHit& hit) const;
 
-    /// Colour of a layer's material; \p nearest tells it where the layer does not.
+    /// Colour of a layer's material, at \p nearest where it varies.
     Colour layer_colour(std::size_t layer, const surface::SurfaceHit& nearest) const;
 
   private:

@@ -9,7 +9,7 @@ namespace {
 // Half an outline's width, in widths of a sample.
 constexpr double kOutline = 1.7;
 
-// A film's two outlines leave at least half of it its colour.
+// Share of a film that an outline may cover: its two leave at least half of it.
 constexpr double kOfFilm = 0.25;
 
 /// A layer's boundary as the section shows it: straight within a disc.
@@ -31,7 +31,7 @@ struct Front {
 };
 
 Front front_of(const surface::DistanceSample& sample, int axis, double outline, const Colour& colour) {
-    // A front along the section is met all at once: a slope of none would divide by zero.
+    // A front parallel to the section has the slope 0, by which at() would divide.
     constexpr double kLeastSlope = 1e-3;
     const double slope = std::sqrt(std::max(0.0, 1.0 - sample.rise[axis] * sample.rise[axis]));
     return {sample.distance, std::max(slope, kLeastSlope), outline, colour};
@@ -41,8 +41,8 @@ Front front_of(const surface::DistanceSample& sample, int axis, double outline, 
 
 SectionReader::SectionReader(const RenderScene& scene) : scene_(scene), last_(scene.layers().size()) {}
 
-// Distances grow no faster than the way: far from a front, what was found nearby tells that it is farther
-// than `exact`, and on which side.
+// Signed distance to a layer, exact where it is at most `exact`. A signed distance changes by no more than
+// the way moved: far from a front, the last one found bounds it and gives its sign.
 surface::DistanceSample SectionReader::distance(std::size_t layer, const Vec3& point, double exact) {
     const RenderLayer& of = scene_.layers()[layer];
     std::optional<Last>& last = last_[layer];
@@ -60,7 +60,7 @@ surface::DistanceSample SectionReader::distance(std::size_t layer, const Vec3& p
     surface::DistanceSample found = last->found;
     const double before = std::abs(found.distance);
     if (before > exact || scene_.thin() == 0.0) return found;
-    // A sheet or a gap thinner than thin() has this side beyond it, too: it is none.
+    // A sheet or a gap thinner than thin() counts as none: beyond it the distance has the same sign.
     const Vec3 beyond = point - (found.distance + std::copysign(scene_.thin(), found.distance)) * found.rise;
     const double there = of.distance.at(beyond, 1.000001 * (2.0 * before + scene_.thin())).distance;
     if ((there > 0.0) == (found.distance > 0.0)) found.distance = std::copysign(2.0 * exact, found.distance);
@@ -69,7 +69,7 @@ surface::DistanceSample SectionReader::distance(std::size_t layer, const Vec3& p
 
 SectionSample SectionReader::at(const Vec3& point, int axis, double width) {
     const double outline = kOutline * width;
-    // Within this of a front its distance counts: it has a share, a line, or the thickness of a film.
+    // Distances up to here are needed: for a share, a line, or the thickness of a film.
     const double exact = 0.5 * width + outline + outline / kOfFilm + scene_.thin();
     const std::size_t top = scene_.layers().size() - 1;
     const surface::DistanceSample surface = distance(top, point, exact);

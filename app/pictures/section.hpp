@@ -3,10 +3,10 @@
 
 #include "app/pictures/render_scene.hpp"
 
-// What a plane shows where it cuts the layers.
+// Sections: materials in a plane that cuts the layers.
 namespace sidewall::app {
 
-/// A small disc on a section.
+/// Materials on a small disc of a section.
 struct SectionSample {
     Colour colour = Colour::Zero();  ///< mean of the materials there, each by its share
     double solid = 0.0;              ///< share of the disc that lies in a material
@@ -14,10 +14,10 @@ struct SectionSample {
     Vec3 way_out = Vec3::Zero();     ///< from its middle to just outside; zero if that is in the open
 };
 
-/// Tells materials by the layers' signed distances: each layer wraps those below it, so that of two neighbours'
-/// distances the difference is the thickness of what lies between them, and the shares of a disc follow however
-/// thin that is. A layer thinner than RenderScene::thin() is none. Keeps what was found last: one object a
-/// thread, for points near each other.
+/// Finds the materials of a section from the layers' signed distances. Each layer wraps those below it, so the
+/// difference of neighbours' distances is a film's thickness, and shares of a disc follow however thin the film is.
+/// Layers thinner than RenderScene::thin() count as none. Remembers the last distances: use one object a thread, for
+/// points near each other.
 class SectionReader {
   public:
     /// \pre the scene is solid and outlives it.

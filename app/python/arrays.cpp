@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "app/python/module.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::python {
@@ -29,7 +28,7 @@ void require_rows_of_three(const py::array& array, const char* name) {
         throw GeometryError(fmt::format("{} has the shape {}: must be (n, 3)", name, shape_of(array)));
 }
 
-// Never from floats, whose fractions would be lost.
+// Refuses floats, whose fractions would be lost.
 py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> whole_numbers(const py::array& array,
                                                                                    const char* name) {
     if (array.dtype().kind() != 'i' && array.dtype().kind() != 'u')
@@ -49,7 +48,7 @@ py::array read_only(py::array array) {
     return array;
 }
 
-// Whole numbers as such, others as they lie in memory.
+// A copy of whole numbers, a view of others.
 py::object column(const Attribute& attribute, const py::object& owner) {
     const auto columns = static_cast<std::size_t>(attribute.components);
     if (attribute.type == Scalar::int32)
@@ -105,7 +104,7 @@ std::shared_ptr<TriangleMesh> mesh_of(const py::object& points, const py::object
     return mesh;
 }
 
-std::vector<std::int32_t> materials_of(const py::object& materials, const TriangleMesh& mesh) {
+std::vector<std::int32_t> material_ids(const py::object& materials, const TriangleMesh& mesh) {
     if (materials.is_none()) return {};
     const auto ids = whole_numbers(array_of(materials, "material"), "material");
     if (ids.ndim() != 1 || static_cast<std::size_t>(ids.shape(0)) != mesh.triangles.size())

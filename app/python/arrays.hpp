@@ -7,21 +7,21 @@
 
 #include "surface/triangle_mesh.hpp"
 
-// NumPy arrays to meshes and back.
+// Conversions between NumPy arrays and meshes.
 namespace sidewall::python {
 
 namespace py = pybind11;
 
-/// A mesh of arrays or nested lists: points of shape (n, 3), triangles of shape (m, 3), their numbers copied.
-/// \throws TypeError for arrays of another kind, GeometryError for a shape, a coordinate that is not finite or an
+/// Copies arrays or nested lists into a mesh: points of shape (n, 3), triangles of shape (m, 3).
+/// \throws TypeError for arrays of another type, GeometryError for a shape, a coordinate that is not finite or an
 ///         index out of range.
 std::shared_ptr<TriangleMesh> mesh_of(const py::object& points, const py::object& triangles);
 
-/// Whole numbers, one a triangle; none for None.
+/// Material ids, one a triangle, from an array of whole numbers; empty for None.
 /// \throws as mesh_of.
-std::vector<std::int32_t> materials_of(const py::object& materials, const TriangleMesh& mesh);
+std::vector<std::int32_t> material_ids(const py::object& materials, const TriangleMesh& mesh);
 
-/// Numbers that \p owner keeps, as a read-only array of shape (rows) or, of several columns, (rows, columns).
+/// A read-only array on numbers that \p owner keeps, of shape (rows) or, with several columns, (rows, columns).
 py::array view(const double* values, std::size_t rows, std::size_t columns, const py::object& owner);
 
 /// An array that owns its numbers, of shape (rows) or (rows, columns) likewise.

@@ -1,6 +1,5 @@
 #include <pybind11/pybind11.h>
 
-#include "app/python/module.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::python {
@@ -8,7 +7,7 @@ namespace {
 
 namespace py = pybind11;
 
-// Python's classes of the program's errors; they live as long as the interpreter.
+// Python's exception classes for the program's errors; they live as long as the interpreter.
 struct Errors {
     PyObject *any, *recipe, *file, *geometry, *numerics, *io;
 };
@@ -34,7 +33,7 @@ PyObject* add(py::module_& module, const char* name, const char* doc, const py::
 
 }  // namespace
 
-void add_errors(py::module_& module) {
+void add_exceptions(py::module_& module) {
     const auto both = [&](PyObject* python) {
         return py::make_tuple(py::handle(errors.any), py::handle(python));
     };

@@ -8,7 +8,6 @@
 
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
-#include "app/python/module.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "simplify/simplify.hpp"
@@ -16,7 +15,7 @@
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
 
-// Functions on plain arrays that need no particles.
+// Functions of the Python module on plain arrays: simplify, distance, extract.
 namespace sidewall::python {
 namespace {
 
@@ -43,7 +42,7 @@ std::shared_ptr<TriangleMesh> simplified(const py::object& points, const py::obj
                                          const FeatureParameter& feature_parameter,
                                          std::optional<double> grid_spacing, const py::object& material) {
     const auto mesh = mesh_of(points, triangles);
-    if (const auto ids = materials_of(material, *mesh); !material.is_none())
+    if (const auto ids = material_ids(material, *mesh); !material.is_none())
         mesh->triangle_attributes.push_back({"material", 1, Scalar::int32, {ids.begin(), ids.end()}});
     simplify::Options options{.method = simplify::method_from_string(method),
                               .l0 = l0,
@@ -85,7 +84,7 @@ Distances distance(const py::object& points, const py::object& triangles, const 
 
 using Samples = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-// A value on a grid node, by its indices; beyond the grid that of the nearest node.
+// Values on the nodes of a grid, clamped beyond it.
 struct Field {
     const double* values;
     std::array<py::ssize_t, 3> size;
@@ -96,7 +95,7 @@ struct Field {
     }
 };
 
-// Elsewhere the level set is only read within three cells of its front, which must be where the values say.
+// Refuses values that are no signed distance: the level set is read within three cells of its front.
 void require_distance(const Field& phi, double spacing) {
     const auto [nx, ny, nz] = phi.size;
     constexpr double kSlope = 1.1;  // room for rounding and for the differences of a smooth function

@@ -8,8 +8,9 @@
 
 namespace sidewall::python {
 
-/// Waits without the GIL until \p ready, which waits for as long as it is told, and lets Python see signals meanwhile:
-/// Ctrl-C sets \p stop, and once the work is ready raises KeyboardInterrupt.
+/// Waits without the GIL until \p ready returns true, and lets Python handle signals meanwhile: Ctrl-C sets \p stop and
+/// raises KeyboardInterrupt once the work is ready.
+/// \param ready  waits for at most the time it is given.
 /// \pre the GIL is held.
 inline void await(const std::function<bool(std::chrono::milliseconds)>& ready, std::atomic<bool>& stop) {
     constexpr std::chrono::milliseconds kPatience{50};
@@ -27,7 +28,8 @@ inline void await(const std::function<bool(std::chrono::milliseconds)>& ready, s
     }
 }
 
-/// What \p work returns, done in a thread of its own without the GIL. It is given a function that says whether to stop.
+/// Runs \p work in a thread of its own without the GIL and returns its result. \p work gets a function that says
+/// whether to stop.
 /// \throws what it throws; KeyboardInterrupt.
 template <class Work>
 auto interruptible(Work&& work) {

@@ -14,7 +14,7 @@ namespace {
 
 using app::SurfacePoint;
 
-// One value a point.
+// An array of one value a point.
 template <class T, class Value>
 py::array_t<T> gathered(std::span<const SurfacePoint> points, Value&& value) {
     std::vector<T> values;
@@ -31,13 +31,14 @@ py::array_t<double> normals_of(std::span<const SurfacePoint> points) {
     return owned(std::move(values), 3);
 }
 
-py::array_t<bool> visible(std::span<const SurfacePoint> points) {
+py::array_t<bool> visibility(std::span<const SurfacePoint> points) {
     py::array_t<bool> values(static_cast<py::ssize_t>(points.size()));
     std::transform(points.begin(), points.end(), values.mutable_data(),
                    [](const SurfacePoint& point) { return point.visible; });
     return values;
 }
 
+// All that a speed law may use, as arrays.
 // \param own  the model's own speeds.
 py::object as_arrays(const app::Step& step, const app::Model& model, const app::Recipe& recipe,
                      std::span<const SurfacePoint> points, std::vector<double> own) {
@@ -54,18 +55,18 @@ py::object as_arrays(const app::Step& step, const app::Model& model, const app::
     return py::module_::import("types").attr("SimpleNamespace")(
         "step"_a = step.name, "count"_a = points.size(), "fluxes"_a = fluxes, "coverages"_a = coverages,
         "material"_a = gathered<std::int32_t>(points, [](const SurfacePoint& p) { return p.material; }),
-        "materials"_a = materials, "normals"_a = normals_of(points), "visible"_a = visible(points),
+        "materials"_a = materials, "normals"_a = normals_of(points), "visible"_a = visibility(points),
         "speeds"_a = owned(std::move(own)));
 }
 
 }  // namespace
 
 app::CallerLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
-    // A plain pointer: the simulation owns the callable and outlives the law, which is copied without the
-    // GIL.
+    // A plain pointer, as the law is copied without the GIL; the simulation owns the callable and outlives
+    // it.
     return [law = law.ptr(), &recipe](const app::Step& step, const app::Model& model,
                                       std::span<const SurfacePoint> points) {
-        constexpr std::size_t kGrain = 2048;  // fewer are done before another thread has woken up
+        constexpr std::size_t kGrain = 2048;  // fewer points do not pay for waking a thread
         std::vector<double> own(points.size());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, own.size(), kGrain), [&](const auto& range) {
             for (std::size_t n = range.begin(); n != range.end(); ++n) own[n] = model.speed(points[n]);

@@ -5,9 +5,9 @@
 
 namespace sidewall::python {
 
-/// A model's speeds from a Python callable, which is given arrays of all points at once (sidewall/__init__.pyi, Points)
-/// and returns as many numbers.
-/// \param law, recipe  outlive what is returned.
+/// A speed law that calls a Python function, with arrays of all points at once (Points in sidewall/__init__.pyi), for
+/// as many speeds.
+/// \pre law and recipe outlive it.
 app::CallerLaw speeds_by(const pybind11::object& law, const app::Recipe& recipe);
 
 }  // namespace sidewall::python

@@ -1,19 +1,28 @@
-#include "app/python/module.hpp"
+#include <pybind11/pybind11.h>
 
 #include "app/common/threads.hpp"
 #include "app/common/version.hpp"
 #include "surface/error.hpp"
 
+namespace sidewall::python {
+
+// Each part of the module lives in a file of its own, which adds its classes and functions.
+void add_exceptions(pybind11::module_& module);
+void add_mesh(pybind11::module_& module);
+void add_geometry(pybind11::module_& module);
+void add_tracing(pybind11::module_& module);
+void add_recipe(pybind11::module_& module);
+void add_simulation(pybind11::module_& module);
+
+}  // namespace sidewall::python
+
 PYBIND11_MODULE(_sidewall, module) {
     using namespace sidewall;
     module.doc() = "Etch and deposition on a virtual wafer: the compiled part of the package sidewall.";
     module.attr("__version__") = app::version();
-    python::add_errors(module);
-    python::add_mesh(module);
-    python::add_geometry(module);
-    python::add_tracing(module);
-    python::add_recipe(module);
-    python::add_simulation(module);
+    for (const auto add : {python::add_exceptions, python::add_mesh, python::add_geometry,
+                           python::add_tracing, python::add_recipe, python::add_simulation})
+        add(module);
     module.def("thread_count", &app::thread_count, "The number of threads in force.");
     module.def(
         "limit_threads",

@@ -6,13 +6,12 @@
 
 #include <memory>
 
-#include "app/python/module.hpp"
-
 namespace sidewall::python {
 
 namespace py = pybind11;
 
-// A recipe that is read and checked; sidewall/recipe.py makes it of files, texts and dicts.
+// Adds the class of recipes that are read and checked, which sidewall/recipe.py makes of files, texts and
+// dicts.
 void add_recipe(py::module_& module) {
     using Settings = std::vector<std::string>;
     py::class_<app::Recipe, std::shared_ptr<app::Recipe>>(module, "ReadRecipe")

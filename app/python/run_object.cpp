@@ -9,7 +9,6 @@
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
 #include "app/python/law.hpp"
-#include "app/python/module.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/contact_lines.hpp"
@@ -18,14 +17,14 @@
 
 namespace sidewall::python {
 
-TimeStep::TimeStep(std::shared_ptr<Simulation> simulation, const app::Moment& moment)
+StepObject::StepObject(std::shared_ptr<Simulation> simulation, const app::Moment& moment)
     : time(moment.state.process_time()),
       dt(moment.dt),
       step(moment.step.name),
       simulation_(std::move(simulation)),
       moment_(&moment) {}
 
-const app::Moment& TimeStep::moment(const char* asked) const {
+const app::Moment& StepObject::moment(const char* asked) const {
     if (moment_ == nullptr)
         throw RecipeError(fmt::format(
             "{} of the time step at {:g} {}: the simulation has gone on; ask before the next time step",
@@ -33,7 +32,7 @@ const app::Moment& TimeStep::moment(const char* asked) const {
     return *moment_;
 }
 
-std::shared_ptr<TriangleMesh> TimeStep::surface() {
+std::shared_ptr<TriangleMesh> StepObject::surface() {
     if (!surface_) {
         const app::Moment& m = moment("surface()");
         surface_ = std::make_shared<TriangleMesh>(
@@ -43,13 +42,13 @@ std::shared_ptr<TriangleMesh> TimeStep::surface() {
     return surface_;
 }
 
-std::shared_ptr<TriangleMesh> TimeStep::traced() {
+std::shared_ptr<TriangleMesh> StepObject::traced() {
     const app::Moment& m = moment("traced()");
     if (!m.surface->arriving || !m.surface->arriving->trace) return nullptr;
     return std::make_shared<TriangleMesh>(app::traced_mesh(m.model, *m.surface));
 }
 
-py::dict TimeStep::measures() {
+py::dict StepObject::measures() {
     if (!measures_) {
         const app::Moment& m = moment("measures");
         measures_.emplace();
@@ -59,7 +58,7 @@ py::dict TimeStep::measures() {
     return *measures_;
 }
 
-py::dict TimeStep::fluxes() {
+py::dict StepObject::fluxes() {
     const std::shared_ptr<TriangleMesh> mesh = surface();
     const py::object owner = py::cast(mesh);
     py::dict fluxes;
@@ -71,10 +70,10 @@ py::dict TimeStep::fluxes() {
     return fluxes;
 }
 
-py::list TimeStep::layers() {
+py::list StepObject::layers() {
     const app::Moment& m = moment("layers()");
     levelset::StackMeshes meshes = levelset::extract_materials(m.state.stack, m.surface->raw);
-    meshes.interfaces.push_back(std::move(meshes.surface.mesh));  // where the last layer ends
+    meshes.interfaces.push_back(std::move(meshes.surface.mesh));  // the top of the last layer
     py::list layers;
     for (std::size_t k = 0; k < m.state.stack.layers.size(); ++k) {
         const int id = m.state.stack.layers[k].material;
@@ -85,7 +84,7 @@ py::list TimeStep::layers() {
     return layers;
 }
 
-py::list TimeStep::profile(const std::string& plane) {
+py::list StepObject::profile(const std::string& plane) {
     py::list lines;
     for (const surface::Polyline& line : surface::cut_by_plane(*surface(), surface::parse_plane(plane))) {
         std::vector<double> points;
@@ -118,7 +117,7 @@ void Simulation::run() {
         error = std::current_exception();
     }
     const std::lock_guard lock(mutex_);
-    error_ = std::move(error);  // the caller's alone: what it holds of Python must not end in this thread
+    error_ = std::move(error);  // moved: its Python objects must be released by the caller's thread
     moment_ = nullptr;
     running_ = false;
     ended_ = true;
@@ -128,7 +127,7 @@ void Simulation::run() {
 // In the run's thread.
 void Simulation::observe(const app::Moment& moment) {
     std::unique_lock lock(mutex_);
-    if (std::exchange(told_step_, std::nullopt) == moment.state.step && moment.summary == nullptr) return;
+    if (std::exchange(revised_step_, std::nullopt) == moment.state.step && moment.summary == nullptr) return;
     moment_ = &moment;
     running_ = false;
     turn_.notify_all();
@@ -136,7 +135,7 @@ void Simulation::observe(const app::Moment& moment) {
     moment_ = nullptr;
     if (stop_ && moment.summary == nullptr) throw Interrupted("");
     if (!revised_) return;
-    told_step_ = moment.state.step;
+    revised_step_ = moment.state.step;
     throw app::Revised{std::exchange(revised_, nullptr)};
 }
 
@@ -151,7 +150,8 @@ void Simulation::revise(std::shared_ptr<app::Recipe> recipe) {
         const auto duration = [](const app::Recipe& of) {
             return app::total_duration(app::expanded_steps(of));
         };
-        if (duration(*recipe) == duration(*recipe_)) return;  // a last change in a loop's body
+        if (duration(*recipe) == duration(*recipe_))
+            return;  // changed in the body of the last time step's loop
         throw RecipeError(
             "the simulation has ended: a longer recipe goes on from its folder with resume=True");
     }
@@ -175,7 +175,7 @@ void Simulation::resume_and_wait() {
         stop_);
 }
 
-std::shared_ptr<TimeStep> Simulation::next() {
+std::shared_ptr<StepObject> Simulation::next() {
     if (running_) throw RecipeError("the simulation is being asked for its next time step by another thread");
     if (ended_ || stop_ || !summary_.empty()) throw py::stop_iteration();
     if (const auto current = current_.lock()) current->pass();
@@ -183,7 +183,7 @@ std::shared_ptr<TimeStep> Simulation::next() {
     if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
     if (moment_ == nullptr) throw py::stop_iteration();
     if (moment_->summary != nullptr) summary_ = moment_->summary->dump();
-    auto step = std::make_shared<TimeStep>(shared_from_this(), *moment_);
+    auto step = std::make_shared<StepObject>(shared_from_this(), *moment_);
     current_ = step;
     return step;
 }
@@ -202,25 +202,25 @@ void Simulation::close() {
 }
 
 void add_simulation(py::module_& module) {
-    py::class_<TimeStep, std::shared_ptr<TimeStep>>(module, "TimeStep",
-                                                    R"(The wafer before a time step, or at the run's end.
+    py::class_<StepObject, std::shared_ptr<StepObject>>(module, "TimeStep",
+                                                        R"(The wafer before a time step, or at the run's end.
 
-What it was asked for it keeps; anything else it tells only until the simulation is asked for the next time step.)")
-        .def_readonly("time", &TimeStep::time, "process time, in the recipe's unit")
-        .def_readonly("dt", &TimeStep::dt, "of the time step about to be made; 0 at the end")
-        .def_readonly("step", &TimeStep::step, "name of the recipe's step")
-        .def_property_readonly("measures", &TimeStep::measures,
+It keeps what it was asked for; anything else is available only until the next time step is asked for.)")
+        .def_readonly("time", &StepObject::time, "process time, in the recipe's unit")
+        .def_readonly("dt", &StepObject::dt, "of the time step about to be made; 0 at the end")
+        .def_readonly("step", &StepObject::step, "name of the recipe's step")
+        .def_property_readonly("measures", &StepObject::measures,
                                "what [metrology] asks for, by name; nan where it does not exist")
-        .def_property_readonly("fluxes", &TimeStep::fluxes,
+        .def_property_readonly("fluxes", &StepObject::fluxes,
                                "by name, a value for each triangle of surface(); 1 on an open plane")
-        .def("surface", &TimeStep::surface,
+        .def("surface", &StepObject::surface,
              "The surface, a Mesh with triangle_data material, flux_*, coverage_* and rate.")
-        .def("traced", &TimeStep::traced,
+        .def("traced", &StepObject::traced,
              "The mesh that was traced, with flux_* and flux_error_* as counted there; None if nothing was.")
-        .def("layers", &TimeStep::layers,
+        .def("layers", &StepObject::layers,
              "(material, Mesh) of every layer, bottom up: the boundary between it and what lies above.")
         .def(
-            "profile", &TimeStep::profile, py::arg("plane") = "y=0",
+            "profile", &StepObject::profile, py::arg("plane") = "y=0",
             "Where the surface meets a plane such as \"y=0\": arrays (n, 3), one a line; a closed one repeats its first "
             "point.");
 

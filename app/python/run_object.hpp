@@ -18,11 +18,11 @@ namespace py = pybind11;
 
 class Simulation;
 
-/// The wafer before a time step, or at the end. What it has been asked for once it keeps; the rest it can tell only until
-/// the simulation goes on.
-class TimeStep {
+/// Python's TimeStep: the wafer before a time step, or at the end. It keeps what was asked of it; anything else is
+/// available only until the simulation goes on.
+class StepObject {
   public:
-    TimeStep(std::shared_ptr<Simulation> simulation, const app::Moment& moment);
+    StepObject(std::shared_ptr<Simulation> simulation, const app::Moment& moment);
 
     double time, dt;
     std::string step;
@@ -33,37 +33,38 @@ class TimeStep {
     py::dict fluxes();
     py::list layers();
     py::list profile(const std::string& plane);
-    /// The simulation goes on.
+    /// Detaches it from the wafer, as the simulation goes on.
     void pass() { moment_ = nullptr; }
 
   private:
     const app::Moment& moment(const char* asked) const;
 
-    std::shared_ptr<Simulation> simulation_;  // whose recipe and, at the end, state it reads
+    std::shared_ptr<Simulation> simulation_;  // owns the recipe and, at the end, the state
     const app::Moment* moment_;
     std::shared_ptr<TriangleMesh> surface_;
     std::optional<py::dict> measures_;
 };
 
-/// A run in a thread of its own, which waits before every time step until it is asked for the next one.
+/// Python's Simulation: a run in a thread of its own that waits before every time step until the next one is asked for.
 class Simulation : public std::enable_shared_from_this<Simulation> {
   public:
     /// \param law     a callable that gives the speeds, or None.
-    /// \param folder  kept until the run has ended: what \p options.output goes with, if anything.
+    /// \param folder  owner of a temporary \p options.output, or None; kept until the run has ended.
     Simulation(std::shared_ptr<app::Recipe> recipe, app::RunOptions options, py::object law,
                py::object folder);
     ~Simulation() { close(); }  // NOLINT(bugprone-exception-escape): only if a mutex fails
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;
 
+    /// Goes on to the next time step.
     /// \throws StopIteration after the end, and what the run throws.
-    std::shared_ptr<TimeStep> next();
-    /// Goes on with another recipe, from the time step that was told last.
+    std::shared_ptr<StepObject> next();
+    /// Replaces the recipe from the current time step on.
     /// \throws RecipeError as require_revision.
     void revise(std::shared_ptr<app::Recipe> recipe);
-    /// Ends the run where it is, with a checkpoint.
+    /// Stops the run with a checkpoint.
     void close();
-    /// What summary.json holds, as text; empty before the end.
+    /// The text of summary.json; empty before the end.
     const std::string& summary() const { return summary_; }
     const app::Recipe& recipe() const { return *recipe_; }
 
@@ -77,15 +78,15 @@ class Simulation : public std::enable_shared_from_this<Simulation> {
     app::RunOptions options_;
     py::object law_, folder_;
     std::string summary_;
-    std::weak_ptr<TimeStep> current_;
+    std::weak_ptr<StepObject> current_;
 
     std::atomic<bool> stop_ = false;
     std::mutex mutex_;
     std::condition_variable turn_;
-    bool running_ = false, ended_ = false;        // it is the run's turn; it has returned
-    const app::Moment* moment_ = nullptr;         // the run waits at
-    std::shared_ptr<const app::Recipe> revised_;  // that it is to go on with
-    std::optional<std::size_t> told_step_;        // whose time step it will tell of again
+    bool running_ = false, ended_ = false;        // the run has its turn; it has returned
+    const app::Moment* moment_ = nullptr;         // at which the run waits
+    std::shared_ptr<const app::Recipe> revised_;  // the next recipe
+    std::optional<std::size_t> revised_step_;     // whose time step is made anew
     std::exception_ptr error_;
     std::thread thread_;
 };

@@ -12,12 +12,11 @@
 
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
-#include "app/python/module.hpp"
 #include "flux/radiosity/single_flux.hpp"
 #include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
 
-// The flux of one species on a mesh of arrays.
+// Functions of the Python module that trace particles: flux, mend.
 namespace sidewall::python {
 namespace {
 
@@ -47,7 +46,7 @@ void warn(const std::string& text) {
     if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
 }
 
-// Reflective where the surface ends on a rectangle; else open, and a warning says why.
+// Sides of the domain; by default reflective where the surface ends on a rectangle, else open with a warning.
 flux::LateralBox box_of(const TriangleMesh& mesh, const std::optional<Words>& boundary) {
     if (boundary) return flux::lateral_box(mesh, boundary_of(*boundary));
     try {
@@ -90,7 +89,7 @@ std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32
 
 std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
     constexpr double kDefault = 1e6,
-                     kMost = 1e10;  // most that relative_error spends unless rays says otherwise
+                     kMost = 1e10;  // with relative_error and without rays
     const double value = rays.value_or(to_error ? kMost : kDefault);
     if (!(value >= 1.0 && value <= 1e12) || value != std::floor(value))
         throw RecipeError(fmt::format("rays = {}: must be a whole number from 1 to 1e12", value));
@@ -132,7 +131,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
     if (method != "monte-carlo" && method != "radiosity" && method != "auto")
         throw RecipeError(fmt::format("method = \"{}\": must be monte-carlo, radiosity or auto", method));
     const auto mesh = mesh_of(points, triangles);
-    std::vector<std::int32_t> materials = materials_of(material, *mesh);
+    std::vector<std::int32_t> materials = material_ids(material, *mesh);
     const flux::Species species{"flux", source_exponent, sticking_of(sticking, materials)};
     const flux::LateralBox box = box_of(*mesh, boundary);
     flux::TraceOptions options{
@@ -166,7 +165,7 @@ std::shared_ptr<TriangleMesh> repaired(const py::object& points, const py::objec
     return mesh;
 }
 
-// A property that is a view of the result's own numbers.
+// A property that returns a view of the result's numbers.
 template <class Member>
 auto numbers(Member member) {
     return [member](const py::object& self) {

@@ -4,26 +4,21 @@
 
 #include <string_view>
 
-// Files that the build puts into the program, so that what is installed is one file.
-#define SIDEWALL_EMBED(name, path)                                                             \
-    __asm__(".section .rodata\n.global sidewall_" name "\nsidewall_" name ":\n.incbin \"" path \
-            "\"\n.global sidewall_" name "_end\nsidewall_" name "_end:\n.byte 0\n.previous\n")
+// Puts a file into the program, so that nothing else is installed: sidewall_NAME to sidewall_NAME_end.
+#define SIDEWALL_EMBED(name, path)                                                                \
+    __asm__(".section .rodata\n.global sidewall_" #name "\nsidewall_" #name ":\n.incbin \"" path  \
+            "\"\n.global sidewall_" #name "_end\nsidewall_" #name "_end:\n.byte 0\n.previous\n"); \
+    extern "C" const char sidewall_##name[], sidewall_##name##_end[]
 
-SIDEWALL_EMBED("three", SIDEWALL_THREE_JS);
-SIDEWALL_EMBED("style", SIDEWALL_REPORT_DIR "/page.css");
-SIDEWALL_EMBED("charts", SIDEWALL_REPORT_DIR "/charts.js");
-SIDEWALL_EMBED("tables", SIDEWALL_REPORT_DIR "/tables.js");
-SIDEWALL_EMBED("solid", SIDEWALL_REPORT_DIR "/solid.js");
-SIDEWALL_EMBED("viewer", SIDEWALL_REPORT_DIR "/viewer.js");
-SIDEWALL_EMBED("controls", SIDEWALL_REPORT_DIR "/controls.js");
-SIDEWALL_EMBED("page", SIDEWALL_REPORT_DIR "/page.js");
-
-extern "C" {
-extern const char sidewall_three[], sidewall_three_end[], sidewall_style[], sidewall_style_end[],
-    sidewall_charts[], sidewall_charts_end[], sidewall_tables[], sidewall_tables_end[], sidewall_solid[],
-    sidewall_solid_end[], sidewall_viewer[], sidewall_viewer_end[], sidewall_controls[],
-    sidewall_controls_end[], sidewall_page[], sidewall_page_end[];
-}
+SIDEWALL_EMBED(three, SIDEWALL_THREE_JS);
+SIDEWALL_EMBED(orbit, SIDEWALL_ORBIT_CONTROLS_JS);
+SIDEWALL_EMBED(style, SIDEWALL_REPORT_DIR "/page.css");
+SIDEWALL_EMBED(charts, SIDEWALL_REPORT_DIR "/charts.js");
+SIDEWALL_EMBED(tables, SIDEWALL_REPORT_DIR "/tables.js");
+SIDEWALL_EMBED(solid, SIDEWALL_REPORT_DIR "/solid.js");
+SIDEWALL_EMBED(viewer, SIDEWALL_REPORT_DIR "/viewer.js");
+SIDEWALL_EMBED(panel, SIDEWALL_REPORT_DIR "/panel.js");
+SIDEWALL_EMBED(page, SIDEWALL_REPORT_DIR "/page.js");
 
 namespace sidewall::app {
 namespace {
@@ -32,7 +27,7 @@ std::string_view embedded(const char* begin, const char* end) {
     return {begin, static_cast<std::size_t>(end - begin)};
 }
 
-// The notice that its licence asks copies to carry.
+// The notice that the licence of three.js and its orbit controls asks copies to carry.
 constexpr std::string_view kThreeLicence = R"(/*! three.js r111, https://threejs.org, under the MIT License:
 Copyright (c) 2010-2019 three.js authors
 Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
@@ -52,7 +47,6 @@ constexpr std::string_view kPolicy =
 }  // namespace
 
 std::string page_html(const std::string& title, const std::string& data) {
-    const auto script = [](std::string_view text) { return fmt::format("<script>\n{}</script>\n", text); };
     std::string html = fmt::format(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
@@ -64,14 +58,14 @@ std::string page_html(const std::string& title, const std::string& data) {
         kPolicy, title, embedded(sidewall_style, sidewall_style_end));
     html += data;
     html += "</script>\n";
-    html += fmt::format("<script>\n{}{}\n</script>\n", kThreeLicence,
-                        embedded(sidewall_three, sidewall_three_end));
-    html += script(embedded(sidewall_charts, sidewall_charts_end));
-    html += script(embedded(sidewall_tables, sidewall_tables_end));
-    html += script(embedded(sidewall_solid, sidewall_solid_end));
-    html += script(embedded(sidewall_viewer, sidewall_viewer_end));
-    html += script(embedded(sidewall_controls, sidewall_controls_end));
-    html += script(embedded(sidewall_page, sidewall_page_end));
+    html += fmt::format("<script>\n{}{}\n{}</script>\n", kThreeLicence,
+                        embedded(sidewall_three, sidewall_three_end),
+                        embedded(sidewall_orbit, sidewall_orbit_end));
+    for (const std::string_view text :
+         {embedded(sidewall_charts, sidewall_charts_end), embedded(sidewall_tables, sidewall_tables_end),
+          embedded(sidewall_solid, sidewall_solid_end), embedded(sidewall_viewer, sidewall_viewer_end),
+          embedded(sidewall_panel, sidewall_panel_end), embedded(sidewall_page, sidewall_page_end)})
+        html += fmt::format("<script>\n{}</script>\n", text);
     return html + "</body>\n</html>\n";
 }
 

@@ -4,9 +4,8 @@
 
 namespace sidewall::app {
 
-/// A page that needs no other file and asks for none: style, three.js and scripts are in it. Its policy forbids the
-/// browser to load anything.
-/// \param title  escaped.
+/// The HTML of a page with its style, scripts and three.js inside; its policy forbids the browser to load anything.
+/// \param title  escaped for HTML.
 /// \param data   JSON that is safe in a script element.
 std::string page_html(const std::string& title, const std::string& data);
 

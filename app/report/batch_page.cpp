@@ -12,30 +12,17 @@
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
-// Pages of folders with many runs: sweeps and fits.
+// Pages of folders with many runs: sweeps, fits and studies.
 namespace sidewall::app {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string name_of(const fs::path& folder) {
-    return folder_name(folder);
-}
-
-// Keys of --vary texts: KEY=LO:HI... or KEY=V1,V2.
+// Keys of --vary texts, which are KEY=LO:HI... or KEY=V1,V2.
 std::vector<std::string> varied_keys(const Json& plan) {
     std::vector<std::string> keys;
-    if (plan.contains("vary"))
-        for (const Json& text : plan["vary"]) keys.push_back(split(text.get<std::string>(), '=').front());
-    return keys;
-}
-
-std::vector<std::string> logarithmic_keys(const Json& plan) {
-    std::vector<std::string> keys;
-    if (plan.contains("vary"))
-        for (const Json& text : plan["vary"])
-            if (text.get<std::string>().ends_with(":log"))
-                keys.push_back(split(text.get<std::string>(), '=').front());
+    for (const Json& text : plan.value("vary", Json::array()))
+        keys.push_back(split(text.get<std::string>(), '=').front());
     return keys;
 }
 
@@ -67,7 +54,7 @@ std::vector<ViewFrame> final_surfaces(const fs::path& folder, const TextTable& t
     return frames;
 }
 
-// The measures of a table: its columns between the keys and the seconds.
+// Measures of a table: its columns between the keys and the seconds.
 Json measures_of(const TextTable& table, const std::vector<std::string>& keys, const Json& units) {
     Json measures = Json::array();
     for (std::size_t k = 1 + keys.size(); k < table.names.size(); ++k)
@@ -78,28 +65,25 @@ Json measures_of(const TextTable& table, const std::vector<std::string>& keys, c
     return measures;
 }
 
-Json keys_of(const std::vector<std::string>& keys, const std::vector<std::string>& logarithmic) {
+Json keys_of(const Json& plan) {
     Json all = Json::array();
-    for (std::size_t k = 0; k < keys.size(); ++k)
-        all.push_back(
-            Json{{"column", k + 1},
-                 {"name", keys[k]},
-                 {"log", std::find(logarithmic.begin(), logarithmic.end(), keys[k]) != logarithmic.end()}});
+    for (const std::string& key : varied_keys(plan))
+        all.push_back(Json{{"column", all.size() + 1},
+                           {"name", key},
+                           {"log", plan["vary"][all.size()].get<std::string>().ends_with(":log")}});
     return all;
 }
 
-// Response curves, scatter matrix and table read the same rows.
+// Adds response curves, scatter matrix and table, which share their rows.
 void add_table(const TextTable& table, const Json& plan, const Json& units, const std::string& curves,
                Page& page) {
-    const auto keys = varied_keys(plan);
     Json rows = table_section("All runs", table, units);
-    const Json shared{{"keys", keys_of(keys, logarithmic_keys(plan))},
-                      {"measures", measures_of(table, keys, units)}};
+    const Json shared{{"keys", keys_of(plan)}, {"measures", measures_of(table, varied_keys(plan), units)}};
     for (const auto& [type, title] : {std::pair("response", curves), {"matrix", "Scatter matrix"}}) {
         page.sections.push_back(Json{{"type", type}, {"title", title}});
         page.sections.back().update(shared);
     }
-    rows["source"] = true;  // of the rows that the others draw
+    rows["source"] = true;  // the others draw its rows
     page.sections.push_back(std::move(rows));
 }
 
@@ -117,7 +101,7 @@ std::size_t failures(const TextTable& table) {
     return count;
 }
 
-// Values with their intervals, within the bounds that were searched.
+// Fitted values with their intervals, and the bounds of the search.
 Json parameters_section(const Json& fit) {
     Json section{{"type", "intervals"}, {"title", "Parameters"}, {"rows", Json::array()}};
     for (const auto& [key, parameter] : fit.at("parameters").items()) {
@@ -215,7 +199,7 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
 }  // namespace
 
 Page sweep_page(const fs::path& folder, std::size_t bytes) {
-    Page page("sweep", name_of(folder));
+    Page page("sweep", folder_name(folder));
     const Json plan = read_json(folder / "sweep.json", "make the sweep again");
     const Json units = plan.value("units", Json::object());
     page.fact("Recipe", text_at(plan, "recipe"));
@@ -244,7 +228,7 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
 }
 
 Page fit_page(const fs::path& folder, std::size_t bytes) {
-    Page page("fit", name_of(folder));
+    Page page("fit", folder_name(folder));
     const Json fit = read_json(folder / "fit.json", "make the fit again");
     page.fact("Recipe", text_at(fit, "recipe"));
     page.fact("Status", text_at(fit, "status"));
@@ -261,7 +245,7 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
         add_fit_result(folder, fit, page);
     else
         page.notes.emplace_back(
-            "The fit has not ended: the page tells what its runs gave so far; go on with --resume.");
+            "The fit has not ended: the page shows what its runs gave so far; go on with --resume.");
     TextTable table;
     if (is_there(folder / "fit.csv")) table = read_text_table(folder / "fit.csv");
     const std::string best = text_at(fit, "best_run");

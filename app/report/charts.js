@@ -52,7 +52,7 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
   Sidewall.viridis = (share) => between(kViridis, share);
   Sidewall.css = (rgb) => `rgb(${rgb.join(",")})`;
 
-  // Of lines and dots in an order: seen on white as well as on black, which the map's ends are not.
+  // Colours of ordered lines and dots: visible on white and on black, unlike the ends of viridis.
   const kShades = [[70, 105, 220], [30, 145, 180], [50, 160, 105], [175, 150, 40], [225, 105, 45]];
   Sidewall.shade = (share) => Sidewall.css(between(kShades, share));
 

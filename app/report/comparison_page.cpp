@@ -20,7 +20,7 @@ Json names_of(const Json& comparison) {
     return names;
 }
 
-// A row a figure, a column a method, and the noise floor.
+// A table with a row for each figure and a column for each method and for the noise floor.
 Json comparison_table(const Json& comparison, const Json& units) {
     Json section{{"type", "table"},
                  {"title", "Methods against each other"},

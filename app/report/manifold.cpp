@@ -9,9 +9,9 @@
 namespace sidewall::app {
 namespace {
 
-// Without the triangles that another one of the same three vertices cancels.
+// Removes pairs of triangles with the same three vertices.
 TriangleMesh without_folds(const TriangleMesh& mesh) {
-    std::map<Triangle, std::size_t> open;  // by sorted vertices: the last one that nothing cancels yet
+    std::map<Triangle, std::size_t> open;  // unpaired triangles by their sorted vertices
     std::vector<std::uint8_t> kept(mesh.triangles.size(), 1);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         Triangle key = mesh.triangles[t];
@@ -37,7 +37,7 @@ TriangleMesh without_folds(const TriangleMesh& mesh) {
 
 TriangleMesh manifold_parts(const TriangleMesh& mesh) {
     TriangleMesh result = without_folds(mesh);
-    // Corners at a vertex belong together where their triangles share an edge that only these two have.
+    // Corners at a vertex stay together where their triangles share an edge with no third triangle.
     surface::DisjointSets corners(3 * result.triangles.size());
     const auto corner_at = [&](std::uint32_t triangle, std::uint32_t vertex) {
         const Triangle& t = result.triangles[triangle];
@@ -50,7 +50,7 @@ TriangleMesh manifold_parts(const TriangleMesh& mesh) {
         for (const std::uint32_t vertex : table.edges[e])
             corners.join(corner_at(on_edge[0] / 3, vertex), corner_at(on_edge[1] / 3, vertex));
     }
-    std::map<std::uint32_t, std::uint32_t> number;  // by a corner that stands for its set
+    std::map<std::uint32_t, std::uint32_t> number;  // new vertices by the representative corner of their set
     const std::vector<Vec3> vertices = std::move(result.vertices);
     result.vertices.clear();
     for (std::uint32_t c = 0; c < 3 * result.triangles.size(); ++c) {

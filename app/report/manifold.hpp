@@ -3,9 +3,9 @@
 
 namespace sidewall::app {
 
-/// The same surface for simplification, which asks for a manifold: triangles of the same three vertices cancel in pairs
-/// (a fold of no thickness, whatever side counts as inside), and parts that hang together by a vertex or an edge of
-/// more than two triangles get their own copies of it. Keeps the triangles' `material` alone.
+/// Makes a surface manifold, as simplification requires: pairs of triangles with the same three vertices (a fold of
+/// no thickness) go, and parts that share only a vertex, or an edge of more than two triangles, get their own copies
+/// of it. Keeps no attribute but the triangles' `material`.
 TriangleMesh manifold_parts(const TriangleMesh& mesh);
 
 }  // namespace sidewall::app

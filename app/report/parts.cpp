@@ -10,6 +10,7 @@
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/report/view.hpp"
+#include "surface/cut.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
@@ -18,14 +19,14 @@ namespace {
 
 constexpr std::size_t kMostShownBytes = 200'000, kMostRows = 2000;
 
-// The beginning of a text that is too long for a page.
+// Shortens a text that is too long for a page.
 std::string page_text(std::string text) {
     if (text.size() <= kMostShownBytes) return text;
     text.resize(text.rfind('\n', kMostShownBytes) + 1);
     return text + "# ... the rest is left out of this page\n";
 }
 
-// Lines of \p text that \p other has not as often.
+// Lines of \p text that \p other lacks or has fewer times.
 std::string differing_lines(const std::string& text, const std::string& other) {
     std::vector<std::string> there = split(other, '\n');
     std::string lines;
@@ -37,6 +38,21 @@ std::string differing_lines(const std::string& text, const std::string& other) {
             lines += line + "\n";
     }
     return lines;
+}
+
+// Up to four planes that a recipe asks to be cut.
+std::vector<surface::Plane> planes_of(const std::filesystem::path& effective) {
+    constexpr std::size_t kMost = 4;
+    std::vector<surface::Plane> planes;
+    try {
+        const Recipe recipe = load_recipe(effective);
+        planes = profile_planes(recipe);
+        if (planes.empty()) planes.push_back(surface::parse_plane(recipe.metrology.cut));
+    } catch (const Error&) {  // files that it names may be gone
+        planes.push_back({});
+    }
+    if (planes.size() > kMost) planes.resize(kMost);
+    return planes;
 }
 
 }  // namespace
@@ -78,20 +94,6 @@ Json recipe_section(const std::filesystem::path& effective, const std::string& s
         section["note"] = "The file that the recipe was read from is none now: its comments are missing.";
     }
     return section;
-}
-
-std::vector<surface::Plane> planes_of(const std::filesystem::path& effective) {
-    constexpr std::size_t kMost = 4;
-    std::vector<surface::Plane> planes;
-    try {
-        const Recipe recipe = load_recipe(effective);
-        planes = profile_planes(recipe);
-        if (planes.empty()) planes.push_back(surface::parse_plane(recipe.metrology.cut));
-    } catch (const Error&) {  // files that it names may be gone
-        planes.push_back({});
-    }
-    if (planes.size() > kMost) planes.resize(kMost);
-    return planes;
 }
 
 void add_view(std::vector<ViewFrame> frames, const std::filesystem::path& effective, std::size_t bytes,

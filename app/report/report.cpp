@@ -5,74 +5,63 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/common/files.hpp"
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
-#include "app/report/study_page.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
+
+// Pages by what a folder holds; each takes the bytes that its 3-D view may have.
+Page run_page(const std::filesystem::path& folder, std::size_t bytes);         // run_page.cpp
+Page comparison_page(const std::filesystem::path& folder, std::size_t bytes);  // comparison_page.cpp
+Page sweep_page(const std::filesystem::path& folder, std::size_t bytes);       // batch_page.cpp
+Page fit_page(const std::filesystem::path& folder, std::size_t bytes);
+Page study_page(const std::filesystem::path& folder, std::size_t bytes);  // study_page.cpp
+
 namespace {
 
 namespace fs = std::filesystem;
 
-bool holds(const fs::path& folder, const char* name) {
-    std::error_code failure;
-    return fs::exists(folder / name, failure);
-}
-
-// What a 3-D view may take beside the page's own parts and what charts and tables take at most.
+// Room for the 3-D view, beside scripts and style, and charts and tables at their largest.
 std::size_t view_bytes() {
     constexpr std::size_t kTables = 700'000;
     return kMostPageBytes - page_assets_size() - kTables;
 }
 
 Page page_of(const fs::path& folder, std::size_t bytes) {
-    if (holds(folder, "sweep.json")) return sweep_page(folder, bytes);
-    if (holds(folder, "fit.json")) return fit_page(folder, bytes);
-    if (holds(folder, "compare.json")) return comparison_page(folder, bytes);
-    if (holds(folder, "study.json")) return study_page(folder);
-    for (const char* name : {"summary.json", "surface.pvd", "timeline.csv"})
-        if (holds(folder, name)) return run_page(folder, bytes);
+    using Maker = Page (*)(const fs::path&, std::size_t);
+    constexpr std::pair<const char*, Maker> kPages[] = {
+        {"sweep.json", sweep_page}, {"fit.json", fit_page},     {"compare.json", comparison_page},
+        {"study.json", study_page}, {"summary.json", run_page}, {"surface.pvd", run_page},
+        {"timeline.csv", run_page}};
+    for (const auto& [file, page] : kPages)
+        if (is_there(folder / file)) return page(folder, bytes);
     throw FileError(fmt::format(
         "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
         "summary.json, surface.pvd, sweep.json, fit.json, compare.json or study.json",
         folder.string()));
 }
 
-// Text between tags and in quoted attributes.
+// Escapes text for HTML, between tags and in quoted attributes.
 std::string escaped(const std::string& text) {
     std::string html;
-    for (const char c : text) switch (c) {
-            case '&':
-                html += "&amp;";
-                break;
-            case '<':
-                html += "&lt;";
-                break;
-            case '>':
-                html += "&gt;";
-                break;
-            case '"':
-                html += "&quot;";
-                break;
-            default:
-                html += c;
-        }
+    for (const char c : text)
+        html += c == '&'   ? "&amp;"
+                : c == '<' ? "&lt;"
+                : c == '>' ? "&gt;"
+                : c == '"' ? "&quot;"
+                           : std::string(1, c);
     return html;
 }
 
-// JSON within a script element, which "</script>" or "<!--" in a string must not end. Whatever is no UTF-8,
-// as a file's name may be, is replaced.
+// JSON for a script element, which "</script>" or "<!--" in a string must not end. Invalid UTF-8, as in a
+// file's name, is replaced.
 std::string script_json(const Json& json) {
     const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     std::string safe;
-    safe.reserve(text.size());
-    for (const char c : text)
-        if (c == '<')
-            safe += "\\u003c";
-        else
-            safe += c;
+    for (const char c : text) safe += c == '<' ? "\\u003c" : std::string(1, c);
     return safe;
 }
 
@@ -90,15 +79,15 @@ Report report_within(const fs::path& folder, std::size_t bytes) {
 }  // namespace
 
 Report make_report(const fs::path& folder) {
-    std::error_code failure;
-    if (!fs::exists(folder, failure))
+    if (!is_there(folder))
         throw FileError(fmt::format("{}: no such folder: check the path", folder.string()));
+    std::error_code failure;
     if (!fs::is_directory(folder, failure))
         throw FileError(
             fmt::format("{}: is a file: name the folder of results that holds it", folder.string()));
     try {
         Report report = report_within(folder, view_bytes());
-        // Texts and tables were longer than expected: the view gets what they leave.
+        // Texts and tables may take more than expected: then the view gets less.
         if (const std::size_t size = report.html.size(); size > kMostPageBytes)
             report = report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes));
         if (report.html.size() > kMostPageBytes)

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 1000;  // of a curve
 
-// What a time step made of a run: curves over process time.
+// The timeline of a run: curves over process time.
 class Timeline {
   public:
     Timeline(const fs::path& path, const Json& summary) : summary_(summary) {
@@ -32,7 +32,7 @@ class Timeline {
     const TextTable& table() const { return table_; }
     std::string time_label() const { return with_unit("time", name_and_unit(table_.names[time_]).second); }
 
-    /// Points of a column; the summary has a measure's value at the end, which no row has.
+    /// Points of a column. A measure's value at the end is in the summary, not in a row.
     Json points(std::size_t column) const {
         Json all = Json::array();
         const std::size_t stride =
@@ -46,7 +46,7 @@ class Timeline {
         return all;
     }
 
-    /// Where steps begin, if they are few.
+    /// Times at which steps begin, if they are few.
     Json marks() const {
         constexpr std::size_t kMost = 20;
         Json marks = Json::array();
@@ -77,7 +77,7 @@ class Timeline {
     std::size_t time_ = 0;
 };
 
-// Measures that share a chart: those of a film, of a step coverage, of openings at several depths.
+// Name of the chart that a measure shares with those of its family.
 std::string family_of(const std::string& name) {
     for (const char* start : {"film_", "step_coverage_", "cd_at_", "scallop_"})
         if (name.starts_with(start)) {
@@ -207,9 +207,9 @@ Page run_page(const fs::path& folder, std::size_t bytes) {
     } else {
         const auto holder = lock_holder(folder);
         page.notes.push_back(
-            holder ? fmt::format("This run is still under way ({}): the page tells how far it had come.",
+            holder ? fmt::format("This run is still under way ({}): the page shows how far it had come.",
                                  *holder)
-                   : "This run has not ended: the page tells how far it came.");
+                   : "This run has not ended: the page shows how far it came.");
     }
     if (is_there(folder / "surface.pvd")) {
         std::vector<ViewFrame> frames;

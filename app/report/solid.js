@@ -28,7 +28,7 @@
 
   const kOthers = [[1, 2], [0, 2], [0, 1]];
 
-  // Where a mesh meets the plane `axis` = `at`: u0, v0, u1, v1 of each piece, in the other two axes.
+  // Section of a mesh by the plane `axis` = `at`: u0, v0, u1, v1 of each piece, in the other two axes.
   Sidewall.crossing = (mesh, axis, at) => {
     const { position, index } = mesh, [a, b] = kOthers[axis], pieces = [];
     for (let t = 0; t < index.length; t += 3) {
@@ -46,29 +46,22 @@
     return pieces;
   };
 
-  // The region below a boundary on an upright plane: each piece with all that lies under it, counted odd or even.
-  function addBelow(path, pieces, x, y, bottom) {
+  // Each piece of a boundary with all that lies between it and a far side, to be filled where counted odd: `far` takes a point
+  // to that side.
+  function addSpans(path, pieces, x, y, far) {
     for (let i = 0; i < pieces.length; i += 4) {
-      const [u0, v0, u1, v1] = [x(pieces[i]), y(pieces[i + 1]), x(pieces[i + 2]), y(pieces[i + 3])];
-      path.moveTo(u0, v0);
-      path.lineTo(u1, v1);
-      path.lineTo(u1, bottom);
-      path.lineTo(u0, bottom);
+      const a = [x(pieces[i]), y(pieces[i + 1])], b = [x(pieces[i + 2]), y(pieces[i + 3])];
+      path.moveTo(...a);
+      for (const p of [b, far(b), far(a)]) path.lineTo(...p);
       path.closePath();
     }
   }
 
-  // The same on a level plane: from the left side on, where an upright plane tells what is inside.
+  // The region below a boundary on a level plane: spans to the right, counted from the left side, where an upright plane shows
+  // what is inside.
   function addBeside(path, pieces, side, height, x, y, box) {
     const right = x(box.max[0]);
-    for (let i = 0; i < pieces.length; i += 4) {
-      const [u0, v0, u1, v1] = [x(pieces[i]), y(pieces[i + 1]), x(pieces[i + 2]), y(pieces[i + 3])];
-      path.moveTo(u0, v0);
-      path.lineTo(u1, v1);
-      path.lineTo(right, v1);
-      path.lineTo(right, v0);
-      path.closePath();
-    }
+    addSpans(path, pieces, x, y, (p) => [right, p[1]]);
     const corner = box.min[1] + 1e-5 * (box.max[1] - box.min[1]);
     let above = 0;
     for (let i = 0; i < side.length; i += 4) {
@@ -95,7 +88,7 @@
       if (axis === 2)
         addBeside(path, pieces, Sidewall.crossing(mesh, 0, box.min[0] + 1e-5 * (box.max[0] - box.min[0])), at, x, y, box);
       else
-        addBelow(path, pieces, x, y, height + 1);
+        addSpans(path, pieces, x, y, (p) => [p[0], height + 1]);
       context.fillStyle = colour;
       context.fill(path, "evenodd");
       for (let i = 0; i < pieces.length; i += 4) {

@@ -1,5 +1,3 @@
-#include "app/report/study_page.hpp"
-
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -7,6 +5,7 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
+#include "app/report/parts.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -70,7 +69,7 @@ Json five_ways_chart(const Json& entry) {
 
 }  // namespace
 
-Page study_page(const fs::path& folder) {
+Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
     Page page("study", folder_name(folder));
     const Json study = read_json(folder / "study.json", "make the study again");
     page.fact("Rays a trace", number_text(study.value("rays", Json())));

@@ -153,7 +153,7 @@
                                              ...names.map((b) => cell(section.matrix[a][b])))))));
   };
 
-  // TOML with comments, headers and strings told apart.
+  // TOML with comments, headers and keys in colour.
   Sidewall.toml = (text) => {
     const code = el("code");
     for (const line of text.replace(/\n$/, "").split("\n")) {
@@ -188,7 +188,7 @@
     return el("div", {}, ...parts);
   };
 
-  // What the study's report uses of Markdown: headings, tables, paragraphs.
+  // Markdown as the study's report uses it: headings, tables, paragraphs.
   Sidewall.markdown = (section) => {
     const out = el("div", { class: "markdown" });
     const cells = (line) => line.replace(/^\||\|\s*$/g, "").split("|").map((c) => c.trim());

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <mutex>
 #include <set>
 
 #include "app/common/json.hpp"
+#include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "app/report/view_mesh.hpp"
 
@@ -19,14 +19,14 @@ namespace {
 
 constexpr std::size_t kMostFrames = 100, kMostLines = 40, kMostAttributes = 12;
 
-// From the saved mesh to what still shows a feature of some cells.
+// Levels of coarsening, from none to one that still shows features of some cells.
 constexpr ViewDetail kDetails[] = {{0.0, 0.0}, {0.01, 2.0}, {0.025, 3.0}, {0.05, 4.0},
                                    {0.1, 6.0}, {0.2, 8.0},  {0.5, 16.0},  {1.0, 32.0}};
 
 struct Frame {
     ViewMesh surface;
-    std::vector<std::pair<std::uint64_t, int>> layers;  // interfaces by digest, and the materials below them
-    int top = 0;                                        // material of the uppermost layer
+    std::vector<std::pair<std::string, int>> layers;  // interfaces by digest, and the materials below them
+    int top = 0;                                      // material of the uppermost layer
     Box3 box;
     std::size_t triangles = 0;                                  // as saved
     std::vector<std::vector<std::vector<Vec3>>> profiles = {};  // by plane, then line
@@ -36,7 +36,7 @@ struct Scene {
     std::vector<std::string> attributes;
     surface::MeshMetadata metadata;
     std::vector<Frame> frames;
-    std::map<std::uint64_t, ViewMesh> interfaces;
+    std::map<std::string, ViewMesh> interfaces;
     double cell = 0.0;  // the coarsest of all
 
     std::size_t size() const {
@@ -47,7 +47,7 @@ struct Scene {
     }
 };
 
-// The first, the last and evenly in between.
+// At most \p most of the items: the first, the last and others evenly between them.
 template <class T>
 std::vector<T> thinned(std::vector<T> items, std::size_t most) {
     if (items.size() <= most) return items;
@@ -56,23 +56,14 @@ std::vector<T> thinned(std::vector<T> items, std::size_t most) {
     return kept;
 }
 
-std::uint64_t digest_of(const TriangleMesh& mesh) {
-    std::uint64_t hash = 0xcbf29ce484222325u;  // FNV-1a, a word at a time
-    const auto add = [&](std::uint64_t word) { hash = (hash ^ word) * 0x100000001b3u; };
-    for (const Vec3& v : mesh.vertices)
-        for (int axis = 0; axis < 3; ++axis) {
-            std::uint64_t bits = 0;
-            const double x = v[axis];
-            std::memcpy(&bits, &x, sizeof bits);
-            add(bits);
-            add(bits >> 32);
-        }
-    for (const Triangle& t : mesh.triangles)
-        for (const std::uint32_t v : t) add(v);
-    return hash;
+std::string digest_of(const TriangleMesh& mesh) {
+    const auto bytes = [](const auto& items) {
+        return std::string_view(reinterpret_cast<const char*>(items.data()), items.size() * sizeof items[0]);
+    };
+    return digest(bytes(mesh.vertices)) + digest(bytes(mesh.triangles));
 }
 
-// Rates and fluxes first: what does not fit in is what a recipe names last.
+// Names of scalar attributes, rates and fluxes first, as only so many fit.
 std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     std::vector<std::string> names;
     for (const ViewFrame& frame : {frames.front(), frames[frames.size() / 2], frames.back()}) {
@@ -87,7 +78,7 @@ std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     return names;
 }
 
-// Without the points that lie within a distance of the line through the others (Douglas and Peucker, 1973).
+// Simplifies a line within a distance, by the algorithm of Douglas and Peucker (1973).
 std::vector<Vec3> straightened(const std::vector<Vec3>& line, double distance) {
     std::vector<std::uint8_t> kept(line.size(), 0);
     std::vector<std::pair<std::size_t, std::size_t>> open{{0, line.size() - 1}};
@@ -131,8 +122,7 @@ std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const sur
 
 int most_frequent_material(const TriangleMesh& mesh) {
     std::map<int, std::size_t> count;
-    if (const Attribute* material = mesh.triangle_attribute("material"))
-        for (const double id : material->values) ++count[static_cast<int>(std::clamp(id, 0.0, 255.0))];
+    for (const int id : triangle_materials(mesh)) ++count[std::clamp(id, 0, 255)];
     const auto most = std::max_element(count.begin(), count.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     return most == count.end() ? 0 : most->first;
@@ -149,7 +139,7 @@ Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::v
     for (const surface::Plane& plane : planes)
         frame.profiles.push_back(drawn_profile(result.surface, plane, cell));
     for (const TriangleMesh& mesh : result.interfaces) {
-        const std::uint64_t digest = digest_of(mesh);
+        const std::string digest = digest_of(mesh);
         const Box3 box = bounding_box(mesh);
         frame.box.min.z() = std::min(frame.box.min.z(), box.min.z());
         frame.layers.emplace_back(digest, most_frequent_material(mesh));
@@ -157,7 +147,7 @@ Frame read_frame(const ViewFrame& source, const ViewDetail& detail, const std::v
             const std::lock_guard guard(lock);
             if (scene.interfaces.contains(digest)) continue;
         }
-        // Two threads may both make it, and make the same.
+        // Two threads that both make it make the same.
         ViewMesh made = bare_view_mesh(mesh, detail, cell);
         const std::lock_guard guard(lock);
         scene.interfaces.try_emplace(digest, std::move(made));
@@ -177,7 +167,7 @@ void read_frames(const std::vector<ViewFrame>& sources, const ViewDetail& detail
     });
 }
 
-// The least coarse detail whose text will fit, from what some of the frames take.
+// Estimates the finest detail whose text fits, from a sample of the frames.
 std::size_t likely_detail(const std::vector<ViewFrame>& frames, Scene& scene, std::size_t bytes) {
     constexpr std::size_t kSamples = 4;
     std::vector<ViewFrame> some = frames;
@@ -190,32 +180,21 @@ std::size_t likely_detail(const std::vector<ViewFrame>& frames, Scene& scene, st
         read_frames(some, kDetails[d], {}, scene);
         return static_cast<double>(scene.size() * frames.size()) <= static_cast<double>(bytes * some.size());
     };
-    if (fits(0)) return 0;
-    std::size_t too_fine = 0, coarse = std::size(kDetails) - 1;
-    while (coarse - too_fine > 1) {
-        const std::size_t between = (too_fine + coarse) / 2;
-        (fits(between) ? coarse : too_fine) = between;
-    }
-    return coarse;
+    std::size_t d = 0;
+    while (d + 1 < std::size(kDetails) && !fits(d)) ++d;
+    return d;
 }
 
-// Lowest and highest but for half a percent at either end of each attribute.
+// The colour bar of each attribute, for all frames.
 std::vector<std::array<double, 2>> ranges_of(const Scene& scene) {
     std::vector<std::array<double, 2>> ranges;
     for (std::size_t a = 0; a < scene.attributes.size(); ++a) {
-        std::vector<float> values;
-        for (const Frame& frame : scene.frames)
-            for (const float value : frame.surface.values[a])
-                if (std::isfinite(value)) values.push_back(value);
-        std::sort(values.begin(), values.end());
-        if (values.empty()) {
-            ranges.push_back({0.0, 1.0});
-            continue;
+        std::vector<double> values;
+        for (const Frame& frame : scene.frames) {
+            const std::vector<float>& own = frame.surface.values[a];
+            values.insert(values.end(), own.begin(), own.end());
         }
-        const std::size_t margin = values.size() / 200;
-        auto low = static_cast<double>(values[margin]),
-             high = static_cast<double>(values[values.size() - 1 - margin]);
-        if (low > 0.0 && low < 0.1 * high) low = 0.0;
+        auto [low, high] = usual_range(std::move(values));
         if (!(high > low)) high = low + std::max(std::abs(low), 1.0) * 1e-3;
         ranges.push_back({low, high});
     }
@@ -260,7 +239,7 @@ Json scene_json(const std::vector<ViewFrame>& sources, const Scene& scene) {
                                           {"high", number_or_null(ranges[a][1], 6)}});
     const Materials table = materials_of(scene.metadata);
     std::set<int> shown;
-    std::map<std::uint64_t, std::size_t> number;
+    std::map<std::string, std::size_t> number;
     json["meshes"] = Json::array();
     json["frames"] = Json::array();
     for (std::size_t k = 0; k < scene.frames.size(); ++k) {
@@ -333,7 +312,7 @@ View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>&
     frames = thinned(std::move(frames), kMostFrames);
     Scene scene{.attributes = attributes_of(frames)};
     surface::read_mesh(frames.back().saved.file, &scene.metadata);
-    // Their sections take a part, too.
+    // Profiles take a part of the bytes, too.
     const std::size_t most =
         bytes - std::min(bytes, 4000 * planes.size() * std::min(frames.size(), kMostLines));
     std::size_t d = likely_detail(frames, scene, most);

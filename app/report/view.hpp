@@ -17,16 +17,16 @@ struct ViewFrame {
     SavedSurface saved;
 };
 
-/// What the view shows, and sections of the saved surfaces, before they are coarsened.
+/// The 3-D view's section, and profiles of the surfaces as saved.
 struct View {
     Json section;           ///< type "view": see app/report/viewer.js
     Json profiles;          ///< a chart for each plane
     std::size_t shown = 0;  ///< surfaces
 };
 
-/// Reads surfaces and interfaces, coarsens them until their text takes no more than \p bytes, and cuts them.
+/// Reads surfaces and interfaces, cuts them by planes, and coarsens them until their text fits into \p bytes.
 /// Deterministic.
-/// \param planes  axis-aligned, of the sections.
+/// \param planes  of the profiles; axis-aligned.
 /// \returns a view without frames where nothing fits, with the reason under "note".
 /// \throws FileError naming a file that is damaged.
 View make_view(std::vector<ViewFrame> frames, const std::vector<surface::Plane>& planes, std::size_t bytes);

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/common/json.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "app/report/manifold.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/error.hpp"
@@ -20,20 +21,17 @@ constexpr double kCrease = 40.0 * std::numbers::pi / 180.0;
 constexpr std::uint16_t kNoValue = 65535;
 constexpr double kAnyLength = 1e6;  // cells
 
-// Corners of a mesh by the vertex that they become: those around a vertex of one material and one side of a
+// Corners of a mesh grouped into new vertices: those around a vertex with one material on one side of a
 // crease.
 struct CornerGroups {
     std::vector<std::uint32_t> of_corner;  // 3 t + k
-    std::vector<std::uint32_t> vertex;     // of each group: the mesh's
+    std::vector<std::uint32_t> vertex;     // of each group, in the mesh
     std::vector<int> material;             // of each group
 };
 
 std::vector<int> materials_of_triangles(const TriangleMesh& mesh) {
-    std::vector<int> ids(mesh.triangles.size(), 0);
-    const Attribute* material = mesh.triangle_attribute("material");
-    if (material && material->components == 1)
-        for (std::size_t t = 0; t < ids.size(); ++t)
-            ids[t] = static_cast<int>(std::clamp(material->values[t], 0.0, 255.0));
+    std::vector<int> ids = triangle_materials(mesh);
+    for (int& id : ids) id = std::clamp(id, 0, 255);  // a byte each on the page
     return ids;
 }
 
@@ -70,7 +68,7 @@ CornerGroups corner_groups(const TriangleMesh& mesh) {
     return groups;
 }
 
-// Means over the triangles of each group, by their areas.
+// Area-weighted means over the triangles of each group.
 std::vector<float> group_means(const TriangleMesh& mesh, const CornerGroups& groups,
                                const Attribute* attribute) {
     const std::size_t count = groups.vertex.size();
@@ -98,7 +96,7 @@ TriangleMesh coarsened(const TriangleMesh& mesh, const ViewDetail& detail, doubl
     try {
         return simplify::simplify(mesh, {}, options).mesh;
     } catch (const GeometryError&) {
-        // Films that touch each other at a point or along a line are no manifold.
+        // Films that touch each other at a point or along a line make it non-manifold.
     }
     try {
         return simplify::simplify(manifold_parts(mesh), {}, options).mesh;
@@ -107,7 +105,7 @@ TriangleMesh coarsened(const TriangleMesh& mesh, const ViewDetail& detail, doubl
     }
 }
 
-ViewMesh split(const TriangleMesh& mesh, const CornerGroups& groups) {
+ViewMesh split_corners(const TriangleMesh& mesh, const CornerGroups& groups) {
     ViewMesh view;
     view.material = groups.material;
     for (const std::uint32_t v : groups.vertex) view.vertices.push_back(mesh.vertices[v]);
@@ -117,7 +115,7 @@ ViewMesh split(const TriangleMesh& mesh, const CornerGroups& groups) {
     return view;
 }
 
-// Where each vertex takes its values from: near it, but inside of its own side of a crease or a material's
+// Points at which vertices sample their values: near each, but on its own side of a crease or a material's
 // border.
 std::vector<Vec3> sampling_points(const ViewMesh& view) {
     constexpr double kInward = 0.1;
@@ -153,12 +151,12 @@ ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& att
     for (const std::string& name : attributes)
         means.push_back(group_means(mesh, groups, mesh.triangle_attribute(name)));
     if (detail.max_error == 0.0) {
-        ViewMesh view = split(mesh, groups);
+        ViewMesh view = split_corners(mesh, groups);
         view.values = std::move(means);
         return view;
     }
     const TriangleMesh coarse = coarsened(mesh, detail, cell);
-    ViewMesh view = split(coarse, corner_groups(coarse));
+    ViewMesh view = split_corners(coarse, corner_groups(coarse));
     view.values.resize(means.size(), std::vector<float>(view.vertices.size()));
     if (means.empty()) return view;
     const surface::RayScene scene(mesh);
@@ -179,7 +177,7 @@ ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& att
 ViewMesh bare_view_mesh(const TriangleMesh& mesh, const ViewDetail& detail, double cell) {
     ViewMesh view;
     if (detail.max_error > 0.0) {
-        // No value varies along its edges.
+        // No attribute limits the length of its edges.
         const TriangleMesh coarse = coarsened(mesh, {detail.max_error, kAnyLength}, cell);
         view.vertices = coarse.vertices;
         view.triangles = coarse.triangles;

@@ -9,7 +9,7 @@
 
 namespace sidewall::app {
 
-/// A mesh as the page draws it: smooth between creases, so that vertices are split at creases and where materials meet.
+/// A mesh as the page draws it: smooth between creases, with vertices split at creases and where materials meet.
 struct ViewMesh {
     std::vector<Vec3> vertices;
     std::vector<Triangle> triangles;
@@ -23,25 +23,26 @@ struct ViewDetail {
     double max_length = 0.0;
 };
 
-/// Coarsens a surface by region-bounded simplification and samples its attributes. A mesh that cannot be simplified
-/// stays as it is.
+/// Coarsens a surface by region-bounded simplification and samples its attributes. Leaves a mesh that cannot be
+/// simplified as it is.
 /// \param attributes  names of numbers a triangle; one that \p mesh lacks is NaN.
 /// \param cell        of the grid it was extracted on, world units.
 ViewMesh view_mesh(const TriangleMesh& mesh, const std::vector<std::string>& attributes,
                    const ViewDetail& detail, double cell);
 
-/// The same of a boundary that is only ever cut: positions alone, nothing split.
+/// Coarsens an interface, of which the page shows only sections: positions alone, no vertex split.
 ViewMesh bare_view_mesh(const TriangleMesh& mesh, const ViewDetail& detail, double cell);
 
-/// Bytes that encode() makes of it.
+/// Size in bytes of what encode() makes of a mesh.
 std::size_t encoded_size(const ViewMesh& mesh);
 
-/// Positions in 65535 steps across \p box, values in 65534 steps across \p ranges (65535: none), 16 bits each, little
-/// endian, in base 64: {"n": vertices, "p": positions, "i": indices, "wide": of 32 bits, "m": materials, a byte each,
-/// "a": [values of each attribute]}.
+/// Encodes a mesh for the page, as {"n": vertices, "p": positions, "i": indices, "wide": indices have 32 bits, "m":
+/// materials, a byte each, "a": [values of each attribute]}. Numbers are base 64 of little-endian 16 bits: positions
+/// in 65535 steps across
+/// \p box, values in 65534 steps across \p ranges, 65535 for none.
 Json encode(const ViewMesh& mesh, const Box3& box, const std::vector<std::array<double, 2>>& ranges);
 
-/// RFC 4648.
+/// Encodes bytes in base 64 (RFC 4648).
 std::string base64(const std::string& bytes);
 
 }  // namespace sidewall::app

@@ -1,8 +1,8 @@
 "use strict";
-// The 3-D view: surface, materials on the sides and on a cut, a slider over the saved surfaces. Drawn by three.js, and
-// only when something has changed.
+// The 3-D view: surface, materials on the sides and on a cut, a slider over the saved surfaces. Drawn by three.js, and only
+// when something has changed; three.js' orbit controls move the camera.
 (() => {
-  const { el, number } = Sidewall, kAxes = "xyz", kViews = {
+  const { el } = Sidewall, kViews = {
     "3-D": [28, 32], Front: [0, 0], Side: [90, 0], Top: [0, 89.9],
   };
   const kGrey = [200, 204, 210], kField = 20, kTexture = 1024;
@@ -32,7 +32,6 @@
       const deep = Math.min(this.max[0] - this.min[0], this.max[1] - this.min[1]) >
                    0.2 * Math.max(this.max[0] - this.min[0], this.max[1] - this.min[1]);
       if (section.cut && deep) { this.cutAxis = section.cut.axis; this.cutAt[section.cut.axis] = section.cut.at; }
-      this.camera = { azimuth: kViews["3-D"][0], elevation: kViews["3-D"][1], distance: 1, target: [0, 0, 0] };
     }
 
     // Whether a picture can be drawn here at all.
@@ -57,8 +56,8 @@
       this.clip = new THREE.Plane(new THREE.Vector3(0, 1, 0), 1e3);
       this.makeMaterials();
       this.makeFaces();
+      this.steer();
       this.fit();
-      this.listen();
       Sidewall.fitted(holder, () => this.resize());
       this.resize();
       return true;
@@ -73,7 +72,7 @@
       map.magFilter = map.minFilter = THREE.LinearFilter;
       map.needsUpdate = true;
       const clippingPlanes = [this.clip], side = THREE.DoubleSide;
-      this.looks = {
+      this.materials = {
         material: new THREE.MeshLambertMaterial({ vertexColors: THREE.VertexColors, clippingPlanes, side }),
         value: new THREE.MeshLambertMaterial({ map, clippingPlanes, side }),
         flatMaterial: new THREE.MeshBasicMaterial({ vertexColors: THREE.VertexColors, clippingPlanes, side }),
@@ -92,11 +91,11 @@
         texture.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
         // Colours already hold their opacity, so that none darkens towards the clear gas beside it.
         texture.premultiplyAlpha = true;
-        const look = new THREE.MeshBasicMaterial({
+        const material = new THREE.MeshBasicMaterial({
           map: texture, transparent: true, alphaTest: 0.02, side: THREE.DoubleSide, blending: THREE.CustomBlending,
           blendSrc: THREE.OneFactor, blendDst: THREE.OneMinusSrcAlphaFactor, clippingPlanes: axis < 0 ? [] : [this.clip],
         });
-        const face = { axis, high, canvas, texture, mesh: new THREE.Mesh(new THREE.BufferGeometry(), look) };
+        const face = { axis, high, canvas, texture, mesh: new THREE.Mesh(new THREE.BufferGeometry(), material) };
         this.scene.add(face.mesh);
         this.faces.push(face);
       }
@@ -132,7 +131,7 @@
               ...frame.layers.slice().reverse().map(([mesh, id]) => ({ mesh: this.mesh(mesh), colour: colour(id) }))];
     }
 
-    // Where a value lies on the colour bar, from 0 to 1.
+    // Position of a value on the colour bar, from 0 to 1.
     share(value) {
       const { low, high } = this.section.attributes[this.colour];
       if (!this.log) return (value - low) / (high - low);
@@ -169,13 +168,13 @@
         }
         geometry.setAttribute("uv", new THREE.BufferAttribute(uv, 2));
       }
-      const look = this.colour < 0 ? (this.shading ? "material" : "flatMaterial") : (this.shading ? "value" : "flatValue");
+      const name = this.colour < 0 ? (this.shading ? "material" : "flatMaterial") : (this.shading ? "value" : "flatValue");
       for (const old of [this.shown, this.lines]) if (old) { this.scene.remove(old); old.geometry.dispose(); }
       this.lines = null;
-      this.shown = new THREE.Mesh(geometry, this.looks[look]);
+      this.shown = new THREE.Mesh(geometry, this.materials[name]);
       this.scene.add(this.shown);
       if (this.triangles) {
-        this.lines = new THREE.LineSegments(new THREE.WireframeGeometry(geometry), this.looks.triangles);
+        this.lines = new THREE.LineSegments(new THREE.WireframeGeometry(geometry), this.materials.triangles);
         this.scene.add(this.lines);
       }
     }
@@ -230,13 +229,49 @@
       this.clipped = null;
     }
 
-    eyeAt() {
-      const { azimuth, elevation, distance, target } = this.camera, a = azimuth * Math.PI / 180, e = elevation * Math.PI / 180;
-      return [Math.sin(a) * Math.cos(e), -Math.cos(a) * Math.cos(e), Math.sin(e)].map((d, k) => target[k] + distance * d);
+    // Mouse, wheel and touch are the controls' own, and so are arrow keys with shift. Others come first: arrows alone turn.
+    steer() {
+      const reset = () => { this.fit(); this.refresh(); };
+      this.canvas.addEventListener("keydown", (event) => {
+        const turn = { ArrowLeft: [5, 0], ArrowRight: [-5, 0], ArrowUp: [0, -5], ArrowDown: [0, 5] }[event.key];
+        this.controls.enableKeys = event.shiftKey;
+        if (turn && event.shiftKey) return;
+        if (turn) this.turn(...turn);
+        else if (event.key === "+" || event.key === "=") this.zoom(0.87);
+        else if (event.key === "-") this.zoom(1.15);
+        else if (event.key === "0") reset();
+        else return;
+        event.preventDefault();
+      });
+      this.canvas.addEventListener("dblclick", reset);
+      this.canvas.addEventListener("pointermove", (event) => event.buttons || this.read(event));
+      this.controls = new THREE.OrbitControls(this.eye, this.canvas);
+      Object.assign(this.controls,
+                    { rotateSpeed: 0.6, keyPanSpeed: -25, screenSpacePanning: true, minDistance: 0.05, maxDistance: 40 });
+      this.controls.addEventListener("change", () => this.refresh());
+    }
+
+    // Puts the eye at a distance from the target, in a direction in degrees.
+    place(azimuth, elevation, distance) {
+      const a = azimuth * Math.PI / 180, e = elevation * Math.PI / 180;
+      const away = new THREE.Vector3(Math.sin(a) * Math.cos(e), -Math.cos(a) * Math.cos(e), Math.sin(e));
+      this.eye.position.copy(this.controls.target).addScaledVector(away, distance);
+      this.controls.update();
+      this.eye.updateMatrixWorld();
+    }
+    distance() { return this.eye.position.distanceTo(this.controls.target); }
+    turn(azimuth, elevation) {
+      const degrees = 180 / Math.PI, { controls } = this, e = 90 - degrees * controls.getPolarAngle() + elevation;
+      this.place(degrees * controls.getAzimuthalAngle() + azimuth, Math.min(Math.max(e, -89.9), 89.9), this.distance());
+    }
+    zoom(factor) {
+      const { target } = this.controls;
+      this.eye.position.sub(target).multiplyScalar(factor).add(target);
+      this.controls.update();
     }
 
     // The half towards the viewer is taken away.
-    aboveCut() { return this.eyeAt()[this.cutAxis] > this.local(this.cutAt[this.cutAxis], this.cutAxis); }
+    aboveCut() { return this.eye.position.getComponent(this.cutAxis) > this.local(this.cutAt[this.cutAxis], this.cutAxis); }
 
     placeClip() {
       if (this.cutAxis < 0) return this.clip.set(new THREE.Vector3(0, 0, 1), 1e3);
@@ -246,28 +281,20 @@
       this.bottom.visible = this.cutAxis !== 2 || sign < 0;
     }
 
-    look() {
-      const [x, y, z] = this.eyeAt(), { target } = this.camera;
-      this.eye.position.set(x, y, z);
-      this.eye.lookAt(target[0], target[1], target[2]);
-      this.eye.updateMatrixWorld();
-    }
-
     draw() {
-      this.look();
-      const { x, y, z } = this.eye.position, { target } = this.camera;
-      this.eye.near = Math.max(0.02, this.camera.distance - 2);
-      this.eye.far = this.camera.distance + 2;
-      this.eye.updateProjectionMatrix();
-      const right = new THREE.Vector3().setFromMatrixColumn(this.eye.matrixWorld, 0);
-      this.lamp.position.set(x - 0.6 * right.x * this.camera.distance, y - 0.6 * right.y * this.camera.distance,
-                             z + 0.8 * this.camera.distance);
-      this.lamp.target.position.set(target[0], target[1], target[2]);
+      const { eye, lamp } = this, distance = this.distance();
+      eye.near = Math.max(0.02, distance - 2);
+      eye.far = distance + 2;
+      eye.updateProjectionMatrix();
+      eye.updateMatrixWorld();
+      const right = new THREE.Vector3().setFromMatrixColumn(eye.matrixWorld, 0);
+      lamp.position.copy(eye.position).add(new THREE.Vector3(-0.6 * right.x, -0.6 * right.y, 0.8).multiplyScalar(distance));
+      lamp.target.position.copy(this.controls.target);
       this.placeClip();
-      this.renderer.render(this.scene, this.eye);
+      this.renderer.render(this.scene, eye);
     }
 
-    // What has changed: "frame", "colour", "cut" or only the view.
+    // Draws anew after a change of "frame", "colour", "cut" or only the view.
     refresh(what) {
       if (what === "frame" || what === "colour") {
         this.showSurface();
@@ -280,25 +307,26 @@
 
     // Shows all that the cut leaves, as large as it fits in.
     fit(name = "3-D") {
-      const { camera } = this;
-      [camera.azimuth, camera.elevation] = kViews[name];
-      camera.target = [0, 0, 0];
-      camera.distance = 4;
+      const { target } = this.controls, [azimuth, elevation] = kViews[name];
+      target.set(0, 0, 0);
+      this.place(azimuth, elevation, 4);
       const low = [0, 1, 2].map((k) => this.local(this.min[k], k)), high = [0, 1, 2].map((k) => this.local(this.max[k], k));
       if (this.cutAxis >= 0)
         (this.aboveCut() ? high : low)[this.cutAxis] = this.local(this.cutAt[this.cutAxis], this.cutAxis);
-      camera.target = low.map((v, k) => (v + high[k]) / 2);
+      target.fromArray(low.map((v, k) => (v + high[k]) / 2));
       const tangent = Math.tan(kField * Math.PI / 360), aspect = this.aspect || 1.6;
+      let distance = 4;
       for (let round = 0; round < 10; ++round) {
-        this.look();
+        this.place(azimuth, elevation, distance);
         let most = 0;
         for (let corner = 0; corner < 8; ++corner) {
           const p = new THREE.Vector3(...[0, 1, 2].map((k) => (corner >> k & 1 ? high : low)[k]));
           p.applyMatrix4(this.eye.matrixWorldInverse);
           most = Math.max(most, Math.abs(p.y / p.z) / tangent, Math.abs(p.x / p.z) / tangent / aspect);
         }
-        camera.distance = Math.max(0.6, camera.distance * most / 0.93);
+        distance = Math.max(0.6, distance * most / 0.93);
       }
+      this.place(azimuth, elevation, distance);
     }
 
     resize() {

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/commands/commands.hpp"
+#include "app/commands/program.hpp"
 #include "surface/files/output_file.hpp"
 #include "tests/faults/copies.hpp"
 

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <string>
 
-#include "app/report/html_table.hpp"
+#include "app/report/text_table.hpp"
 #include "tests/folder.hpp"
 
 // Running the program itself, in folders of its own.

@@ -63,7 +63,7 @@ class Recipe:
                 value = value[name] if name else value[int(index)]
             return value
         except (KeyError, IndexError, TypeError):
-            self._read_with([*self._changes, f"{key}=0"])  # tells of a key that no recipe has
+            self._read_with([*self._changes, f"{key}=0"])  # raises for a key that no recipe has
             return None  # a key without a value
 
     @property

@@ -18,7 +18,7 @@ class Simulation:
     it is given all points at once (see Points in the stubs) and returns an array of their speeds in the recipe's length
     per time, positive grows, negative etches. What is traced and what grows stays the recipe's matter.
 
-    simulation.recipe is a copy of the recipe. Changed between two time steps, it holds from the time step told last on:
+    simulation.recipe is a copy of the recipe. Changed between two time steps, it holds from the current time step on:
     simulation.recipe["step[0].rate"] = 2 in the loop's body changes the time step at hand. What may change: [flux] but its
     method, [simplify], [advection], values of the step at hand, and all of later steps; else RecipeError.
 

@@ -1,11 +1,14 @@
 #include <CLI/CLI.hpp>
 #include <catch2/catch.hpp>
 
-#include "app/commands/commands.hpp"
 #include "app/results/result.hpp"
 #include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
+
+namespace sidewall::app {
+void add_inspect_command(CLI::App& program);  // app/commands/inspect.cpp
+}
 
 using namespace sidewall;
 using namespace sidewall::app;

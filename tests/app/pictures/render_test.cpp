@@ -8,12 +8,15 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "app/commands/commands.hpp"
 #include "app/pictures/film_strip.hpp"
 #include "app/pictures/section.hpp"
 #include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
+
+namespace sidewall::app {
+void add_render_command(CLI::App& program);  // app/commands/render.cpp
+}
 
 using namespace sidewall;
 using namespace sidewall::app;

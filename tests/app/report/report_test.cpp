@@ -131,10 +131,11 @@ TEST_CASE("a page of results is one file that names no address and may load noth
     CHECK(report.html.size() < kMostPageBytes);
     CHECK(report.html.starts_with("<!doctype html>"));
     CHECK(count(report.html, "default-src 'none'") == 1);
-    // Names of XML's kinds of elements and a paper's address in a comment, both three.js's, and its licence.
+    // What three.js names: XML's namespace, a paper in a comment, its licence, its controls' authors.
     const std::size_t known = count(report.html, "http://www.w3.org/1999/xhtml") +
                               count(report.html, "https://graphics.stanford.edu/papers/envmap/envmap.pdf") +
-                              count(report.html, "three.js r111, https://threejs.org");
+                              count(report.html, "three.js r111, https://threejs.org") +
+                              count(report.html, "\t * @author ");
     CHECK(count(report.html, "http:") + count(report.html, "https:") == known);
     CHECK(count(report.html, "@import") == 0);
     CHECK(count(report.html, " src=") == 0);
@@ -245,7 +246,7 @@ TEST_CASE("a page of an unfinished run tells so and shows what is there") {
     write(folder.path / "timeline.csv", kTimeline + "1,half a r");  // killed while it wrote
     const Json data = data_of(make_report(folder.path).html);
     REQUIRE(data["notes"].size() == 1);
-    CHECK(data["notes"][0] == "This run has not ended: the page tells how far it came.");
+    CHECK(data["notes"][0] == "This run has not ended: the page shows how far it came.");
     CHECK(section(data, "view")["frames"].size() == 2);
 }
 

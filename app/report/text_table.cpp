@@ -1,4 +1,4 @@
-#include "app/report/html_table.hpp"
+#include "app/report/text_table.hpp"
 
 #include <fmt/format.h>
 
@@ -32,7 +32,7 @@ TextTable read_text_table(const std::filesystem::path& path) {
         }
     }
     TextTable table{.names = rows.front()};
-    rows.pop_back();  // what follows the last line break: nothing, or half a row
+    rows.pop_back();  // after the last line break: nothing, or half a row
     for (std::size_t r = 1; r < rows.size(); ++r) {
         if (rows[r].size() != table.names.size())
             throw FileError(fmt::format("{}: row {} has {} values under {} names: it is damaged",

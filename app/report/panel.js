@@ -1,77 +1,10 @@
 "use strict";
-// How the 3-D view is steered: pointer, wheel, keys, and the panel of buttons and sliders.
+// Controls and readouts around the 3-D view: buttons, sliders, the key of its colours, and a line on what lies under the pointer.
 (() => {
-  const { el, number } = Sidewall, kField = 20, kAxes = "xyz";
+  const { el, number } = Sidewall, kAxes = "xyz";
 
   Object.assign(Sidewall.Viewer.prototype, {
-    turn(dx, dy) {
-      this.camera.azimuth = (this.camera.azimuth - dx) % 360;
-      this.camera.elevation = Math.min(Math.max(this.camera.elevation + dy, -89.9), 89.9);
-      this.refresh();
-    },
-    move(dx, dy) {  // in shares of the picture's height
-      const span = 2 * this.camera.distance * Math.tan(kField * Math.PI / 360);
-      const right = new THREE.Vector3().setFromMatrixColumn(this.eye.matrixWorld, 0);
-      const up = new THREE.Vector3().setFromMatrixColumn(this.eye.matrixWorld, 1);
-      ["x", "y", "z"].forEach((k, i) => { this.camera.target[i] += span * (-dx * right[k] + dy * up[k]); });
-      this.refresh();
-    },
-    zoom(factor) {
-      this.camera.distance = Math.min(Math.max(this.camera.distance * factor, 0.05), 40);
-      this.refresh();
-    },
-
-    // One pointer turns (with shift or another button it moves), two zoom and move; the wheel zooms.
-    listen() {
-      const { canvas } = this, down = new Map();
-      const middle = () => {
-        const p = [...down.values()];
-        return { x: (p[0].x + p[1].x) / 2, y: (p[0].y + p[1].y) / 2, far: Math.hypot(p[0].x - p[1].x, p[0].y - p[1].y) || 1 };
-      };
-      canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-      canvas.addEventListener("pointerdown", (event) => {
-        down.set(event.pointerId, { x: event.clientX, y: event.clientY });
-        try { canvas.setPointerCapture(event.pointerId); } catch (error) { /* it is gone already */ }
-      });
-      const up = (event) => down.delete(event.pointerId);
-      canvas.addEventListener("pointerup", up);
-      canvas.addEventListener("pointercancel", up);
-      canvas.addEventListener("pointermove", (event) => {
-        const last = down.get(event.pointerId);
-        if (!last) return this.read(event);
-        const height = canvas.clientHeight;
-        if (down.size === 2) {
-          const before = middle();
-          down.set(event.pointerId, { x: event.clientX, y: event.clientY });
-          const after = middle();
-          this.zoom(before.far / after.far);
-          this.move((after.x - before.x) / height, (after.y - before.y) / height);
-          return;
-        }
-        const dx = event.clientX - last.x, dy = event.clientY - last.y;
-        down.set(event.pointerId, { x: event.clientX, y: event.clientY });
-        if (event.shiftKey || event.buttons > 1) this.move(dx / height, dy / height);
-        else this.turn(0.4 * dx, 0.4 * dy);
-      });
-      canvas.addEventListener("wheel", (event) => {
-        event.preventDefault();
-        this.zoom(Math.exp(Math.sign(event.deltaY) * Math.min(Math.abs(event.deltaY), 100) * 0.0015));
-      }, { passive: false });
-      canvas.addEventListener("keydown", (event) => {
-        const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-        if (by && event.shiftKey) this.move(0.05 * by[0], 0.05 * by[1]);
-        else if (by) this.turn(5 * by[0], 5 * by[1]);
-        else if (event.key === "+" || event.key === "=") this.zoom(0.87);
-        else if (event.key === "-") this.zoom(1.15);
-        else if (event.key === "0") { this.fit(); this.refresh(); }
-        else return;
-        event.preventDefault();
-      });
-    },
-
-    // What the surface shows at a place of the canvas, as shares of its size; nothing on faces and beside it.
-    at(x, y) { return this.told(this.picked(x, y)); },
-
+    // Picks the surface, or a face with its colour, at a place of the canvas in shares of its size; else null.
     picked(x, y) {
       const ray = new THREE.Raycaster();
       ray.setFromCamera({ x: 2 * x - 1, y: 1 - 2 * y }, this.eye);
@@ -87,14 +20,12 @@
           if (c[3] >= 128) return { face: true, colour: [c[0], c[1], c[2]] };
           continue;
         }
-        return hit.object === this.shown ? { face: false, point: hit.point, hit } : null;
+        return hit.object === this.shown ? { face: false, hit } : null;
       }
       return null;
     },
 
-    // Adds what the present colours say of a place that was picked.
-    told(place) { return place && !place.face ? { ...place, ...this.reading(place.hit) } : place; },
-
+    // Material and value of the surface at a hit, in the colours that are shown.
     reading(hit) {
       const data = this.surface(this.frame), { a, b, c } = hit.face, position = data.position;
       const triangle = [a, b, c].map((v) => new THREE.Vector3(...[0, 1, 2].map((k) => this.local(position[3 * v + k], k))));
@@ -104,7 +35,7 @@
       if (this.colour >= 0) {
         const v = [a, b, c].map((k) => this.value(data.values[this.colour][k]));
         result.value = weights.x * v[0] + weights.y * v[1] + weights.z * v[2];
-        // As drawn: the place on the bar is what runs linearly across a triangle.
+        // The place on the bar runs linearly across a triangle, as it is drawn.
         const s = v.map((w) => Math.min(Math.max(this.share(w), 0), 1));
         result.share = weights.x * s[0] + weights.y * s[1] + weights.z * s[2];
       }
@@ -116,10 +47,11 @@
       this.reads = requestAnimationFrame(() => {
         this.reads = 0;
         const place = this.canvas.getBoundingClientRect();
-        const found = this.at((event.clientX - place.left) / place.width, (event.clientY - place.top) / place.height);
-        if (!found || found.face) { this.readout.textContent = ""; return; }
+        const picked = this.picked((event.clientX - place.left) / place.width, (event.clientY - place.top) / place.height);
+        if (!picked || picked.face) { this.readout.textContent = ""; return; }
+        const found = this.reading(picked.hit);
         const { length_unit: unit, materials, attributes } = this.section;
-        const p = ["x", "y", "z"].map((k, i) => `${k} ${number(found.point[k] * this.size + this.middle[i], 4)}`).join("  ");
+        const p = ["x", "y", "z"].map((k, i) => `${k} ${number(picked.hit.point[k] * this.size + this.middle[i], 4)}`).join("  ");
         const material = materials.find((m) => m.id === found.material);
         this.readout.textContent = `${p} ${unit}` + (material ? `   ${material.name}` : "") +
           (this.colour >= 0 ? `   ${attributes[this.colour].label} ${number(found.value)} ${attributes[this.colour].unit}` : "");
@@ -245,8 +177,8 @@
         button("+", "zoom in", () => viewer.zoom(0.8)), button("−", "zoom out", () => viewer.zoom(1.25))));
     viewer.readout = el("p", { class: "readout", "aria-live": "off" });
     const root = el("div", { class: "view" }, holder, el("div", { class: "side" }, legend, panel), viewer.readout,
-      el("p", { class: "note" }, "Drag to turn, wheel or pinch to zoom, shift-drag or two fingers to move; with the " +
-        "keyboard: arrows, + and −, shift and arrows, 0. "), note);
+      el("p", { class: "note" }, "Drag to turn, wheel or pinch to zoom, shift-drag or two fingers to move, double click to " +
+        "reset; with the keyboard: arrows, + and −, shift and arrows, 0. "), note);
     let begun = false;
     viewer.begin = () => {
       if (begun) return;
