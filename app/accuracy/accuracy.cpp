@@ -38,12 +38,6 @@ constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
 constexpr double kFewestRays = 0.25, kMostRays = 32.0;
 constexpr int kDigits = 6;
 
-bool traces(const Recipe& recipe) {
-    for (const Step& step : expanded_steps(recipe))
-        if (!make_model(step, recipe.materials, recipe.domain).species.empty()) return true;
-    return false;
-}
-
 // What a run differs in from the recipe.
 struct Settings {
     double spacing = 0.0, rays = 0.0;
@@ -384,6 +378,12 @@ class Refiner {
 };
 
 }  // namespace
+
+bool traces(const Recipe& recipe) {
+    for (const Step& step : expanded_steps(recipe))
+        if (!make_model(step, recipe.materials, recipe.domain).species.empty()) return true;
+    return false;
+}
 
 RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
                           const std::vector<AskedAccuracy>& asked, const RunOptions& options) {

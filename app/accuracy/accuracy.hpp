@@ -19,6 +19,9 @@ struct AskedAccuracy {
 /// \throws RecipeError, with the nearest name, for what no run measures or a bound that is not above 0.
 std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, Recipe& recipe);
 
+/// Whether a step of the recipe traces particles, so that another seed gives other figures.
+bool traces(const Recipe& recipe);
+
 /// Runs a recipe on finer and finer grids, from four times its spacing to a quarter of it, until the bars of the figures asked
 /// for are small enough. On the coarsest grid further seeds tell the noise, from which the rays of the finer ones follow, and
 /// runs without simplification tell what that changes; where it changes too much, finer grids do without.
