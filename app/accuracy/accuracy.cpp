@@ -39,12 +39,6 @@ constexpr double kGridShare = 0.7, kNoiseShare = 0.5, kSimplifyShare = 0.5;
 constexpr double kFewestRays = 0.25, kMostRays = 32.0;
 constexpr int kDigits = 6;
 
-bool traces(const Recipe& recipe) {
-    for (const Step& step : expanded_steps(recipe))
-        if (step.built && !step.built->species.empty()) return true;
-    return false;
-}
-
 class Refiner {
   public:
     Refiner(const Recipe& recipe, const std::vector<std::string>& overrides,
@@ -371,6 +365,12 @@ class Refiner {
 };
 
 }  // namespace
+
+bool traces(const Recipe& recipe) {
+    for (const Step& step : expanded_steps(recipe))
+        if (step.built && !step.built->species.empty()) return true;
+    return false;
+}
 
 RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
                           const std::vector<AskedAccuracy>& asked, const RunOptions& options) {

@@ -7,6 +7,9 @@
 
 namespace sidewall::app {
 
+/// Whether a step of the recipe traces particles, so that another seed gives other figures.
+bool traces(const Recipe& recipe);
+
 /// Runs a recipe on finer and finer grids, from four times its spacing to a quarter of it, until the bars of the figures asked
 /// for are small enough. On the coarsest grid further seeds measure the noise, from which the rays of the finer ones follow, and
 /// runs without simplification measure its effect; where that is too large, finer grids do without.

@@ -7,12 +7,13 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/evaluation/validate.hpp"
+#include "app/evaluation/validate_cases.hpp"
 
 namespace sidewall::app {
 namespace {
 
 struct ValidateArguments {
-    std::string output = "results/validation", json;
+    std::string output = "results/validation", folder, json;
     std::vector<std::string> cases;
     bool list = false, overwrite = false, resume = false;
 };
@@ -33,16 +34,21 @@ void print(const Json& one) {
 }
 
 void run(const ValidateArguments& arguments) {
+    const std::filesystem::path folder =
+        arguments.folder.empty() ? shipped_cases() : std::filesystem::path(arguments.folder);
     if (arguments.list) {
-        for (const ValidationCase& one : validation_cases()) fmt::print("{:<22} {}\n", one.name, one.title);
+        for (const ValidationCase& one : validation_cases(folder))
+            fmt::print("{:<22} {}\n", one.name, one.title);
         return;
     }
     ValidationOptions options;
+    options.folder = folder;
     options.output = arguments.output;
     options.cases = arguments.cases;
     options.overwrite = arguments.overwrite;
     options.resume = arguments.resume;
     options.resume_command = "sidewall validate -o " + shell_word(arguments.output);
+    if (!arguments.folder.empty()) options.resume_command += " --cases " + shell_word(arguments.folder);
     for (const std::string& name : arguments.cases) options.resume_command += " --case " + name;
     options.resume_command += " --resume";
     const bool quiet = arguments.json == "-";
@@ -62,6 +68,9 @@ void add_validate_command(CLI::App& program) {
     const auto a = std::make_shared<ValidateArguments>();
     add_repeated(command, "--case", a->cases, "NAME",
                  "Only this case, the report keeps the others' figures; may be repeated (default: all)");
+    add_option(
+        command, "--cases", a->folder, "DIR",
+        "Folder of cases, each a folder with recipe.toml and reference.csv (default: those that come with the program)");
     add_flag(command, "--list", a->list, "List the cases, run nothing");
     add_option(
         command, "-o,--output", a->output, "DIR",

@@ -43,6 +43,22 @@ std::string csv_field(const std::string& text) {
     return quoted + "\"";
 }
 
+std::vector<std::string> csv_fields(std::string_view row) {
+    std::vector<std::string> fields(1);
+    bool quoted = false;
+    for (std::size_t at = 0; at < row.size(); ++at) {
+        if (row[at] == '"' && quoted && row.substr(at + 1).starts_with('"'))
+            fields.back() += row[++at];
+        else if (row[at] == '"')
+            quoted = !quoted;
+        else if (row[at] == ',' && !quoted)
+            fields.emplace_back();
+        else
+            fields.back() += row[at];
+    }
+    return fields;
+}
+
 std::string shell_word(const std::string& text) {
     const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
         return std::isalnum(c) != 0 ||

@@ -18,6 +18,9 @@ std::optional<double> finite_number(std::string_view text);
 /// A field of a CSV row: in quotes if its text asks for them.
 std::string csv_field(const std::string& text);
 
+/// The fields of a CSV row, their quotes taken off.
+std::vector<std::string> csv_fields(std::string_view row);
+
 /// A word of a command line: in quotes if a shell would read it otherwise.
 std::string shell_word(const std::string& text);
 

@@ -8,10 +8,13 @@
 #include <limits>
 #include <map>
 
+#include "app/accuracy/accuracy.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/version.hpp"
+#include "app/evaluation/validate_cases.hpp"
+#include "app/fit/fit_profile.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/process/simulation.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -19,58 +22,54 @@
 #include "app/results/whole_summary.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
 
 namespace sidewall::app {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kUp = 0.9, kLevel = 0.1;  // of a normal's z: what faces up, what faces sideways
 constexpr int kDigits = 6;
 constexpr const char* kReport = "validation.json";
-// Of a grid spacing: flats are known to lie within it (tests/integration/profile_test.cpp), so no length is
-// claimed to be better known.
+// Flats are known to lie within this part of a grid spacing (tests/integration/profile_test.cpp); no length
+// is claimed to be better known.
 constexpr double kResolution = 0.1;
 
-// The figures of a run, in the order of the readings; NaN where one does not exist.
-using Figures = std::vector<double>;
-
-bool counts(const ValidationReading& reading, const Vec3& centroid, double up, double material) {
-    if (centroid.z() < reading.z_low || centroid.z() > reading.z_high) return false;
-    if (std::hypot(centroid.x(), centroid.y()) > reading.radius) return false;
-    switch (reading.kind) {
-        case ValidationReading::Kind::floor:
-            return up >= kUp;
-        case ValidationReading::Kind::wall:
-            return std::abs(up) <= kLevel;
-        case ValidationReading::Kind::share:
-            return material == 0.0;
-        default:
-            return true;
-    }
-}
-
 // Mean over the area of the triangles that count, or their sum by the opening's area.
-double flux_figure(const TriangleMesh& mesh, const ValidationReading& reading) {
-    const Attribute *flux = mesh.triangle_attribute(reading.name),
+double flux_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, const Recipe& recipe) {
+    const Attribute *flux = mesh.triangle_attribute(figure.figure),
                     *material = mesh.triangle_attribute("material");
     if (flux == nullptr || material == nullptr) return kNone;
+    const auto wanted = material_id(recipe.materials, figure.where);
     double sum = 0.0, area = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 twice = area_vector(mesh, t);
-        const double a = 0.5 * twice.norm();
-        if (!(a > 0.0) ||
-            !counts(reading, triangle_centroid(mesh, t), 0.5 * twice.z() / a, material->values[t]))
-            continue;
+        const Vec3 twice = area_vector(mesh, t), centroid = triangle_centroid(mesh, t);
+        const double a = 0.5 * twice.norm(), up = 0.5 * twice.z() / a;
+        const bool counts = a > 0.0 && centroid.z() >= figure.z_from && centroid.z() <= figure.z_to &&
+                            std::hypot(centroid.x(), centroid.y()) <= figure.radius &&
+                            (figure.where != "floor" || up >= kUp) &&
+                            (figure.where != "wall" || std::abs(up) <= kLevel) &&
+                            (!wanted || material->values[t] == *wanted);
+        if (!counts) continue;
         sum += a * flux->values[t];
         area += a;
     }
-    if (reading.kind == ValidationReading::Kind::share) area = reading.opening;
+    if (figure.opening > 0.0) area = figure.opening;
     return area > 0.0 ? sum / area : kNone;
 }
 
+// Mean distance of a measured profile's points from that of a run.
+double profile_figure(const std::string& file, const Recipe& recipe, const fs::path& run) {
+    const MeasuredProfile profile = read_measured_profile(file);
+    const auto distance = distance_to(contour_of(run, recipe, profile.time), profile.points, {});
+    return distance ? distance->signed_distances.cwiseAbs().mean() : kNone;
+}
+
 // Whether a run of the recipe by this version is there, or a part of one.
-bool has_begun(const std::filesystem::path& folder, const Recipe& recipe) {
+bool has_begun(const fs::path& folder, const Recipe& recipe) {
     if (!holds_recipe(folder, effective_recipe(recipe))) return false;
     if (!is_there(folder / "summary.json")) return true;
     const Json summary = read_summary(folder);
@@ -79,9 +78,12 @@ bool has_begun(const std::filesystem::path& folder, const Recipe& recipe) {
     return true;
 }
 
-Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
-                 const std::vector<std::string>& changes, const ValidationOptions& options, double& seconds) {
-    const Recipe recipe = parse_recipe(one.recipe, one.name + ".toml", changes);
+// The figures of a run, in the order of the table; NaN where one does not exist.
+std::vector<double> run_case(const ValidationCase& one, const char* suffix,
+                             const std::vector<std::string>& changes, const ValidationOptions& options,
+                             double& seconds) {
+    const fs::path folder = options.output / (one.name + suffix);
+    const Recipe recipe = case_recipe(one, changes);
     const bool resume = options.resume && has_begun(folder, recipe);
     const RunResult run = run_recipe(recipe, {.output = folder,
                                               .resume = resume,
@@ -92,14 +94,14 @@ Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
                                               .warn = print_warning});
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
     const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
-    Figures figures;
-    for (const ValidationReading& reading : one.readings) {
-        if (reading.kind != ValidationReading::Kind::measure) {
-            figures.push_back(flux_figure(start, reading));
-            continue;
-        }
-        const Json& value = run.summary["metrology"][reading.name];
-        figures.push_back(value.is_number() ? value.get<double>() : kNone);
+    std::vector<double> figures;
+    for (const ReferenceFigure& figure : one.figures) {
+        const Json value = run.summary["metrology"].value(figure.figure, Json());
+        figures.push_back(figure.is_flux() ? flux_figure(start, figure, recipe)
+                          : figure.is_profile()
+                              ? profile_figure((one.folder / figure.figure).string(), recipe, folder)
+                          : value.is_number() ? value.get<double>()
+                                              : kNone);
     }
     return figures;
 }
@@ -107,80 +109,53 @@ Figures run_case(const ValidationCase& one, const std::filesystem::path& folder,
 Json validate_case(const ValidationCase& one, const ValidationOptions& options) {
     double seconds = 0.0;
     const auto run = [&](const char* suffix, const std::vector<std::string>& changes) {
-        return run_case(one, options.output / (one.name + suffix), changes, options, seconds);
+        return run_case(one, suffix, changes, options, seconds);
     };
-    const double spacing = parse_recipe(one.recipe, one.name + ".toml").domain.grid_spacing;
-    const Figures ours = run("", {}),
-                  coarse = run("-coarse", {fmt::format("domain.grid_spacing={}", 2.0 * spacing)});
-    const Figures other = one.traced ? run("-seed", {"flux.seed=2"}) : ours;
-    Json json{{"name", one.name},   {"title", one.title},      {"source", one.source},
-              {"note", one.note},   {"grid_spacing", spacing}, {"recipe", one.recipe},
-              {"seconds", nullptr}, {"version", version()},    {"readings", Json::array()}};
-    for (std::size_t k = 0; k < one.readings.size(); ++k) {
-        const ValidationReading& reading = one.readings[k];
-        const double least = reading.length ? kResolution * spacing : 0.0;
+    const Recipe recipe = case_recipe(one);
+    const double spacing = recipe.domain.grid_spacing;
+    const std::vector<double> ours = run("", {}),
+                              coarse = run("-coarse", {fmt::format("domain.grid_spacing={}", 2.0 * spacing)}),
+                              other = traces(recipe) ? run("-seed", {"flux.seed=2"}) : ours;
+    Json json{{"name", one.name},        {"title", one.title},
+              {"source", one.source},    {"note", one.note},
+              {"grid_spacing", spacing}, {"recipe", one.recipe},
+              {"table", one.table},      {"seconds", number_or_null(seconds, 3)},
+              {"version", version()},    {"readings", Json::array()}};
+    for (std::size_t k = 0; k < one.figures.size(); ++k) {
+        const ReferenceFigure& figure = one.figures[k];
+        const double least = figure.unit == recipe.domain.length_unit ? kResolution * spacing : 0.0;
         const double noise = std::abs(other[k] - ours[k]),
                      grid = std::max(least, std::abs(coarse[k] - ours[k]));
-        const double deviation = ours[k] - reading.reference, bars = noise + grid + reading.reference_bar;
+        const double deviation = ours[k] - figure.reference, bars = noise + grid + figure.bar;
         json["readings"].push_back(
-            Json{{"label", reading.label},
-                 {"unit", reading.unit},
+            Json{{"label", figure.label},
+                 {"unit", figure.unit},
                  {"ours", number_or_null(ours[k], kDigits)},
                  {"noise", number_or_null(noise, 2)},
                  {"grid", number_or_null(grid, 2)},
-                 {"reference", number_or_null(reading.reference, 8)},
-                 {"reference_bar", number_or_null(reading.reference_bar, 2)},
+                 {"reference", number_or_null(figure.reference, 8)},
+                 {"reference_bar", number_or_null(figure.bar, 2)},
                  {"deviation", number_or_null(deviation, 3)},
-                 {"deviation_percent", number_or_null(100.0 * deviation / reading.reference, 3)},
+                 {"deviation_percent", number_or_null(100.0 * deviation / figure.reference, 3)},
                  {"within_bars", std::abs(deviation) <= bars}});
     }
-    json["seconds"] = number_or_null(seconds, 3);
     return json;
 }
 
-std::vector<const ValidationCase*> chosen(const std::vector<std::string>& names) {
-    std::vector<const ValidationCase*> list;
+std::vector<ValidationCase> chosen(const std::vector<ValidationCase>& all,
+                                   const std::vector<std::string>& names) {
+    std::vector<ValidationCase> list;
     std::vector<std::string> known;
-    for (const ValidationCase& one : validation_cases()) {
-        known.push_back(one.name);
-        if (names.empty()) list.push_back(&one);
-    }
+    for (const ValidationCase& one : all) known.push_back(one.name);
     for (const std::string& name : names) {
         const auto found = std::find(known.begin(), known.end(), name);
         if (found == known.end())
             throw RecipeError(
                 fmt::format("--case {}: there is no such case{}", name,
                             did_you_mean(": ", name, known, ": `sidewall validate --list` lists all")));
-        list.push_back(&validation_cases()[static_cast<std::size_t>(found - known.begin())]);
+        list.push_back(all[static_cast<std::size_t>(found - known.begin())]);
     }
-    return list;
-}
-
-// Whether it is what validate_case makes: a report may be damaged.
-bool is_reading(const Json& reading) {
-    if (!reading.is_object()) return false;
-    for (const char* key : {"ours", "noise", "grid", "reference", "reference_bar", "deviation_percent"})
-        if (!reading.contains(key)) return false;
-    return reading["reference_bar"].is_number() && reading.value("label", Json()).is_string() &&
-           reading.value("unit", Json()).is_string() && reading.value("within_bars", Json()).is_boolean();
-}
-
-// The rows of the report that is there, by case, of those that are still the same.
-std::map<std::string, Json> earlier_rows(const std::filesystem::path& folder) {
-    std::map<std::string, Json> rows;
-    if (!is_there(folder / kReport)) return rows;
-    const Json report = read_json(folder / kReport, "remove it, or choose another folder with -o");
-    if (!report.is_object() || !report.value("cases", Json()).is_array()) return rows;
-    for (const Json& row : report["cases"])
-        for (const ValidationCase& one : validation_cases())
-            if (row.is_object() && row.value("name", Json()) == one.name &&
-                row.value("recipe", Json()) == one.recipe && row.value("title", Json()).is_string() &&
-                row.value("source", Json()).is_string() && row.value("note", Json()).is_string() &&
-                row.contains("grid_spacing") && row.contains("seconds") &&
-                row.value("readings", Json()).is_array() && row["readings"].size() == one.readings.size() &&
-                std::all_of(row["readings"].begin(), row["readings"].end(), is_reading))
-                rows[one.name] = row;
-    return rows;
+    return names.empty() ? all : list;
 }
 
 // Significant digits for a table.
@@ -188,73 +163,82 @@ std::string text(const Json& number, int digits = 5) {
     return number.is_number() ? fmt::format("{:.{}g}", number.get<double>(), digits) : "none";
 }
 
-std::string row(const Json& reading) {
-    const std::string unit = reading["unit"] == "1" ? "" : ", in " + reading["unit"].get<std::string>();
-    const double bar = reading["reference_bar"].get<double>();
-    return fmt::format(
-        "| {}{} | {} | {} | {} | {}{} | {} % | {} |\n", reading["label"].get<std::string>(), unit,
-        text(reading["ours"]), text(reading["noise"], 2), text(reading["grid"], 2),
-        text(reading["reference"], 6), bar > 0.0 ? " +- " + text(reading["reference_bar"], 2) : "",
-        text(reading["deviation_percent"], 2), reading["within_bars"].get<bool>() ? "yes" : "no");
+// The part of the page about a case. Throws Json::exception if the row is damaged.
+std::string section_of(const Json& row) {
+    std::string title = row.at("title").get<std::string>();
+    title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
+    std::string page = fmt::format(
+        "\n## {}\n\n{}.\n\n"
+        "| figure | ours | noise | grid | reference | deviation | within |\n|---|---|---|---|---|---|---|\n",
+        row.at("name").get<std::string>(), title);
+    for (const Json& reading : row.at("readings")) {
+        const auto unit = reading.at("unit").get<std::string>();
+        const double bar = reading.at("reference_bar").get<double>();
+        page += fmt::format(
+            "| {}{} | {} | {} | {} | {}{} | {} % | {} |\n", reading.at("label").get<std::string>(),
+            unit == "1" ? "" : ", in " + unit, text(reading.at("ours")), text(reading.at("noise"), 2),
+            text(reading.at("grid"), 2), text(reading.at("reference"), 6),
+            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "", text(reading.at("deviation_percent"), 2),
+            reading.at("within_bars").get<bool>() ? "yes" : "no");
+    }
+    const auto note = row.at("note").get<std::string>();
+    return page + fmt::format("\nReference: {}. Grid spacing {}.{}\n", row.at("source").get<std::string>(),
+                              text(row.at("grid_spacing")), note.empty() ? "" : " " + note);
+}
+
+// The rows of the report that is there, by case, of those whose files are still the same.
+std::map<std::string, Json> earlier_rows(const fs::path& folder, const std::vector<ValidationCase>& cases) {
+    std::map<std::string, Json> rows;
+    if (!is_there(folder / kReport)) return rows;
+    const Json report = read_json(folder / kReport, "remove it, or choose another folder with -o");
+    for (const Json& row : report.is_object() ? report.value("cases", Json()) : Json()) {
+        try {
+            section_of(row);
+            for (const ValidationCase& one : cases)
+                if (row.at("name") == one.name && row.at("recipe") == one.recipe &&
+                    row.at("table") == one.table)
+                    rows[one.name] = row;
+        } catch (const Json::exception&) {
+            continue;  // the report is damaged: this case is without figures
+        }
+    }
+    return rows;
+}
+
+// The page in Markdown: \p frame with all cases in place of its line CASES.
+std::string validation_page(const Json& validation, const std::string& frame) {
+    std::string sections;
+    std::size_t figures = 0, within = 0;
+    for (const Json& row : validation["cases"]) {
+        sections += section_of(row);
+        for (const Json& reading : row["readings"]) within += reading["within_bars"].get<bool>() ? 1 : 0;
+        figures += row["readings"].size();
+    }
+    const std::string mark = "CASES\n";
+    const std::size_t at = std::min(frame.find(mark), frame.size());
+    return fmt::format("{}Of {} figures {} lie within.\n{}{}", frame.substr(0, at), figures, within, sections,
+                       frame.substr(std::min(at + mark.size(), frame.size())));
 }
 
 }  // namespace
 
-std::string validation_page(const Json& validation) {
-    std::string page =
-        "# Validation\n\n"
-        "Figures that are known from closed forms, published tables or another simulator, and what Sidewall computes. Made by\n"
-        "`sidewall validate`, which runs every case again and writes this page (`results/validation/validation.md`), with the\n"
-        "recipes in `validation.json`.\n\n"
-        "- \"ours\": from a run with the case's grid spacing and seed 1.\n"
-        "- \"noise\": difference to the same run with another seed; 0 where nothing is traced.\n"
-        "- \"grid\": difference to the same run on twice the spacing. For a scheme of first order that is the size of the error\n"
-        "  that the grid leaves. Of lengths at least a tenth of the grid spacing, within which flat faces are known to lie.\n"
-        "- \"within\": whether ours and the reference differ by no more than noise, grid and the reference's own bar together.\n"
-        "  A \"no\" is a finding: the bars are estimates from two runs each, not bounds.\n";
-    std::size_t figures = 0, within = 0;
-    for (const Json& one : validation["cases"])
-        for (const Json& reading : one["readings"]) {
-            ++figures;
-            within += reading["within_bars"].get<bool>() ? 1 : 0;
-        }
-    page += fmt::format("\nOf {} figures {} lie within.\n", figures, within);
-    for (const Json& one : validation["cases"]) {
-        std::string title = one["title"].get<std::string>();
-        title[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(title[0])));
-        page += fmt::format("\n## {}\n\n{}.\n\n", one["name"].get<std::string>(), title);
-        page +=
-            "| figure | ours | noise | grid | reference | deviation | within |\n|---|---|---|---|---|---|---|\n";
-        for (const Json& reading : one["readings"]) page += row(reading);
-        page += fmt::format("\nReference: {}. Grid spacing {}.", one["source"].get<std::string>(),
-                            text(one["grid_spacing"]));
-        const auto note = one["note"].get<std::string>();
-        page += note.empty() ? "\n" : " " + note + "\n";
-    }
-    page +=
-        "\n## What is left out\n\n"
-        "- Bosch process (Ertl and Selberherr 2010): `configs/bosch_hole.toml` has their parameters, but no figures of their\n"
-        "  profiles are at hand to compare with.\n"
-        "- Atomic layer deposition in lateral cavities (Ylilammi et al. 2018; Arts et al. 2019): published models take diffusion\n"
-        "  through a gas; `ald` is ballistic, and ballistic models reach deeper (Jarvilehto et al. 2023). A difference would\n"
-        "  tell nothing of either.\n"
-        "- TEOS: no table with all its parameters is at hand.\n";
-    return page;
-}
-
 Json validate(const ValidationOptions& options) {
-    const std::vector<const ValidationCase*> cases = chosen(options.cases);
-    std::map<std::string, Json> rows = earlier_rows(options.output);
+    const std::vector<ValidationCase> all = validation_cases(options.folder),
+                                      cases = chosen(all, options.cases);
+    for (const ValidationCase& one : cases) case_recipe(one);  // all mistakes before the first run
+    const fs::path page = options.folder / "page.md";
+    const std::string frame = is_there(page) ? surface::read_whole_file(page) : "# Validation\n\n";
+    std::map<std::string, Json> rows = earlier_rows(options.output, all);
     Json validation;
-    for (const ValidationCase* one : cases) {
-        const Json& row = rows[one->name] = validate_case(*one, options);
+    for (const ValidationCase& one : cases) {
+        const Json& row = rows[one.name] = validate_case(one, options);
         if (options.finished) options.finished(row);
         validation = Json{{"version", version()}, {"cases", Json::array()}};
-        for (const ValidationCase& any : validation_cases())
+        for (const ValidationCase& any : all)
             if (rows.contains(any.name)) validation["cases"].push_back(rows[any.name]);
         // What is finished is kept, should a later case be interrupted.
         write_json((options.output / kReport).string(), validation);
-        write_file(options.output / "validation.md", validation_page(validation));
+        write_file(options.output / "validation.md", validation_page(validation, frame));
     }
     return validation;
 }

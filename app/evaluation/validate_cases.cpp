@@ -1,196 +1,184 @@
 #include "app/evaluation/validate_cases.hpp"
 
-#include <numbers>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
-// The table of `sidewall validate`: fluxes. A reference without a source has no place in it.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "app/common/files.hpp"
+#include "app/common/text.hpp"
+#include "app/fit/fit_profile.hpp"
+#include "app/recipe/step_model.hpp"
+#include "app/schema/keys.hpp"
+#include "app/sweep/measures.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/printable.hpp"
+
 namespace sidewall::app {
 namespace {
 
-using Kind = ValidationReading::Kind;
+namespace fs = std::filesystem;
 
-constexpr const char* kMolecularFlow =
-    "Clausing, Ann. Phys. 12, 961 (1932); Cole, Prog. Astronaut. Aeronaut. 51, 261 (1977)";
-constexpr const char* kRings =
-    "ring integral equation with closed-form view factors, extrapolated from two resolutions, to 0.1 % or better";
-constexpr const char* kStrips =
-    "radiosity of an endless trench by Hottel's crossed strings, 400 strips, exact to the digits shown";
+// Columns of reference.csv and the members they fill.
+const std::vector<std::pair<std::string, std::string ReferenceFigure::*>> kTexts = {
+    {"figure", &ReferenceFigure::figure},
+    {"label", &ReferenceFigure::label},
+    {"unit", &ReferenceFigure::unit},
+    {"where", &ReferenceFigure::where}};
+const std::vector<std::pair<std::string, double ReferenceFigure::*>> kNumbers = {
+    {"reference", &ReferenceFigure::reference}, {"bar", &ReferenceFigure::bar},
+    {"z_from", &ReferenceFigure::z_from},       {"z_to", &ReferenceFigure::z_to},
+    {"radius", &ReferenceFigure::radius},       {"opening", &ReferenceFigure::opening}};
 
-// A film so slow that nothing moves: what arrives is looked at.
-std::string still(const std::string& sticking, const std::string& flux) {
-    return "[[step]]\nmodel = \"single_particle\"\nduration = 1.0\nrate = { Si = -1e-6 }\nsticking = " +
-           sticking + "\n[flux]\n" + flux + "\n";
+[[noreturn]] void refuse(const std::string& place, const std::string& rule) {
+    throw FileError(fmt::format("{}: {}", place, rule));
 }
 
-// A tube of radius 1 whose walls reflect and whose floor absorbs.
-std::string tube(const std::string& length) {
-    return "[domain]\nextent = [2.4, 2.4]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\ntop = -" +
-           length + "\n[[layer]]\nmaterial = \"Mask\"\nshape = \"hole\"\ntop = 0.0\nradius = 1.0\n" +
-           still("{ Si = 1.0, Mask = 0.0 }", "method = \"radiosity\"\nrays = 1_000_000");
+void require_known(const std::string& place, const std::string& what, const std::string& name,
+                   const std::vector<std::string>& known) {
+    if (std::find(known.begin(), known.end(), name) != known.end()) return;
+    const std::string all = known.empty() ? ": the recipe's first step traces nothing"
+                                          : fmt::format("; there are {}", fmt::join(known, ", "));
+    refuse(place, fmt::format("{} \"{}\": there is none{}", what, surface::printable(name),
+                              did_you_mean(": ", name, known, all)));
 }
 
-// A hole of radius 1 in silicon.
-std::string hole(const std::string& depth, const std::string& sticking) {
-    return "[domain]\nextent = [2.4, 2.4]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = \"hole\"\nradius = 1.0\ndepth = " +
-           depth + "\n" + still(sticking, "method = \"radiosity\"\nrays = 2_000_000");
+// A comment of the head, such as "# title: what is checked"; others are for readers alone.
+void read_comment(ValidationCase& one, std::string_view comment, const std::string& place) {
+    const std::size_t colon = comment.find(':');
+    if (colon == std::string_view::npos) return;
+    const std::string_view key = trimmed(comment.substr(1, colon - 1));
+    const std::string value(trimmed(comment.substr(colon + 1)));
+    if (key == "title") one.title = value;
+    if (key == "source") one.source = value;
+    if (key == "note") one.note = value;
+    if (key != "order") return;
+    if (!finite_number(value)) refuse(place, "order must be a number, as the case's place in the report");
+    one.order = *finite_number(value);
 }
 
-// A trench of width 1 in silicon, a strip of it.
-std::string trench(const std::string& depth, const std::string& sticking) {
-    return "[domain]\nextent = [2.0, 0.4]\ngrid_spacing = 0.05\nboundary = [\"reflective\", \"periodic\"]\n"
-           "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = " +
-           depth + "\n" + still(sticking, "rays = 2_000_000");
+ReferenceFigure read_row(const std::vector<std::string>& names, const std::vector<std::string>& fields,
+                         const std::string& place) {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    if (fields.size() != names.size())
+        refuse(place, fmt::format("{} values under {} names: put a value with commas in quotes",
+                                  fields.size(), names.size()));
+    ReferenceFigure figure;
+    figure.place = place;
+    figure.reference = figure.bar = kNone;
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        const std::string_view value = trimmed(fields[k]);
+        for (const auto& [name, text] : kTexts)
+            if (name == names[k]) figure.*text = value;
+        for (const auto& [name, number] : kNumbers) {
+            if (name != names[k] || value.empty()) continue;
+            if (!finite_number(value))
+                refuse(place, fmt::format("\"{}\" under {} is not a finite number",
+                                          surface::printable(fields[k]), name));
+            figure.*number = *finite_number(value);
+        }
+    }
+    if (figure.figure.empty() || figure.label.empty() || figure.unit.empty() ||
+        std::isnan(figure.reference + figure.bar))
+        refuse(place, "a row needs values under figure, label, unit, reference and bar");
+    return figure;
 }
 
-ValidationReading floor_flux(double reference, double bar, double below, double radius = 1e30) {
-    return {.label = "flux at the floor",
-            .kind = Kind::floor,
-            .name = "flux_neutral",
-            .reference = reference,
-            .reference_bar = bar,
-            .z_high = below,
-            .radius = radius};
+std::vector<std::string> read_names(std::vector<std::string> names, const std::string& place) {
+    std::vector<std::string> known;
+    for (const auto& [name, member] : kTexts) known.push_back(name);
+    for (const auto& [name, member] : kNumbers) known.push_back(name);
+    for (std::string& name : names) {
+        name = std::string(trimmed(name));
+        require_known(place, "column", name, known);
+    }
+    return names;
 }
 
-ValidationReading share(double reference) {
-    return {.label = "share",
-            .kind = Kind::share,
-            .name = "flux_neutral",
-            .reference = reference,
-            .reference_bar = 1e-5,
-            .opening = std::numbers::pi};
+ValidationCase read_case(const fs::path& folder) {
+    ValidationCase one;
+    one.folder = folder;
+    one.name = folder.filename().string();
+    const fs::path table = folder / "reference.csv";
+    for (const fs::path& file : {folder / "recipe.toml", table})
+        if (!is_there(file))
+            refuse(file.string(), "is missing: a case is a folder with recipe.toml and reference.csv");
+    one.recipe = surface::read_whole_file(folder / "recipe.toml");
+    one.table = surface::read_whole_file(table);
+    std::vector<std::string> names;
+    std::size_t number = 0;
+    for (const std::string& text : split(one.table, '\n')) {
+        const std::string place = fmt::format("{}:{}", table.string(), ++number);
+        const std::string_view line = trimmed(text);
+        if (line.starts_with('#'))
+            read_comment(one, line, place);
+        else if (!line.empty() && names.empty())
+            names = read_names(csv_fields(line), place);
+        else if (!line.empty())
+            one.figures.push_back(read_row(names, csv_fields(line), place));
+    }
+    if (one.title.empty() || one.source.empty() || one.figures.empty())
+        refuse(table.string(),
+               "needs lines \"# title: ...\" and \"# source: ...\", one of names, and a row a figure");
+    return one;
 }
 
-// Of a hole 10 deep, in a band of a twentieth of the depth; the bar is what the band's mean may differ by.
-ValidationReading wall_flux(const char* label, double reference, double bar, double z) {
-    return {.label = label,
-            .kind = Kind::wall,
-            .name = "flux_neutral",
-            .reference = reference,
-            .reference_bar = bar,
-            .z_low = z - 0.25,
-            .z_high = z + 0.25};
-}
-
-std::vector<ValidationCase> tubes_and_holes() {
-    const std::string molecules =
-        "molecules through a tube whose walls reflect all: share that reaches the far end";
-    return {{"tube_1",
-             molecules + ", length over radius 1",
-             kMolecularFlow,
-             "",
-             tube("1.0"),
-             true,
-             {share(0.67198)}},
-            {"tube_2",
-             molecules + ", length over radius 2",
-             kMolecularFlow,
-             "",
-             tube("2.0"),
-             true,
-             {share(0.51423)}},
-            {"tube_4",
-             molecules + ", length over radius 4",
-             kMolecularFlow,
-             "",
-             tube("4.0"),
-             true,
-             {share(0.35657)}},
-            {"hole_view",
-             "a hole of radius 1 and depth 2 at sticking 1: mean flux within 0.3 of the floor's centre",
-             "view factor of two coaxial discs of radius 0.3 and 1 at a distance of 2",
-             "",
-             hole("2.0", "1.0"),
-             true,
-             {floor_flux(0.197125, 0.0, -1.9, 0.3)}},
-            {"hole_radiosity_0.1",
-             "a hole of aspect ratio 5 (depth over diameter) at sticking 0.1",
-             kRings,
-             "",
-             hole("10.0", "0.1"),
-             true,
-             {wall_flux("flux at the wall at 0.25 of the depth", 0.340341, 0.0008, -2.5),
-              wall_flux("flux at the wall at 0.45 of the depth", 0.192689, 0.0004, -4.5),
-              wall_flux("flux at the wall at 0.75 of the depth", 0.0983205, 0.0002, -7.5)}},
-            {"hole_radiosity_0.01",
-             "the same hole at sticking 0.01",
-             kRings,
-             "",
-             hole("10.0", "0.01"),
-             true,
-             {wall_flux("flux at the wall at 0.25 of the depth", 0.780146, 0.0009, -2.5),
-              wall_flux("flux at the wall at 0.45 of the depth", 0.701066, 0.0008, -4.5),
-              wall_flux("flux at the wall at 0.75 of the depth", 0.632127, 0.0007, -7.5)}}};
-}
-
-std::vector<ValidationCase> trenches_and_beams() {
-    return {
-        {"trench_view",
-         "an endless trench of width 1 and depth 2 at sticking 1: mean flux at the floor",
-         "view factor of a strip and the opening above it, sqrt(1 + 4) - 2",
-         "",
-         trench("2.0", "1.0"),
-         true,
-         {floor_flux(0.236068, 0.0, -1.9)}},
-        {"trench_radiosity_0.5",
-         "the same trench at sticking 0.5",
-         kStrips,
-         "",
-         trench("2.0", "0.5"),
-         true,
-         {{.label = "mean flux at the walls",
-           .kind = Kind::wall,
-           .name = "flux_neutral",
-           .reference = 0.32053,
-           .reference_bar = 1e-5},
-          floor_flux(0.33376, 1e-5, -1.9)}},
-        {"trench_radiosity_0.1",
-         "the same trench at sticking 0.1",
-         kStrips,
-         "",
-         trench("2.0", "0.1"),
-         true,
-         {floor_flux(0.69141, 1e-5, -1.9)}},
-        {"half_sphere",
-         "a half sphere at sticking 0.2: the flux is the same everywhere",
-         "every point sees half of the others and half of the opening, so that flux = 1 / (1 + sticking)",
-         "",
-         "[domain]\nextent = [2.4, 2.4]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\nshape = \"sphere\"\n"
-         "subtract = true\nradius = 1.0\nz = 0.0\n" +
-             still("0.2", "rays = 1_000_000"),
-         true,
-         {{.label = "mean flux, 0.3 and more below the rim",
-           .kind = Kind::all,
-           .name = "flux_neutral",
-           .reference = 1.0 / 1.2,
-           .z_high = -0.3}}},
-        {"turning_beam",
-         "a beam tilted by 30 degrees on a turning wafer: flux on a vertical wall",
-         "mean over the azimuths of the beam's component across the wall, tan(30 degrees) / pi",
-         "",
-         "[domain]\nextent = [4.0, 0.8]\ngrid_spacing = 0.1\nboundary = \"periodic\"\n[[layer]]\nmaterial = \"Si\"\n"
-         "shape = \"fin\"\nwidth = 1.0\nheight = 1.0\n[[step]]\nmodel = \"multi_particle\"\nduration = 1.0\n"
-         "species = [{ name = \"beam\", kind = \"collimated\", source_exponent = 100000.0, tilt_deg = 30.0, rotating = "
-         "true, rate = { Si = -1e-6 } }]\n[flux]\nrays = 1_000_000\n",
-         true,
-         {{.label = "flux at the walls",
-           .kind = Kind::wall,
-           .name = "flux_beam",
-           .reference = 0.183776,
-           .z_low = 0.2,
-           .z_high = 0.8}}},
-    };
+void require_flux(const Recipe& recipe, const ReferenceFigure& figure) {
+    std::vector<std::string> fluxes, places = material_names(recipe.materials);
+    places.insert(places.begin(), {"floor", "wall"});
+    const Step first = expanded_steps(recipe).front();
+    for (const std::string& name : flux_names(make_model(first, recipe.materials, recipe.domain).species))
+        fluxes.push_back("flux_" + name);
+    require_known(figure.place, "figure", figure.figure, fluxes);
+    if (!figure.where.empty()) require_known(figure.place, "where", figure.where, places);
 }
 
 }  // namespace
 
-const std::vector<ValidationCase>& validation_cases() {
-    static const std::vector<ValidationCase> cases = [] {
-        std::vector<ValidationCase> all = tubes_and_holes();
-        for (auto* part : {&trenches_and_beams, &validation_shapes, &validation_simulators})
-            for (ValidationCase& one : (*part)()) all.push_back(std::move(one));
-        return all;
-    }();
+fs::path shipped_cases() {
+    std::error_code failure;
+    const fs::path program = fs::read_symlink("/proc/self/exe", failure);
+    for (fs::path above = program.parent_path(); above.has_relative_path(); above = above.parent_path())
+        for (const char* below : {"share/sidewall/configs/validation", "configs/validation"})
+            if (is_there(above / below)) return above / below;
+    throw FileError(
+        "no folder above the program holds share/sidewall/configs/validation or configs/validation: say with "
+        "--cases DIR where the cases are");
+}
+
+std::vector<ValidationCase> validation_cases(const fs::path& folder) {
+    std::error_code failure;
+    std::vector<ValidationCase> cases;
+    for (const auto& entry : fs::directory_iterator(folder, failure))
+        if (entry.is_directory(failure)) cases.push_back(read_case(entry.path()));
+    if (cases.empty())
+        refuse(folder.string(),
+               "holds no case, a folder with recipe.toml and reference.csv: name another with --cases");
+    std::sort(cases.begin(), cases.end(), [](const ValidationCase& a, const ValidationCase& b) {
+        return std::tie(a.order, a.name) < std::tie(b.order, b.name);
+    });
     return cases;
+}
+
+Recipe case_recipe(const ValidationCase& one, const std::vector<std::string>& changes) {
+    Recipe recipe = parse_recipe(one.recipe, (one.folder / "recipe.toml").string(), changes);
+    for (const ReferenceFigure& figure : one.figures) {
+        if (figure.is_flux()) {
+            require_flux(recipe, figure);
+        } else if (figure.is_profile()) {
+            require_wafer_size(read_measured_profile((one.folder / figure.figure).string()), recipe);
+        } else {
+            want_measure(recipe, figure.figure, figure.place + ": figure");
+            if (!is_figure(recipe, figure.figure))
+                refuse(figure.place, fmt::format("figure {} stands for several: name one, e.g. {}",
+                                                 figure.figure, example_of(figure.figure)));
+        }
+    }
+    return recipe;
 }
 
 }  // namespace sidewall::app

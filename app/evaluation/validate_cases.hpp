@@ -1,15 +1,51 @@
 #pragma once
+#include <filesystem>
+#include <string>
 #include <vector>
 
-#include "app/evaluation/validate.hpp"
+#include "app/recipe/recipe.hpp"
 
-// Parts of the table of validation_cases(), a file each.
+// Cases of validate: folders with recipe.toml and reference.csv, whose columns docs/validation.md describes.
 namespace sidewall::app {
 
-/// Shapes known from closed forms.
-std::vector<ValidationCase> validation_shapes();
+/// A figure of a run and what it should be: a row of reference.csv.
+struct ReferenceFigure {
+    std::string figure;       ///< of [metrology], flux_SPECIES at the run's start, or a profile FILE.csv
+    std::string label, unit;  ///< for the page; the unit of a number is 1
+    double reference = 0.0, bar = 0.0;   ///< what it should be, and how exact that is known
+    std::string where;                   ///< of a flux: floor, wall, a material; empty: all of the surface
+    double z_from = -1e30, z_to = 1e30;  ///< heights of the triangles' centroids that count for a flux
+    double radius = 1e30;                ///< their largest distance from the axis
+    double opening = 0.0;  ///< area that the sum of a flux is divided by; 0: its own, for the mean
+    std::string place;     ///< FILE:LINE, for messages
 
-/// Runs that another simulator has made, too.
-std::vector<ValidationCase> validation_simulators();
+    bool is_flux() const { return figure.starts_with("flux_"); }
+    bool is_profile() const { return figure.find(".csv") != std::string::npos; }
+};
+
+/// A run whose figures are known, and where the truth comes from.
+struct ValidationCase {
+    std::filesystem::path folder;
+    std::string name;           ///< of the folder
+    std::string title;          ///< what is checked
+    std::string source;         ///< of the reference
+    std::string note;           ///< what a reader should know besides; may be empty
+    double order = 1e30;        ///< its place in the report
+    std::string recipe, table;  ///< texts of its files
+    std::vector<ReferenceFigure> figures;
+};
+
+/// The folder of cases that came with the program: share/sidewall/configs/validation or configs/validation in one of the
+/// folders above the program's own.
+/// \throws FileError if there is none.
+std::filesystem::path shipped_cases();
+
+/// All cases of a folder, by order and name.
+/// \throws FileError naming file and line of what is missing or wrong.
+std::vector<ValidationCase> validation_cases(const std::filesystem::path& folder);
+
+/// The recipe of a case, which measures all its figures.
+/// \throws RecipeError, FileError naming file and line, if the recipe is wrong or runs of it have no such figure.
+Recipe case_recipe(const ValidationCase& one, const std::vector<std::string>& changes = {});
 
 }  // namespace sidewall::app

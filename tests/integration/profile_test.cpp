@@ -67,7 +67,7 @@ double mean_distance(const Run& a, const Run& b) {
 // Points x, z of a reference profile in tests/assets/.
 std::vector<Point> load_profile(const std::string& file) {
     std::vector<Point> points;
-    std::ifstream in(SIDEWALL_SOURCE_DIR "/tests/assets/" + file);
+    std::ifstream in(SIDEWALL_SOURCE_DIR "/configs/validation/trench_deposition/" + file);
     std::string line;
     std::getline(in, line);
     while (std::getline(in, line)) {
@@ -111,7 +111,7 @@ TEST_CASE(
             "trench_deposition.toml",
             {"domain.extent=[10.0, 0.476190476190476]", "flux.rays=50000", "simplify.method=" + method});
         for (const std::string tracer : {"triangles", "disks"}) {
-            const std::vector<Point> reference = load_profile("trench_deposition_" + tracer + ".csv");
+            const std::vector<Point> reference = load_profile(tracer + ".csv");
             REQUIRE(reference.size() > 200);
             double void_error = 0, top_error = 0, seam_error = 0;
             for (const Point& p : reference) {

@@ -3,24 +3,48 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/evaluation/validate.hpp"
-#include "app/recipe/recipe.hpp"
+#include "app/evaluation/validate_cases.hpp"
+#include "surface/error.hpp"
 #include "tests/integration/program.hpp"
 
 using namespace sidewall;
 
+namespace {
+
+std::vector<app::ValidationCase> shipped() {
+    return app::validation_cases(SIDEWALL_SOURCE_DIR "/configs/validation");
+}
+
+// A folder with one case, a copy of a shipped one.
+struct OneCase {
+    test::Folder folder;
+    std::filesystem::path recipe, table;
+
+    explicit OneCase(const std::string& name) {
+        const std::filesystem::path mine = folder.path / "cases" / "mine";
+        std::filesystem::create_directories(mine.parent_path());
+        std::filesystem::copy(SIDEWALL_SOURCE_DIR "/configs/validation/" + name, mine);
+        recipe = mine / "recipe.toml";
+        table = mine / "reference.csv";
+    }
+    test::Outcome validate(const std::string& more = "") const {
+        return test::run_program(folder.path, "validate --cases cases -o out" + more, 120);
+    }
+};
+
+}  // namespace
+
 TEST_CASE(
     "every case of validate has a source, figures and a recipe that is good on twice the spacing, too") {
     std::set<std::string> names;
-    for (const app::ValidationCase& one : app::validation_cases()) {
+    for (const app::ValidationCase& one : shipped()) {
         INFO(one.name);
         CHECK(names.insert(one.name).second);
         CHECK_FALSE(one.source.empty());
-        CHECK_FALSE(one.readings.empty());
-        const app::Recipe recipe = app::parse_recipe(one.recipe, one.name + ".toml");
-        CHECK_NOTHROW(
-            app::parse_recipe(one.recipe, one.name + ".toml",
-                              {"domain.grid_spacing=" + std::to_string(2.0 * recipe.domain.grid_spacing)}));
+        CHECK_FALSE(one.figures.empty());
+        const app::Recipe recipe = app::case_recipe(one);
+        CHECK_NOTHROW(app::case_recipe(
+            one, {"domain.grid_spacing=" + std::to_string(2.0 * recipe.domain.grid_spacing)}));
     }
     CHECK(names.size() >= 12);
 }
@@ -30,8 +54,9 @@ TEST_CASE("the guide's page of validation has every case, and no other") {
     std::size_t headings = 0;
     for (std::size_t at = page.find("\n## "); at != std::string::npos; at = page.find("\n## ", at + 1))
         ++headings;
-    CHECK(headings == app::validation_cases().size() + 1);  // and what is left out
-    for (const app::ValidationCase& one : app::validation_cases()) {
+    const std::vector<app::ValidationCase> cases = shipped();
+    CHECK(headings == cases.size() + 1);  // and what is left out
+    for (const app::ValidationCase& one : cases) {
         INFO(one.name);
         CHECK(page.find("\n## " + one.name + "\n") != std::string::npos);
     }
@@ -84,16 +109,18 @@ TEST_CASE("validate goes on where it was killed, and a part of the cases keeps t
     CHECK(run("--case even_film --resume") == resumed);
     // The row of another case, as a run of all would have left it.
     auto report = resumed;
-    const app::ValidationCase& other = app::validation_cases().front();
+    const std::vector<app::ValidationCase> cases = shipped();
+    const app::ValidationCase& other = cases.front();
     REQUIRE(other.name != "even_film");
     auto row = resumed["cases"][0];
     row["name"] = other.name;
     row["recipe"] = other.recipe;
+    row["table"] = other.table;
     row["readings"] = nlohmann::json::array();
-    for (std::size_t k = 0; k < other.readings.size(); ++k)
+    for (std::size_t k = 0; k < other.figures.size(); ++k)
         row["readings"].push_back(resumed["cases"][0]["readings"][0]);
     auto stale = row;  // of a recipe that the program no longer has
-    stale["name"] = app::validation_cases()[1].name;
+    stale["name"] = cases[1].name;
     report["cases"] = {stale, row};
     std::ofstream(folder.path / "out/validation.json") << report;
     const auto both = run("--case even_film --resume");
@@ -109,4 +136,76 @@ TEST_CASE("a case that validate does not know is refused by its name") {
     const auto outcome = test::run_program(folder.path, "validate --case koh_pitt");
     CHECK(outcome.exit_code == 2);
     CHECK(outcome.output.find("did you mean koh_pit") != std::string::npos);
+}
+
+TEST_CASE("a folder is a case: figures that its recipe does not ask for, a profile, and no C++") {
+    const OneCase one("even_film");
+    std::string table = test::read_bytes(one.table);
+    std::string recipe = test::read_bytes(one.recipe);
+    const std::size_t metrology = recipe.find("[metrology]");
+    REQUIRE(metrology != std::string::npos);
+    test::write_bytes(one.recipe, recipe.substr(0, metrology));
+    // The exact offset's walls, and its floor a hundredth too low.
+    test::write_bytes(one.table.parent_path() / "walls.csv", "x,z\n-0.5,-5\n0.5,-5\n0.5,-4\n");
+    test::write_bytes(one.table.parent_path() / "floor.csv", "x,z\n-0.2,-8.51\n0,-8.51\n0.2,-8.51\n");
+    test::write_bytes(one.table, table + "walls.csv,walls,um,0,0\nfloor.csv,\"floor, too low\",um,0.01,0\n");
+    const test::Outcome outcome = one.validate(" --json -");
+    INFO(outcome.output);
+    REQUIRE(outcome.exit_code == 0);
+    const auto found = nlohmann::json::parse(outcome.output)["cases"][0];
+    CHECK(found["name"] == "mine");
+    REQUIRE(found["readings"].size() == 5);
+    const double dx = found["grid_spacing"].get<double>();
+    CHECK(std::abs(found["readings"][1]["deviation"].get<double>()) < 0.2 * dx);
+    CHECK(found["readings"][3]["ours"].get<double>() < 0.1 * dx);
+    CHECK(std::abs(found["readings"][4]["deviation"].get<double>()) < 0.1 * dx);
+    CHECK(found["readings"][4]["label"] == "floor, too low");
+}
+
+TEST_CASE("a broken case is refused by file and line before anything is run") {
+    const std::string head = "# title: t\n# source: s\n", names = "figure,label,unit,reference,bar";
+    for (const auto& [table, message] : std::vector<std::pair<std::string, std::string>>{
+             {head + names + "\ndepth,a,um,8.5\n",
+              "reference.csv:4: 4 values under 5 names: put a value with commas in quotes"},
+             {head + names + "\ndepth,a,um,deep,0\n",
+              "reference.csv:4: \"deep\" under reference is not a finite number"},
+             {head + names + "\ndepth,a,um,8.5,\n",
+              "reference.csv:4: a row needs values under figure, label, unit, reference and bar"},
+             {head + "figure,label,unit,reference,bars\n",
+              "reference.csv:3: column \"bars\": there is none: did you mean bar?"},
+             {head + names + "\ndepht,a,um,8.5,0\n",
+              "reference.csv:4: figure depht: no run measures that: did you mean depth?"},
+             {head + names + "\nfilm,a,um,8.5,0\n",
+              "reference.csv:4: figure film stands for several: name one, e.g. film_side"},
+             {head + names + "\nflux_neutral,a,1,1,0\n",
+              "reference.csv:4: figure \"flux_neutral\": there is none"},
+             {head + names + "\nwalls.csv,a,um,0,0\n", "walls.csv: "},
+             {"# title: t\n" + names + "\ndepth,a,um,8.5,0\n",
+              "reference.csv: needs lines \"# title: ...\" and \"# source: ...\""},
+             {head + "# order: first\n", "reference.csv:3: order must be a number"}}) {
+        const OneCase one("even_film");
+        test::write_bytes(one.table, table);
+        const test::Outcome outcome = one.validate();
+        INFO(message << "\n" << outcome.output);
+        CHECK((outcome.exit_code == 2 || outcome.exit_code == 3));
+        CHECK(outcome.output.find(message) != std::string::npos);
+        CHECK_FALSE(std::filesystem::exists(one.folder.path / "out"));
+    }
+    const OneCase flux("tube_1");
+    std::string table = test::read_bytes(flux.table);
+    table.replace(table.find(",Si,"), 4, ",roof,");
+    test::write_bytes(flux.table, table);
+    CHECK(flux.validate().output.find("reference.csv:5: where \"roof\": there is none") != std::string::npos);
+    table.replace(table.find("flux_neutral"), 12, "flux_neutrals");
+    test::write_bytes(flux.table, table);
+    CHECK(flux.validate().output.find(
+              "figure \"flux_neutrals\": there is none: did you mean flux_neutral?") != std::string::npos);
+    test::write_bytes(flux.recipe, "[domain]\nextent = -1\n");
+    CHECK(flux.validate().output.find("mine/recipe.toml:2: ") != std::string::npos);
+    std::filesystem::remove(flux.recipe);
+    CHECK(flux.validate().output.find(
+              "mine/recipe.toml: is missing: a case is a folder with recipe.toml and reference.csv") !=
+          std::string::npos);
+    CHECK(test::run_program(flux.folder.path, "validate --cases none").output.find("none: holds no case") !=
+          std::string::npos);
 }
