@@ -18,7 +18,8 @@ void outline(const Layer& layer, const Recipe& recipe, levelset::Shape& shape) {
     for (levelset::Polygon& polygon : shape.polygons)
         for (auto& p : polygon)
             for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
-    shape.polygons = levelset::resist_contours(shape.polygons, *blur, domain_of(recipe), interrupted).outlines;
+    shape.polygons =
+        levelset::resist_contours(shape.polygons, *blur, domain_of(recipe), interrupted).outlines;
     shape.position = {};
     shape.contours = true;
 }

@@ -3,8 +3,8 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "surface_meshes.hpp"
 #include "surface/error.hpp"
+#include "surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;

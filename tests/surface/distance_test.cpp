@@ -4,8 +4,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "surface_meshes.hpp"
 #include "surface/error.hpp"
+#include "surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;

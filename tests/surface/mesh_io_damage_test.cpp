@@ -4,13 +4,13 @@
 #include <fstream>
 #include <random>
 
-#include "surface_meshes.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/files/obj.hpp"
 #include "surface/files/ply.hpp"
 #include "surface/files/stl.hpp"
 #include "surface/files/vtp.hpp"
+#include "surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;

@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "surface_meshes.hpp"
 #include "surface/error.hpp"
 #include "surface/files/obj.hpp"
 #include "surface/files/ply.hpp"
 #include "surface/files/stl.hpp"
 #include "surface/files/vtp.hpp"
+#include "surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;

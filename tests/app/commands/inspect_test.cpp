@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 
 #include "app/results/result.hpp"
-#include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
+#include "tests/app/report/result_folder.hpp"
 
 namespace sidewall::app {
 void add_inspect_command(CLI::App& program);  // app/commands/inspect.cpp

@@ -10,9 +10,9 @@
 
 #include "app/pictures/film_strip.hpp"
 #include "app/pictures/section.hpp"
-#include "result_folder.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
+#include "tests/app/report/result_folder.hpp"
 
 namespace sidewall::app {
 void add_render_command(CLI::App& program);  // app/commands/render.cpp
