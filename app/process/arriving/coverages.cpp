@@ -2,8 +2,13 @@
 
 #include <algorithm>
 
+<<<<<<< ours
 #include "app/process/arriving/diffusion.hpp"
 #include "flux/radiosity/method_choice.hpp"
+=======
+#include "app/process/arriving/coverage_diffusion.hpp"
+#include "flux/radiosity/radiosity.hpp"
+>>>>>>> theirs
 
 namespace sidewall::app {
 namespace {

@@ -5,10 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "app/process/arriving/coverages.hpp"
 #include "surface/triangle_mesh.hpp"
 
-// Diffusion of values and coverages along a surface, by linear finite elements on its triangles.
+// Diffusion along a surface, by linear finite elements on its triangles.
 namespace sidewall::app {
 
 /// Sides that are one: what leaves at max enters at min.
@@ -50,15 +49,5 @@ DiffusionElements diffusion_elements(const TriangleMesh& mesh, std::span<const d
 /// \note the same bits on any number of threads: one thread.
 std::vector<double> diffused(const DiffusionElements& elements, std::span<const double> before, double time,
                              std::span<const double> source, std::span<const double> decay);
-
-/// Lets the coverages that diffuse react and spread along the traced surface together: backward Euler in time, reactions
-/// linear in the coverage (Rosenbrock's first stage), so that long time steps lead to the steady state of both; linear finite
-/// elements on the traced triangles. What diffuses passes creases and periodic sides, not reflective ones nor the edge of a
-/// material that it does not diffuse on.
-/// \param arriving  fluxes, and coverages before.
-/// \param after  by coverage and wedge: what reactions alone make of them; diffusing ones are replaced where they diffuse.
-/// \throws NumericsError where D or the rates have no value, with the expression.
-void diffuse_coverages(const Model& model, const TracedSurface& surface, const SurfaceFlux& arriving,
-                       const WedgePoints& points, double time, std::vector<std::vector<double>>& after);
 
 }  // namespace sidewall::app

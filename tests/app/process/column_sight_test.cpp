@@ -8,6 +8,7 @@
 
 using namespace sidewall;
 using namespace sidewall::app;
+using namespace sidewall::surface;
 
 TEST_CASE("what lies straight above a point outside a closed surface is what a ray meets") {
     // A torus on edge, so that points lie above, below, in its hole and beside it.

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
+#include "app/process/arriving/trace.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/wafer.hpp"
 #include "app/recipe/step_model.hpp"
