@@ -21,6 +21,7 @@ constexpr double kTolerance = 0.001;          // of a step
 constexpr double kProbe = 0.004;              // between points that show the noise
 constexpr double kErrorPart = 0.05;           // of the standard deviation: shorter steps are not worth a run
 constexpr double kCubic = 4.0;                // cubic coefficients over the typical slope
+constexpr double kRoughness = 1e-4;           // noise over the typical slope
 constexpr double kRough = 0.3, kFine = 0.02;  // standard deviation of a slope over the typical slope
 
 // Terms of a quadratic polynomial: 1, d_i, d_i d_j.
@@ -175,7 +176,8 @@ class Fitter {
             const double apart =
                 std::clamp(10.0 * noise / std::max(slope, 0.1 * model.slope), length, kMostDifference);
             const double hoped = std::hypot(noise / apart, kCubic * model.slope * apart * apart);
-            if (std::sqrt(axes.eigenvalues()[k]) < std::max(asked * model.slope, 2.0 * hoped)) continue;
+            if (asked > 0.0 && std::sqrt(axes.eigenvalues()[k]) < std::max(asked * model.slope, 2.0 * hoped))
+                continue;
             BoxPoint one = (center().x + apart * along).cwiseMax(0.0).cwiseMin(1.0),
                      other = (center().x - apart * along).cwiseMax(0.0).cwiseMin(1.0);
             if ((other - center().x).norm() > 1.001 * (one - center().x).norm()) std::swap(one, other);
@@ -232,7 +234,12 @@ class Fitter {
             const double length = step.lpNorm<Eigen::Infinity>();
             if (length <= kTolerance || radius < kLeastRadius ||
                 gain <= std::max(kErrorPart * kErrorPart * variance(), 1e-9 * model.slope * model.slope)) {
-                if (spread_at == center_ || !spread(model, kLastRadius, kFine, true)) return true;
+                // A rough model has slopes of its own around every center.
+                const bool rough = spread_at < samples_.size() &&
+                                   noise_ * std::sqrt(2.0 * count()) > kRoughness * model.slope;
+                if (spread_at == center_ || left() <= static_cast<std::size_t>(2 * parameters_) ||
+                    !spread(model, kLastRadius, rough ? 0.0 : kFine, true))
+                    return true;
                 spread_at = center_;
                 radius = kLastRadius;
                 continue;
