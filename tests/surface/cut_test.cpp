@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "meshes.hpp"
+#include "surface_meshes.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

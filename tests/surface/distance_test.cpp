@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "meshes.hpp"
+#include "surface_meshes.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

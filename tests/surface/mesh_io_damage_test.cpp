@@ -4,7 +4,7 @@
 #include <fstream>
 #include <random>
 
-#include "meshes.hpp"
+#include "surface_meshes.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/files/obj.hpp"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "meshes.hpp"
+#include "surface_meshes.hpp"
 #include "surface/error.hpp"
 #include "surface/files/obj.hpp"
 #include "surface/files/ply.hpp"

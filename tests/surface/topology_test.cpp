@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "meshes.hpp"
+#include "surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::surface;
