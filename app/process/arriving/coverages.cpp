@@ -2,13 +2,8 @@
 
 #include <algorithm>
 
-<<<<<<< ours
-#include "app/process/arriving/diffusion.hpp"
-#include "flux/radiosity/method_choice.hpp"
-=======
 #include "app/process/arriving/coverage_diffusion.hpp"
-#include "flux/radiosity/radiosity.hpp"
->>>>>>> theirs
+#include "flux/radiosity/method_choice.hpp"
 
 namespace sidewall::app {
 namespace {
