@@ -172,10 +172,7 @@ Recipe case_recipe(const ValidationCase& one, const std::vector<std::string>& ch
         } else if (figure.is_profile()) {
             require_wafer_size(read_measured_profile((one.folder / figure.figure).string()), recipe);
         } else {
-            want_measure(recipe, figure.figure, figure.place + ": figure");
-            if (!is_figure(recipe, figure.figure))
-                refuse(figure.place, fmt::format("figure {} stands for several: name one, e.g. {}",
-                                                 figure.figure, example_of(figure.figure)));
+            want_figure(recipe, figure.figure, figure.place + ": figure", figure.figure);
         }
     }
     return recipe;

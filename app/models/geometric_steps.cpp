@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "app/models/model.hpp"
-#include "levelset/layers/geometric.hpp"
+#include "levelset/motion/geometric.hpp"
 
 // Steps that only shape: recipes name them like models, but they take no time.
 namespace sidewall::app {

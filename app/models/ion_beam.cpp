@@ -173,7 +173,7 @@ Model make_ion_beam(const IonBeam& p, const Materials& materials) {
         ion.redeposition = flux::Redeposition{ion.yields[0], flux::Reemission::coned, sticking};
     if (fraction > 0.0) {
         Redeposited parts = balance(materials, *model.deposit, rate, flat);
-        check_film(p.deposit, parts);
+        check_film(p, parts);
         ion.redeposition->yield.scale = given_off(parts, fraction);
         parts.sticking = sticking;
         model.speed = [parts = std::move(parts)](const SurfacePoint& point) {

@@ -33,7 +33,7 @@ Json over_removal(const Json& surface, const char* title, const char* y, const c
 
 // The share of vertices farther from the simplified mesh than a distance, at the largest share of vertices
 // removed.
-Json distances(const Json& surface) {
+Json distance_charts(const Json& surface) {
     Json chart{{"title", "Distances at the largest removal"},
                {"x", "distance d [dx]"},
                {"y", "share of vertices farther than d"},
@@ -89,7 +89,7 @@ Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
                           "/original_to_simplified/mean"),
              over_removal(surface, "Largest distance to the original", "distance [dx]",
                           "/original_to_simplified/max"),
-             distances(surface),
+             distance_charts(surface),
              over_removal(surface, "Simplification time", "CPU seconds", "/seconds/simplification"),
              over_removal(surface, "Tracing time", "CPU seconds", "/trace/seconds/trace")});
         for (const Json& entry : surface.value("five_ways", Json::array()))

@@ -176,7 +176,7 @@ TEST_CASE("a broken case is refused by file and line before anything is run") {
              {head + names + "\ndepht,a,um,8.5,0\n",
               "reference.csv:4: figure depht: no run measures that: did you mean depth?"},
              {head + names + "\nfilm,a,um,8.5,0\n",
-              "reference.csv:4: figure film stands for several: name one, e.g. film_side"},
+              "reference.csv:4: figure film: film stands for several figures: name one, e.g. film_side"},
              {head + names + "\nflux_neutral,a,1,1,0\n",
               "reference.csv:4: figure \"flux_neutral\": there is none"},
              {head + names + "\nwalls.csv,a,um,0,0\n", "walls.csv: "},

@@ -224,7 +224,7 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;
-    options.bottom_up = recipe.flux.method == "auto";
+    options.adjoint = recipe.flux.method == "auto";
     return options;
 }
 
