@@ -85,8 +85,6 @@ std::vector<double> lengths_by_flux(const Scene& raw, const simplify::Options& o
     return app::resolving_lengths(field, raw.mesh, kChange, raw.spacing);
 }
 
-}
-
 std::string shown(const std::optional<double>& value, const char* format) {
     return value ? fmt::format(fmt::runtime(format), *value) : "none";
 }

@@ -43,17 +43,18 @@ Function* hidden(Function*, const char* name) {
 
 }  // namespace
 
-void* operator new(std::size_t size) {
+// Not inlined: a compiler that sees malloc behind one and not behind the other takes them for a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t size) {
     void* memory = no_memory() ? nullptr : std::malloc(size);
     if (memory == nullptr) throw std::bad_alloc();
     return memory;
 }
 
-void operator delete(void* memory) noexcept {
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
     std::free(memory);
 }
 
-void operator delete(void* memory, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
     std::free(memory);
 }
 

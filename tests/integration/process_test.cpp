@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "app/process/simulation.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "tests/integration/program.hpp"

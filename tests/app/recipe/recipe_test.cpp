@@ -420,8 +420,8 @@ TEST_CASE("loops nest twelve deep; deeper ones are refused with their place", "[
     const std::string etch = "model = \"isotropic\", duration = 1.0, rate = -1.0";
     const std::string polish = "model = \"planarize\", height = -0.5";
     CHECK(expanded_steps(parse_recipe(nested(12, etch), "deep.toml")).size() == 1);
-    for (const std::string& step :
-         {etch, polish, etch + ", stop = \"depth > 1.0\"", "model = \"cut\", shape = \"hole\", radius = 0.2"})
+    for (const std::string& step : {etch, polish, etch + ", stop = \"depth > 1.0\"",
+                                    std::string("model = \"cut\", shape = \"hole\", radius = 0.2")})
         for (const int loops : {13, 15, 16, 17, 40})
             CHECK_THROWS_WITH(parse_recipe(nested(loops, step), "deep.toml"),
                               Catch::StartsWith("deep.toml:1: step[0].steps[0].steps[0].") &&
