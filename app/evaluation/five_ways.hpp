@@ -70,7 +70,7 @@ struct FiveWaysOptions {
 /// on a simplified mesh. The reference is radiosity on the raw mesh with many more rays, as means over the vertices' hat
 /// functions, which is what a tally counts; top-down on the raw mesh, which is unbiased, checks its mean ("shift").
 ///
-/// Of a way that has several variants (rounds of averaging, simplified meshes) the best is marked: the fastest, or the least
+/// Where a way has several variants (rounds of averaging, simplified meshes) the best is marked: the fastest, or the least
 /// biased where none gets there. Radiosity is run with more and more rays until it gets there.
 /// \param meshes  the raw one first.
 /// \returns one entry a sticking: {"sticking", "target", "ways": [{"way", "variant", "best", "rays", "run_seconds": {"fixed",

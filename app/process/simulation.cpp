@@ -380,6 +380,9 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
         }
     } catch (const Interrupted&) {
         throw;
+    } catch (const IoError& error) {  // a full disk, say
+        if (!extended) throw;
+        throw IoError(fmt::format("{}\n{}", error.what(), way_back(options, *extended)));
     } catch (...) {
         if (extended && options.warn) options.warn(way_back(options, *extended));
         throw;

@@ -22,7 +22,7 @@ struct Grown {
     const surface::LeafTable& table;  ///< of the surface's leaves
     LargeVector<RowBits> nodes;       ///< by leaf
 
-    /// Of the leaf at an origin, null if it was none of the surface's.
+    /// The nodes of the leaf at an origin; null if it was none of the surface's.
     const RowBits* in(const openvdb::Coord& origin) const {
         const std::int32_t leaf = table.find(origin.x() >> 3, origin.y() >> 3, origin.z() >> 3);
         return leaf < 0 ? nullptr : &nodes[static_cast<std::size_t>(leaf)];

@@ -29,7 +29,7 @@ struct LevelColumns {
     bool of_node(int i, int j) const { return at(i >> kShift, j >> kShift); }
     /// Whether it counts in the column of an own node of the next coarser level's domain.
     bool of_coarser_node(int i, int j) const { return at(i >> (kShift - 1), j >> (kShift - 1)); }
-    /// The same number of columns, in none of which the level counts.
+    /// Equally many columns, in none of which the level counts.
     LevelColumns none() const { return {count, std::vector<std::uint8_t>(own.size(), 0)}; }
 };
 

@@ -29,11 +29,11 @@ class Fronts {
     explicit Fronts(const MaterialStack& stack);
 
     GridEdge edge_of(const Vec3& point) const;
-    /// Of a layer, at an end of an edge.
+    /// Value of a layer at an end of an edge.
     double value(std::size_t layer, const GridEdge& edge, std::size_t end) const {
         return static_cast<double>(levels_[edge.level].own[layer].getValue(edge.node[end]));
     }
-    /// The same continued. Outside all bands that share the surface's voxels the layer lies deeper: far below the node.
+    /// Value of a layer's continued front at an end of an edge. Outside all bands that share the surface's voxels the layer lies deeper: far below the node.
     double continued(std::size_t layer, const GridEdge& edge, std::size_t end) const {
         return static_cast<double>(levels_[edge.level].continued[layer].getValue(edge.node[end]));
     }

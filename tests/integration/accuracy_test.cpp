@@ -2,7 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 namespace fs = std::filesystem;

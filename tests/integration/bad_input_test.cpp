@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // What users get wrong, one row each: the program must say where, what and what to do, with the exit code of
 // its cause, and leave nothing behind that looks like a result.

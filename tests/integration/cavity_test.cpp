@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/process/simulation.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // The film in a lateral cavity against one-dimensional models of the same pulse.
 using namespace sidewall;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // What shells complete and what the manual page says comes from the program's own tables: both must know
 // every command and option that --help knows.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/process/simulation.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // What a run tells of what happened, at once and in its summary.
 using namespace sidewall;

@@ -1,6 +1,6 @@
 #include <sstream>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 namespace fs = std::filesystem;

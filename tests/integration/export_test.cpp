@@ -10,7 +10,7 @@
 #include "app/results/result.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "tests/app/report/result_folder.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 #include "tests/tet_checks.hpp"
 
 // Results for other programs: tetrahedra and surfaces.

@@ -11,7 +11,7 @@
 #include "app/sweep/measures.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Figures by name on wafers whose measures are known, and steps that end at them.
 using namespace sidewall;

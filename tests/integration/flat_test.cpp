@@ -5,7 +5,7 @@
 #include "app/process/simulation.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "surface/error.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Profiles in x and z: extent = [10.0].
 using namespace sidewall;

@@ -2,7 +2,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Lithography in the middle of a flow: resumed, checked, told of, and on the wafer of another run.
 using namespace sidewall::test;

@@ -3,7 +3,7 @@
 
 #include "app/process/simulation.hpp"
 #include "surface/distance.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // [flux] method in whole runs.
 using namespace sidewall;

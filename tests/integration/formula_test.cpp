@@ -3,7 +3,7 @@
 #include "app/process/simulation.hpp"
 #include "surface/distance.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 #include "tests/restated.hpp"
 
 // Steps whose laws the recipe writes: the same as the built-in models, the same on any threads and when

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 namespace fs = std::filesystem;

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tests/app/recipe/gds_bytes.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Files that are small and ask for much, and surroundings that give little: the program says so, and ends by
 // itself.

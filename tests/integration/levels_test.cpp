@@ -4,7 +4,7 @@
 
 #include "surface/distance.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Whole runs on grids of several levels.
 using namespace sidewall;

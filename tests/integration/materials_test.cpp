@@ -1,7 +1,7 @@
 #include "app/process/simulation.hpp"
 #include "app/recipe/recipe.hpp"
 #include "surface/error.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // What the program says of materials and their yields.
 using namespace sidewall;

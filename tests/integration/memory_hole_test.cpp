@@ -4,7 +4,7 @@
 #include <string>
 
 #include "app/process/simulation.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // The film in a deep hole against rings of a cylinder that exchange molecules in straight flights.
 using namespace sidewall;

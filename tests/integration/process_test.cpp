@@ -6,7 +6,7 @@
 #include "app/recipe/effective_recipe.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Whole processes against what must hold: layers keep their volumes, steps stop where they should.
 using namespace sidewall;

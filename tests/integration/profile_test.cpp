@@ -7,7 +7,7 @@
 
 #include "app/process/simulation.hpp"
 #include "surface/cut.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Final profiles of the shipped recipes against closed forms and another simulator. Trenches run on a strip
 // two cells thick: with mirrored sides it is the same infinite trench.

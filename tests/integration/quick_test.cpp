@@ -4,7 +4,7 @@
 #include <set>
 
 #include "app/process/simulation.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Every shipped quick recipe in every mode of simplification, against bounds that the process sets.
 using namespace sidewall;

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Pages of results in a browser, which report_selftest.js checks there.
 namespace {

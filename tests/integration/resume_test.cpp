@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/common/folder_lock.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 namespace fs = std::filesystem;

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 namespace fs = std::filesystem;

@@ -1,6 +1,6 @@
 #include "app/process/simulation.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Silicon-germanium against silicon: coverages that go from time step to time step.
 using namespace sidewall;

@@ -4,7 +4,7 @@
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall;
 using namespace sidewall::test;

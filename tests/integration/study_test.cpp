@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tests/folder.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "app/process/simulation.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 // Coverages that desorb, diffuse along the surface and fill a hole front by front, against closed forms.
 using namespace sidewall;

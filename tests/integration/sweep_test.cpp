@@ -3,7 +3,7 @@
 #include <sstream>
 #include <vector>
 
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;
 namespace fs = std::filesystem;

@@ -5,7 +5,7 @@
 
 #include "app/evaluation/validate_cases.hpp"
 #include "surface/error.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall;
 

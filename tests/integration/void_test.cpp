@@ -5,7 +5,7 @@
 #include "app/process/simulation.hpp"
 #include "surface/disjoint_sets.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "tests/integration/program.hpp"
+#include "tests/integration/run_program.hpp"
 
 using namespace sidewall;
 

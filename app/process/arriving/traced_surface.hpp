@@ -58,7 +58,7 @@ struct TracedSurface {
     std::vector<levelset::SurfacePiece> pieces;  ///< of raw
     std::optional<TriangleMesh> simplified;      ///< what is traced instead, if anything
     flux::LateralBox box;                        ///< sides of the domain
-    /// Of traced(); absent if the model neither traces nor asks for positions, Model::speeds or line of sight along a
+    /// Hierarchy of traced() for rays; absent if the model neither traces nor asks for positions, Model::speeds or line of sight along a
     /// tilted beam.
     std::shared_ptr<const surface::RayScene> scene;
     std::shared_ptr<const ColumnSight>

@@ -174,7 +174,7 @@ void RunFolder::refuse_other_runs() const {
 void RunFolder::begin(const RunState& state) {
     if (!writes_) return;
     remove_partial_files(options_.output, names_);
-    if (options_.resume && !goes_on_ && options_.warn)
+    if (options_.resume && !goes_on_ && !options_.quiet && options_.warn)
         options_.warn(
             fmt::format("{}: holds no checkpoint yet: the run begins at time 0", options_.output.string()));
     if (goes_on_)

@@ -410,7 +410,7 @@ TEST_CASE("layers stand on each other and stacks expand bottom up", "[foreign]")
     CHECK(recipe.materials.size() == default_materials().size() + 1);
 }
 
-TEST_CASE("loops nest twelve deep; deeper ones are refused with their place", "[foreign]") {
+TEST_CASE("loops nest twelve deep, and deeper ones are refused with their place", "[foreign]") {
     const auto nested = [](int loops, const std::string& step) {
         std::string list = "[{ " + step + " }]";
         for (int k = 0; k < loops; ++k) list = "[{ steps = " + list + " }]";
