@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "app/recipe/differences.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -65,17 +66,32 @@ bool stops_earlier(const Recipe& recipe, const Step& now, const Step& there) {
     return rule.above ? rule.value < other.value : rule.value > other.value;
 }
 
-// \p done is the time that the step has taken.
+// \p done is the time that the step has taken, to \p rounding.
 void refuse_shorter(const std::string& where, const Recipe& recipe, const Step& now, const Step& there,
-                    double done) {
+                    double done, double rounding) {
     std::vector<std::string> shorter;
-    if (now.duration < done * (1.0 - 1e-12))
+    if (now.duration < done * (1.0 - 1e-12) - rounding)
         shorter.push_back(fmt::format("duration = {:.6g} (there {:.6g} are done)", now.duration, done));
     if (comes_earlier(now.stop_depth, there.stop_depth)) shorter.emplace_back("an earlier stop_depth");
     if (comes_earlier(now.stop_thickness, there.stop_thickness))
         shorter.emplace_back("an earlier stop_thickness");
     if (stops_earlier(recipe, now, there)) shorter.emplace_back("an earlier stop, or one at another figure");
     refuse_differences(where, shorter);
+}
+
+// Throws the error at hand again, if it is one of Kinds, with a line more.
+template <class... Kinds>
+void throw_one_of_with(const std::string& line) {
+    const auto attempt = [&](auto* kind) {
+        using Kind = std::remove_pointer_t<decltype(kind)>;
+        try {
+            throw;
+        } catch (const Kind& error) {
+            throw Kind(fmt::format("{}\n{}", error.what(), line));
+        } catch (...) {
+        }
+    };
+    (attempt(static_cast<Kinds*>(nullptr)), ...);
 }
 
 }  // namespace
@@ -116,13 +132,27 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
         refuse_differences(fmt::format("step {} ({}): ", k + 1, now[k].name), differences(now[k], there[k]));
     const std::string where = fmt::format("step {} ({}): ", last + 1, now[last].name);
     refuse_differences(where, differences(as_long_as(now[last], there[last]), there[last]));
-    refuse_shorter(where, recipe, now[last], there[last], state.since(state.starts[last]));
+    const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * state.process_time();
+    refuse_shorter(where, recipe, now[last], there[last], state.since(state.starts[last]), rounding);
     const bool longer = !differences(now[last], there[last]).empty();
     if (!finished || !longer) return;
     state.step = last;
-    state.step_start = state.starts[last] - state.epoch;
+    // Not later than the time, from which a start that is known to its rounding alone may differ.
+    state.step_start =
+        state.time_steps[last] == 0 ? state.time : std::min(state.time, state.starts[last] - state.epoch);
     state.starts.resize(last + 1);
     state.time_steps.resize(last + 1);
+}
+
+void rethrow_with_way_back(const std::filesystem::path& folder, std::filesystem::file_time_type before) {
+    std::error_code failure;
+    const bool untouched = std::filesystem::last_write_time(folder / "checkpoint.vdb", failure) == before;
+    throw_one_of_with<IoError, NumericsError, GeometryError, FileError, RecipeError>(
+        fmt::format("{}: the extension of the finished run there failed: {}", folder.string(),
+                    untouched ? "its checkpoint is as it was: --resume with the recipe as it was makes "
+                                "the finished run's files again"
+                              : "its checkpoint is of a later time: only this recipe or a longer one goes "
+                                "on from there, with --resume"));
 }
 
 }  // namespace sidewall::app

@@ -1,4 +1,6 @@
 #pragma once
+#include <filesystem>
+
 #include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
 
@@ -15,5 +17,10 @@ void require_revision(const Recipe& recipe, const Recipe& began_with, const RunS
 /// stop_thickness; names of steps may differ.
 /// \throws FileError naming the differences that forbid it.
 void extend(RunState& state, const Recipe& recipe, const Recipe& began_with);
+
+/// Throws the error at hand again, with a line on how to get the finished run back whose extension failed by it. Returns if
+/// it is none of this program's errors.
+/// \param before  when the finished run's checkpoint was written.
+void rethrow_with_way_back(const std::filesystem::path& folder, std::filesystem::file_time_type before);
 
 }  // namespace sidewall::app

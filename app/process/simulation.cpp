@@ -118,9 +118,10 @@ Model begin_step(const Run& run, const Step& step, RunState& state) {
 
 // Time since the step at hand began; after the last one, since the last that takes time.
 double time_in_step(const Run& run, const RunState& state) {
-    std::size_t k = std::min(state.step, run.steps.size() - 1);
-    while (state.step == run.steps.size() && k > 0 && !run.steps[k].built) --k;
-    return state.since(state.starts[k]);
+    if (state.step < run.steps.size()) return state.time - state.step_start;
+    std::size_t k = run.steps.size() - 1;
+    while (k > 0 && !run.steps[k].built) --k;
+    return std::max(0.0, state.since(state.starts[k]));
 }
 
 TraceRequest request_of(const Run& run, std::uint32_t key, bool settle, const RunState& state) {
@@ -305,18 +306,6 @@ std::string how_to_go_on(const Run& run, const RunState& state) {
                                                       : "go on with: " + options.resume_command);
 }
 
-// What to do when a finished run's extension fails: the checkpoint may still be the finished run's.
-std::string way_back(const RunOptions& options, std::filesystem::file_time_type before) {
-    std::error_code failure;
-    const bool untouched =
-        std::filesystem::last_write_time(options.output / "checkpoint.vdb", failure) == before;
-    return fmt::format("{}: the extension of the finished run there failed: {}", options.output.string(),
-                       untouched ? "its checkpoint is as it was: --resume with the recipe as it was makes "
-                                   "the finished run's files again"
-                                 : "its checkpoint is of a later time: only this recipe or a longer one goes "
-                                   "on from there, with --resume");
-}
-
 // Ends the run, or says how to go on.
 RunResult make_run(const Run& run, RunState& state) {
     const RunOptions& options = run.options;
@@ -380,11 +369,8 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
         }
     } catch (const Interrupted&) {
         throw;
-    } catch (const IoError& error) {  // a full disk, say
-        if (!extended) throw;
-        throw IoError(fmt::format("{}\n{}", error.what(), way_back(options, *extended)));
     } catch (...) {
-        if (extended && options.warn) options.warn(way_back(options, *extended));
+        if (extended) rethrow_with_way_back(options.output, *extended);
         throw;
     }
 }
