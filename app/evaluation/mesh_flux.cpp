@@ -4,6 +4,7 @@
 
 #include "app/common/interrupt.hpp"
 #include "app/common/timing.hpp"
+#include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/radiosity.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "surface/infinity.hpp"

@@ -124,6 +124,7 @@ Json measure_set(const Surface& surface, double removal, const StudyOptions& opt
             write_coloured(options, surface, mesh, method.name, distance.backward);
     }
     std::vector<MeshFlux> flux;
+    flux.reserve(meshes.size());
     for (const SimplifiedMesh& mesh : meshes) flux.emplace_back(mesh.mesh, surface.mesh, surface.box);
     std::vector<double> seconds(meshes.size(), 0.0);
     for (std::uint64_t seed = 1; seed <= 2; ++seed)

@@ -146,6 +146,7 @@ std::vector<ValidationCase> chosen(const std::vector<ValidationCase>& all,
                                    const std::vector<std::string>& names) {
     std::vector<ValidationCase> list;
     std::vector<std::string> known;
+    known.reserve(all.size());
     for (const ValidationCase& one : all) known.push_back(one.name);
     for (const std::string& name : names) {
         const auto found = std::find(known.begin(), known.end(), name);

@@ -90,6 +90,7 @@ ReferenceFigure read_row(const std::vector<std::string>& names, const std::vecto
 
 std::vector<std::string> read_names(std::vector<std::string> names, const std::string& place) {
     std::vector<std::string> known;
+    known.reserve(std::size(kTexts) + std::size(kNumbers));
     for (const auto& [name, member] : kTexts) known.push_back(name);
     for (const auto& [name, member] : kNumbers) known.push_back(name);
     for (std::string& name : names) {
