@@ -246,8 +246,7 @@ TEST_CASE("a public comment begins with a sentence of its own") {
                 if (comment && !goes_on) {
                     ++comments;
                     CAPTURE(file.string(), line);
-                    for (const char* word :
-                         {"Of ", "As ", "That ", "Which ", "The same ", "Whose ", "And "})
+                    for (const char* word : {"Of ", "As ", "That ", "Which ", "The same ", "Whose ", "And "})
                         CHECK(line.compare(at + 4, std::strlen(word), word) != 0);
                 }
                 goes_on = comment;
