@@ -19,7 +19,6 @@
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/results/result.hpp"
-#include "app/results/whole_summary.hpp"
 #include "app/sweep/run_table.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"

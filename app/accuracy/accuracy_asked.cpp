@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/common/text.hpp"
-#include "app/sweep/measures.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "app/accuracy/grid_error.hpp"
-#include "app/fit/student.hpp"
+#include "app/fit/fit_errors.hpp"
 #include "app/recipe/flat.hpp"
 #include "surface/infinity.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "app/common/text.hpp"
 #include "app/common/threads.hpp"
 
 namespace sidewall::app {
@@ -17,6 +18,8 @@ void run_by(CLI::App& command, std::function<void()> run) {
 }
 
 namespace {
+
+std::vector<std::string> command_line;  // without the program's name
 
 // No range excludes "not a number".
 std::string refuse_nan(const std::string& text) {
@@ -41,6 +44,7 @@ template CLI::Option& add_option(CLI::App&, Text, std::filesystem::path&, Text, 
 template CLI::Option& add_option(CLI::App&, Text, double&, Text, Text, const OptionRule&);
 template CLI::Option& add_option(CLI::App&, Text, std::optional<double>&, Text, Text, const OptionRule&);
 template CLI::Option& add_option(CLI::App&, Text, std::optional<long long>&, Text, Text, const OptionRule&);
+template CLI::Option& add_option(CLI::App&, Text, std::size_t&, Text, Text, const OptionRule&);
 template CLI::Option& add_option(CLI::App&, Text, std::optional<std::size_t>&, Text, Text, const OptionRule&);
 template CLI::Option& add_option(CLI::App&, Text, std::vector<std::string>&, Text, Text, const OptionRule&);
 
@@ -69,6 +73,18 @@ CLI::Option& add_flag(CLI::App& command, const std::string& names, bool& value, 
 
 void exclude(CLI::Option& one, CLI::Option& other) {
     one.excludes(&other);
+}
+
+void note_command_line(int argc, char** argv) {
+    command_line.assign(argv + 1, argv + argc);
+}
+
+std::string resume_command() {
+    std::string command = "sidewall";
+    for (const std::string& word : command_line)
+        if (word != "--overwrite" && word != "--quiet" && word != "--resume")
+            command += " " + shell_word(word);
+    return command + " --resume";
 }
 
 }  // namespace sidewall::app

@@ -31,7 +31,7 @@ CLI::App& add_command(CLI::App& program, const std::string& name, const std::str
 void run_by(CLI::App& command, std::function<void()> run);
 
 /// An option with a value, or a positional argument if \p names has no dashes.
-/// \param value  a std::string, path, double, optional number, or a vector of strings, which takes all
+/// \param value  a std::string, path, number, optional number, or a vector of strings, which takes all
 ///               that follow; unchanged where the option is not given.
 /// \param type   stands for the value in --help and says what a shell completes there (above).
 template <class T>
@@ -50,5 +50,11 @@ CLI::Option& add_flag(CLI::App& command, const std::string& names, bool& value, 
 
 /// Makes two options exclude each other.
 void exclude(CLI::Option& one, CLI::Option& other);
+
+/// Keeps the words of the program's command line for resume_command.
+void note_command_line(int argc, char** argv);
+
+/// The command that goes on with what this command line began: its own words, with --resume.
+std::string resume_command();
 
 }  // namespace sidewall::app

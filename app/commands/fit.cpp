@@ -8,44 +8,18 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
-#include "app/common/text.hpp"
 #include "app/fit/fit_report.hpp"
 #include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {
-namespace {
-
-struct FitArguments {
-    FitOptions fit;
-    std::optional<std::size_t> jobs, max_runs;
-    std::string json;
-};
-
-std::string resume_command(const FitOptions& fit) {
-    std::string command = "sidewall fit";
-    for (const std::string& file : fit.recipes) command += " " + shell_word(file);
-    command += " -o " + shell_word(fit.output);
-    const auto add = [&](const char* option, const std::vector<std::string>& values) {
-        for (const std::string& value : values) command += fmt::format(" {} {}", option, shell_word(value));
-    };
-    add("--set", fit.overrides);
-    add("--vary", fit.vary);
-    add("--target", fit.targets);
-    add("--target-profile", fit.profiles);
-    if (fit.profile_sigma) command += fmt::format(" --profile-sigma {}", *fit.profile_sigma);
-    if (fit.profile_offset != "none") command += " --profile-offset " + fit.profile_offset;
-    if (fit.method != "auto") command += " --method " + fit.method;
-    return fmt::format("{} --max-runs {} --resume", command, fit.max_runs);
-}
-
-}  // namespace
 
 void add_fit_command(CLI::App& program) {
     CLI::App& command = add_command(
         program, "fit",
         "Find the values of a recipe's keys at which it meets measured figures or profiles, with 95 % intervals");
-    const auto arguments = std::make_shared<FitArguments>();
-    FitOptions& fit = arguments->fit;
+    const auto options = std::make_shared<FitOptions>();
+    const auto json = std::make_shared<std::string>();
+    FitOptions& fit = *options;
     add_option(
         command, "RECIPE", fit.recipes, "FILE",
         "Recipe in TOML. Several are fitted together, as for one process in several geometries: then RECIPE: (a file's name "
@@ -78,26 +52,24 @@ void add_fit_command(CLI::App& program) {
         "minima are found that miss the targets; crs: controlled random search first, which takes 100 runs and more; "
         "bobyqa: without slopes, for targets with kinks",
         {.one_of = {"auto", "gauss-newton", "bobyqa", "crs"}});
-    add_option(command, "--max-runs", arguments->max_runs, "N", "Runs at most (default: 60)");
+    add_option(command, "--max-runs", fit.max_runs, "N", "Runs at most (default: 60)");
     add_option(
-        command, "--jobs", arguments->jobs, "J",
+        command, "--jobs", fit.jobs, "J",
         "Runs at the same time (default: as many as threads); fewer where the memory does not hold them",
         {.range = {{1, 1024}}});
     add_flag(command, "--resume", fit.resume, "Go on, with the runs that are there");
     add_flag(command, "--quiet", fit.quiet, "No progress and no report");
-    add_option(command, "--json", arguments->json, "FILE",
+    add_option(command, "--json", *json, "FILE",
                "Write fit.json here too; - for standard output, and then no report");
     add_option(command, "-o,--output", fit.output, "DIR", "Folder for results", {.required = true});
-    run_by(command, [arguments] {
-        FitOptions& fit = arguments->fit;
-        fit.jobs = arguments->jobs.value_or(0);
-        fit.max_runs = arguments->max_runs.value_or(fit.max_runs);
-        fit.resume_command = resume_command(fit);
+    run_by(command, [options, json] {
+        FitOptions& fit = *options;
+        fit.resume_command = resume_command();
         install_interrupt_handler();
         if (ranks().rank != 0) return help_with_runs(fit.output, fit.jobs);
         const Json found = run_fit(fit);
-        if (!arguments->json.empty()) write_json(arguments->json, found);
-        if (!fit.quiet && arguments->json != "-")
+        if (!json->empty()) write_json(*json, found);
+        if (!fit.quiet && *json != "-")
             fmt::print("{}best recipe{}; all runs: {}\n", fit_table(found),
                        fit.recipes.size() == 1 ? ": " + (fit.output / "best.toml").string()
                                                : "s: " + (fit.output / "best_*.toml").string(),

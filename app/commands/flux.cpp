@@ -64,16 +64,11 @@ const char* name_of(Boundary boundary) {
 TriangleMesh read_repaired(const std::string& path) {
     TriangleMesh mesh = surface::read_mesh(path);
     const flux::Repairs repairs = flux::repair(mesh);
-    if (repairs.unused > 0)
-        fmt::print(stderr, "sidewall flux: {}: {} vertices that no triangle uses were dropped\n", path,
-                   repairs.unused);
-    if (repairs.repeated > 0)
-        fmt::print(stderr, "sidewall flux: {}: {} triangles that are listed again were dropped\n", path,
-                   repairs.repeated);
-    if (repairs.welded > 0)
-        fmt::print(stderr,
-                   "sidewall flux: {}: {} vertices of the same position as another were merged with it\n",
-                   path, repairs.welded);
+    for (const auto& [count, what] :
+         {std::pair(repairs.unused, "vertices that no triangle uses were dropped"),
+          {repairs.repeated, "triangles that are listed again were dropped"},
+          {repairs.welded, "vertices of the same position as another were merged with it"}})
+        if (count > 0) fmt::print(stderr, "sidewall flux: {}: {} {}\n", path, count, what);
     if (repairs.turned == mesh.triangles.size())
         fmt::print(stderr,
                    "sidewall flux: {}: the surface was inside out: all {} triangles were turned over\n", path,

@@ -14,7 +14,6 @@
 #include "app/recipe/sections.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
-#include "app/sweep/measures.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 #include "surface/quality.hpp"

@@ -129,6 +129,7 @@ int run(int argc, char** argv) {
             return 2;
         }
         require_shared_command(argc, argv);
+        note_command_line(argc, argv);
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             throw IoError("standard output: cannot write all of it; check space on the device it goes to");

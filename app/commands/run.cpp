@@ -50,15 +50,6 @@ void print_report(const RunResult& result, const RunOptions& options) {
                options.output.string(), shell_word(options.output.string()));
 }
 
-std::string resume_command(const RecipeOptions& recipe, const RunOptions& options,
-                           const std::vector<std::string>& accuracy) {
-    std::string command =
-        fmt::format("sidewall run {} -o {}", shell_word(recipe.file), shell_word(options.output.string()));
-    for (const std::string& setting : recipe.overrides) command += " --set " + shell_word(setting);
-    for (const std::string& asked : accuracy) command += " --accuracy " + shell_word(asked);
-    return command + " --resume";
-}
-
 // Shares the run with the other processes that mpirun has started.
 void share_run(RunOptions& options, const std::vector<AskedAccuracy>& asked) {
     if (!asked.empty())
@@ -99,7 +90,7 @@ void add_run_command(CLI::App& program) {
         const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
         if (options->output.empty()) options->output = default_output(recipe->file);
         options->title = std::filesystem::path(recipe->file).stem().string();
-        options->resume_command = resume_command(*recipe, *options, *accuracy);
+        options->resume_command = resume_command();
         if (!options->quiet) options->warn = print_warning;
         install_interrupt_handler();
         if (ranks().count > 1) share_run(*options, asked);

@@ -7,28 +7,22 @@
 #include "app/common/json.hpp"
 #include "app/evaluation/study.hpp"
 #include "app/evaluation/study_report.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
 
 struct StudyArguments {
-    std::string output = "results/study", recipes = "configs/study", surface = "all", grid_levels, json;
-    double rays = 1e7, sticking = 0.1;
-    bool quick = false, overwrite = false;
+    StudyOptions options{.output = "results/study", .recipes = "configs/study"};
+    std::string surface = "all", grid_levels, json;
+    bool quick = false;
 };
 
 void run(const StudyArguments& arguments) {
-    StudyOptions options;
-    options.output = arguments.output;
-    options.recipes = arguments.recipes;
+    StudyOptions options = arguments.options;
     if (arguments.surface != "all") options.surfaces = {arguments.surface == "1" ? 1 : 2};
     if (!arguments.grid_levels.empty()) options.grid_levels = arguments.grid_levels[0] - '0';
-    options.rays = arguments.rays;
-    options.sticking = arguments.sticking;
-    options.quiet = arguments.json == "-";
-    options.overwrite = arguments.overwrite;
     if (arguments.quick) options.removals = {0.5, 0.9};
+    options.quiet = arguments.json == "-";
     install_interrupt_handler();
     const Json study = run_study(options);
     if (!arguments.json.empty()) write_json(arguments.json, study);
@@ -44,22 +38,23 @@ void add_study_command(CLI::App& program) {
         "distance, simplification time and tracing time at equal numbers of vertices, and the time of five\n"
         "ways to the flux at equal error.");
     const auto a = std::make_shared<StudyArguments>();
-    add_option(command, "-o,--output", a->output, "DIR", "Folder for results (default: results/study)");
+    add_option(command, "-o,--output", a->options.output, "DIR",
+               "Folder for results (default: results/study)");
     add_option(command, "--surface", a->surface, "N", "1 (low relief), 2 (deep hole) or all (default: all)",
                {.one_of = {"1", "2", "all"}});
-    add_option(command, "--recipes", a->recipes, "DIR",
+    add_option(command, "--recipes", a->options.recipes, "DIR",
                "Folder with surface1.toml and surface2.toml (default: configs/study)");
     add_option(command, "--grid-levels", a->grid_levels, "N",
                "Levels of the grid that the surfaces are grown on, 1 to 3 (default: as the recipes say)",
                {.one_of = {"1", "2", "3"}});
-    add_option(command, "--rays", a->rays, "N", "Source rays of every timed trace (default: 1e7)",
+    add_option(command, "--rays", a->options.rays, "N", "Source rays of every timed trace (default: 1e7)",
                {.range = {{1e3, 1e10}}});
     add_option(
-        command, "--sticking", a->sticking, "S",
+        command, "--sticking", a->options.sticking, "S",
         "Sticking probability of the traced neutral, for the five ways a tenth of it, too (default: 0.1)",
         {.range = {{1e-3, 1.0}}});
     add_flag(command, "--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
-    add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder");
+    add_flag(command, "--overwrite", a->options.overwrite, "Replace other runs in the folder");
     add_option(command, "--json", a->json, "FILE", "Also write the study there; - for standard output");
     run_by(command, [a] { run(*a); });
 }

@@ -9,29 +9,11 @@
 #include "app/commands/recipe_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/ranks.hpp"
-#include "app/common/text.hpp"
-#include "app/recipe/sections.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {
 namespace {
-
-struct SweepArguments {
-    SweepOptions sweep;
-    std::optional<std::size_t> jobs;
-    bool plan = false;
-};
-
-std::string resume_command(const SweepOptions& sweep) {
-    std::string command =
-        fmt::format("sidewall sweep {} -o {}", shell_word(sweep.recipe), shell_word(sweep.output));
-    for (const std::string& text : sweep.overrides) command += fmt::format(" --set {}", shell_word(text));
-    for (const std::string& text : sweep.vary) command += fmt::format(" --vary {}", shell_word(text));
-    for (const std::string& name : sweep.measures) command += fmt::format(" --measure {}", shell_word(name));
-    if (sweep.design != "grid") command += " --design " + sweep.design;
-    if (sweep.runs) command += fmt::format(" --runs {}", *sweep.runs);
-    return command + " --resume";
-}
 
 void print_end(const SweepOptions& sweep, const SweepEnd& end) {
     fmt::print("{} rows of {} runs in {}", end.rows, end.runs, (sweep.output / "sweep.csv").string());
@@ -46,8 +28,9 @@ void add_sweep_command(CLI::App& program) {
     CLI::App& command = add_command(
         program, "sweep", "Run a recipe at many values of its keys, side by side, into one table: sweep.csv");
     const auto recipe = add_recipe_options(command);
-    const auto arguments = std::make_shared<SweepArguments>();
-    SweepOptions& sweep = arguments->sweep;
+    const auto options = std::make_shared<SweepOptions>();
+    const auto plan = std::make_shared<bool>(false);
+    SweepOptions& sweep = *options;
     add_repeated(
         command, "--vary", sweep.vary, "KEY=LO:HI[:N][:log]|KEY=V1,V2,...",
         "A key and its values: N from LO to HI, evenly or in the logarithm, or a list; may be repeated, and then all "
@@ -60,25 +43,24 @@ void add_sweep_command(CLI::App& program) {
         command, "--measure", sweep.measures, fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
         "Measure this, too: a word of [metrology] measures, or a figure such as cd_at_0.5; may be repeated");
     add_option(
-        command, "--jobs", arguments->jobs, "J",
+        command, "--jobs", sweep.jobs, "J",
         "Runs at the same time, each with an equal part of the --threads (default: as many as threads); "
         "fewer where the memory does not hold them",
         {.range = {{1, 1024}}});
     add_flag(command, "--resume", sweep.resume,
              "Make what is not finished: unfinished runs go on, failed ones are tried again");
     add_flag(
-        command, "--plan", arguments->plan,
+        command, "--plan", *plan,
         "Run nothing: write the runs' recipes and print a command for each, as for a job array; then gather "
         "with --resume");
     add_flag(command, "--quiet", sweep.quiet, "No progress and no report");
     add_option(command, "-o,--output", sweep.output, "DIR", "Folder for results", {.required = true});
-    run_by(command, [recipe, arguments] {
-        SweepOptions& sweep = arguments->sweep;
+    run_by(command, [recipe, options, plan] {
+        SweepOptions& sweep = *options;
         sweep.recipe = recipe->file;
         sweep.overrides = recipe->overrides;
-        sweep.jobs = arguments->jobs.value_or(0);
-        sweep.resume_command = resume_command(sweep);
-        if (arguments->plan) {
+        sweep.resume_command = resume_command();
+        if (*plan) {
             if (ranks().rank != 0) return;
             fmt::print("{}", plan_sweep(sweep));
             return;

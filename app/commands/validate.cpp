@@ -5,7 +5,6 @@
 #include "app/commands/cli_options.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
-#include "app/common/text.hpp"
 #include "app/evaluation/validate.hpp"
 #include "app/evaluation/validate_cases.hpp"
 
@@ -13,9 +12,9 @@ namespace sidewall::app {
 namespace {
 
 struct ValidateArguments {
-    std::string output = "results/validation", folder, json;
-    std::vector<std::string> cases;
-    bool list = false, overwrite = false, resume = false;
+    ValidationOptions options{.output = "results/validation"};
+    std::string json;
+    bool list = false;
 };
 
 std::string figure(const Json& number) {
@@ -34,23 +33,14 @@ void print(const Json& one) {
 }
 
 void run(const ValidateArguments& arguments) {
-    const std::filesystem::path folder =
-        arguments.folder.empty() ? shipped_cases() : std::filesystem::path(arguments.folder);
+    ValidationOptions options = arguments.options;
+    if (options.folder.empty()) options.folder = shipped_cases();
     if (arguments.list) {
-        for (const ValidationCase& one : validation_cases(folder))
+        for (const ValidationCase& one : validation_cases(options.folder))
             fmt::print("{:<22} {}\n", one.name, one.title);
         return;
     }
-    ValidationOptions options;
-    options.folder = folder;
-    options.output = arguments.output;
-    options.cases = arguments.cases;
-    options.overwrite = arguments.overwrite;
-    options.resume = arguments.resume;
-    options.resume_command = "sidewall validate -o " + shell_word(arguments.output);
-    if (!arguments.folder.empty()) options.resume_command += " --cases " + shell_word(arguments.folder);
-    for (const std::string& name : arguments.cases) options.resume_command += " --case " + name;
-    options.resume_command += " --resume";
+    options.resume_command = resume_command();
     const bool quiet = arguments.json == "-";
     if (!quiet) options.finished = print;
     install_interrupt_handler();
@@ -66,20 +56,21 @@ void add_validate_command(CLI::App& program) {
         program, "validate",
         "Compare figures of runs with closed forms, published tables and another simulator, each with its source and bars");
     const auto a = std::make_shared<ValidateArguments>();
-    add_repeated(command, "--case", a->cases, "NAME",
+    add_repeated(command, "--case", a->options.cases, "NAME",
                  "Only this case, the report keeps the others' figures; may be repeated (default: all)");
     add_option(
-        command, "--cases", a->folder, "DIR",
+        command, "--cases", a->options.folder, "DIR",
         "Folder of cases, each a folder with recipe.toml and reference.csv (default: those that come with the program)");
     add_flag(command, "--list", a->list, "List the cases, run nothing");
     add_option(
-        command, "-o,--output", a->output, "DIR",
+        command, "-o,--output", a->options.output, "DIR",
         "Folder for the report validation.md, validation.json and the runs (default: results/validation)");
     CLI::Option& resume =
-        add_flag(command, "--resume", a->resume,
+        add_flag(command, "--resume", a->options.resume,
                  "Go on after an interruption: runs that are there, of the same recipes and "
                  "version, are not made again");
-    exclude(add_flag(command, "--overwrite", a->overwrite, "Replace other runs in the folder"), resume);
+    exclude(add_flag(command, "--overwrite", a->options.overwrite, "Replace other runs in the folder"),
+            resume);
     add_option(command, "--json", a->json, "FILE", "Also write the figures there; - for standard output");
     run_by(command, [a] { run(*a); });
 }

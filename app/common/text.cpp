@@ -43,20 +43,23 @@ std::string csv_field(const std::string& text) {
     return quoted + "\"";
 }
 
-std::vector<std::string> csv_fields(std::string_view row) {
-    std::vector<std::string> fields(1);
+std::vector<std::vector<std::string>> csv_rows(std::string_view text) {
+    std::vector<std::vector<std::string>> rows(1, std::vector<std::string>(1));
     bool quoted = false;
-    for (std::size_t at = 0; at < row.size(); ++at) {
-        if (row[at] == '"' && quoted && row.substr(at + 1).starts_with('"'))
-            fields.back() += row[++at];
-        else if (row[at] == '"')
+    for (std::size_t at = 0; at < text.size(); ++at) {
+        const char c = text[at];
+        if (c == '"' && quoted && text.substr(at + 1).starts_with('"'))
+            rows.back().back() += text[++at];
+        else if (c == '"')
             quoted = !quoted;
-        else if (row[at] == ',' && !quoted)
-            fields.emplace_back();
-        else
-            fields.back() += row[at];
+        else if (c == ',' && !quoted)
+            rows.back().emplace_back();
+        else if (c == '\n' && !quoted)
+            rows.emplace_back(1);
+        else if (c != '\r')
+            rows.back().back() += c;
     }
-    return fields;
+    return rows;
 }
 
 std::string shell_word(const std::string& text) {

@@ -18,8 +18,8 @@ std::optional<double> finite_number(std::string_view text);
 /// A field of a CSV row: in quotes if its text asks for them.
 std::string csv_field(const std::string& text);
 
-/// The fields of a CSV row, their quotes taken off.
-std::vector<std::string> csv_fields(std::string_view row);
+/// The rows of a CSV text (RFC 4180) as fields without their quotes; after a last line break comes one more, of an empty field.
+std::vector<std::vector<std::string>> csv_rows(std::string_view text);
 
 /// A word of a command line: in quotes if a shell would read it otherwise.
 std::string shell_word(const std::string& text);

@@ -19,7 +19,6 @@
 #include "app/process/simulation.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/result.hpp"
-#include "app/results/whole_summary.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"

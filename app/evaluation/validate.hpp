@@ -10,12 +10,12 @@ namespace sidewall::app {
 
 /// What of a folder of cases is run, and where its results go.
 struct ValidationOptions {
-    std::filesystem::path folder;  ///< of the cases
+    std::filesystem::path folder{};  ///< of the cases
     std::filesystem::path output;
-    std::vector<std::string> cases;  ///< names; empty: all
-    bool overwrite = false;          ///< as in RunOptions
-    bool resume = false;         ///< runs of the same recipes and version that are there are not made again
-    std::string resume_command;  ///< as in RunOptions
+    std::vector<std::string> cases{};  ///< names; empty: all
+    bool overwrite = false;            ///< as in RunOptions
+    bool resume = false;           ///< runs of the same recipes and version that are there are not made again
+    std::string resume_command{};  ///< as in RunOptions
     std::function<void(const Json&)> finished{};  ///< called with each case as it ends
 };
 

@@ -11,9 +11,9 @@
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
 #include "app/fit/fit_profile.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/schema/keys.hpp"
-#include "app/sweep/measures.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/printable.hpp"
@@ -118,9 +118,9 @@ ValidationCase read_case(const fs::path& folder) {
         if (line.starts_with('#'))
             read_comment(one, line, place);
         else if (!line.empty() && names.empty())
-            names = read_names(csv_fields(line), place);
+            names = read_names(csv_rows(line).front(), place);
         else if (!line.empty())
-            one.figures.push_back(read_row(names, csv_fields(line), place));
+            one.figures.push_back(read_row(names, csv_rows(line).front(), place));
     }
     if (one.title.empty() || one.source.empty() || one.figures.empty())
         refuse(table.string(),

@@ -18,9 +18,9 @@
 #include "app/recipe/override.hpp"
 #include "app/schema/keys.hpp"
 #include "app/schema/units.hpp"
-#include "app/sweep/batch_folder.hpp"
+#include "app/sweep/run_set.hpp"
 #include "app/sweep/run_table.hpp"
-#include "app/sweep/sobol.hpp"
+#include "app/sweep/vary.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 

@@ -2,9 +2,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
-
-#include "app/fit/student.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -67,6 +66,15 @@ void add_intervals(const LeastSquares& problem, const MatrixXd& slopes, const Ma
     result.half_interval = quantile * result.covariance.diagonal().cwiseSqrt();
     // Without degrees of freedom and noise nothing bounds the error.
     if (result.error_from_noise && result.noise == 0.0) result.half_interval.setConstant(kUnbounded);
+}
+
+double student_quantile(std::size_t degrees) {
+    // Without long double, which Boost would compute with at the program's start and which valgrind has no
+    // more digits for.
+    using Policy = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+    constexpr double kUpper = 0.975;
+    return quantile(boost::math::students_t_distribution<double, Policy>(static_cast<double>(degrees)),
+                    kUpper);
 }
 
 }  // namespace sidewall::app

@@ -18,4 +18,7 @@ double residual_variance(const LeastSquares& problem, double sum, double degrees
 void add_intervals(const LeastSquares& problem, const Eigen::MatrixXd& slopes, const Eigen::MatrixXd& tested,
                    LeastSquaresResult& result);
 
+/// 97.5 % quantile of Student's distribution. \pre degrees >= 1.
+double student_quantile(std::size_t degrees);
+
 }  // namespace sidewall::app

@@ -12,7 +12,7 @@ namespace sidewall::app {
 /// \throws RecipeError if two are equal.
 std::vector<std::string> labels_of(const std::vector<std::string>& files);
 
-/// Those of \p texts that concern a recipe: with its label, which is left out, or with none.
+/// Chooses the \p texts that concern a recipe: with its label, which is left out, or with none.
 std::vector<std::string> own_texts(const std::vector<std::string>& texts,
                                    const std::vector<std::string>& labels, const std::string& label);
 

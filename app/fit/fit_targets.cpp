@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/common/text.hpp"
-#include "app/sweep/measures.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -6,7 +6,7 @@
 #include <nlopt.hpp>
 
 #include "app/fit/fit_errors.hpp"
-#include "app/sweep/sobol.hpp"
+#include "app/sweep/vary.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 

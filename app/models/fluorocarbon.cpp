@@ -3,7 +3,6 @@
 
 #include "app/models/chemistry.hpp"
 #include "app/models/ions.hpp"
-#include "app/models/sputter_yields.hpp"
 
 namespace sidewall::app {
 namespace {

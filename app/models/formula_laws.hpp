@@ -1,7 +1,9 @@
 #pragma once
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,9 +40,6 @@ struct Names {
     /// The values at a point, in a buffer of this thread that the next call overwrites.
     std::span<double> values(const SurfacePoint& point) const;
 };
-
-/// Names that mean the same in every formula, and so cannot be given to anything else.
-const std::vector<std::string>& reserved_names();
 
 /// Adds \p name, which \p key gives, to those taken.
 /// \throws KeyError unless expressions can use it and nothing else has it.
@@ -97,5 +96,19 @@ double coverage_rate(const Formula& formula, std::size_t k, const SurfacePoint& 
 /// The diffusivity of coverage \p k, which has one, at a point.
 /// \throws NumericsError if it is not finite or negative.
 double diffusivity(const Formula& formula, std::size_t k, const SurfacePoint& point);
+
+/// f(theta), written to \p result, which has the length of \p theta.
+using CoverageFunction = std::function<void(std::span<const double> theta, std::span<double> result)>;
+
+/// Solves theta = f(theta) from \p theta on: Newton's method with differences for derivatives, damped where a whole
+/// step leads away.
+/// \returns false if it does not settle to 1e-10; \p theta is then where it gave up.
+bool solve_coverages(const CoverageFunction& f, std::span<double> theta);
+
+/// Brings \p theta to what d theta/dt = f(theta) makes of it in \p time: exponential Rosenbrock-Euler steps (Hochbruck and
+/// Ostermann, Acta Numerica 19 (2010) 209), exact where f is linear, stable for any rate, halved until two halves
+/// agree with the whole to 1e-7.
+/// \returns false if that takes over 10^4 steps or stops being finite; \p theta is then where it gave up.
+bool integrate_coverages(const CoverageFunction& f, double time, std::span<double> theta);
 
 }  // namespace sidewall::app

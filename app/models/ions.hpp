@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "app/models/model.hpp"
+#include "app/schema/keys.hpp"
 
 // What the plasma models share: the keys of their ions, and the numbers by material.
 namespace sidewall::app {
@@ -38,5 +39,11 @@ std::vector<double> densities(const Materials& materials);
 /// By material id: 1 for the named materials, else 0.
 /// \pre all names are of \p materials.
 std::vector<std::uint8_t> marked(const std::vector<std::string>& names, const Materials& materials);
+
+/// A_sp by material of the physical sputtering yield A_sp max(0, sqrt E - sqrt threshold) at normal incidence,
+/// in atoms or formula units an ion, for ions of argon's mass. No value for materials without a published one.
+/// \param threshold  eV; where A comes from a yield, it fits that yield with this threshold.
+/// \param silicon    A_sp of silicon in the model's own table.
+ByMaterial sputter_yields(double threshold, double silicon);
 
 }  // namespace sidewall::app

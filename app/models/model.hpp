@@ -71,8 +71,8 @@ struct SpeedHints {
     std::function<double(const SurfacePoint&)> max_etch_rate;
     /// By material: V is 0 there whatever arrives and whatever the normal. Empty: not known of any.
     std::vector<std::uint8_t> inert;
-    /// Where V(n) = facing max(0, n . beam) + always: the two numbers at a point, whose own normal is not read. V
-    /// need not be evaluated at every node and normal then.
+    /// The two numbers of V(n) = facing max(0, n . beam) + always at a point, whose own normal is not read; for models of that
+    /// form, whose V need not be evaluated at every node and normal then.
     std::function<levelset::BeamSpeed(const SurfacePoint&)> beam_speed;
     /// By material: bounds of |dH/dp| along the grid's axes, where H = |p| V(p/|p|) is not convex. V of one sign.
     std::vector<Vec3> dissipation;

@@ -1,8 +1,21 @@
 #pragma once
-#include "app/models/gas_keys.hpp"
+#include "app/models/model.hpp"
 
 // Particles that a recipe describes: what the models with a list of species share.
 namespace sidewall::app {
+
+/// The gas in a recipe's units: its mean free path, or what that follows from. Absent: no collisions, or a
+/// default.
+struct Gas {
+    std::optional<double> mean_free_path, pressure, temperature, molecule_diameter;
+};
+
+std::vector<Key> gas_keys(Gas& gas);
+
+/// Gives the model's last species the mean free path in \p gas, if there is one.
+/// \param path  of the gas's keys, e.g. "species[1].", for messages.
+/// \throws KeyError if they are given for ions, or do not fit together.
+void add_gas(Gas gas, const std::string& path, Model& model);
 
 /// A particle of a recipe's list `species`: its source, of neutrals the gas, of ions energy and reflection. Absent numbers
 /// have defaults that depend on the kind.

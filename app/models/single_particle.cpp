@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "app/models/gas_keys.hpp"
+#include "app/models/particles.hpp"
 
 namespace sidewall::app {
 namespace {

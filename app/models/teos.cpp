@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/models/gas_keys.hpp"
+#include "app/models/particles.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "app/recipe/differences.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/steps.hpp"
 #include "surface/error.hpp"

@@ -11,7 +11,6 @@
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/process/revision.hpp"
-#include "app/recipe/differences.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/schema/keys.hpp"
 #include "levelset/layers/checkpoint.hpp"

@@ -79,15 +79,6 @@ double next_event(const Recipe& recipe, const Step& step, const RunState& state)
     return recipe.output.every ? std::min(end, state.next_save(*recipe.output.every)) : end;
 }
 
-// Equal parts of what is left, each moving the front at most cfl dx.
-double equal_parts(double left, double speed, double spacing, double cfl) {
-    if (speed <= 0.0) return left;
-    // Rounding just above a whole number of time steps must not cost one more. 1e-9 is beyond the rounding of
-    // a time that 1e6 time steps added up to, and lengthens a time step by no more than that share.
-    const double parts = std::ceil(left * speed / (cfl * spacing) * (1.0 - 1e-9));
-    return left / std::max(1.0, parts);
-}
-
 // The longest time step towards a stop condition. Where the condition is met the front may be slower than the
 // fastest point, and what is left would shrink from time step to time step without end: so a time step is at
 // least a tenth of a full one, which may overshoot by a twentieth of a grid spacing (cfl is at most 0.5).
@@ -175,6 +166,12 @@ std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::
         step.name.empty() ? step.model : step.name, figure);
 }
 
+double equal_time_steps(double duration, double speed, double spacing, double cfl) {
+    // Rounding just above a whole number of time steps must not cost one more. 1e-9 is beyond the rounding of
+    // a time that 1e6 time steps added up to, and lengthens a time step by no more than that share.
+    return std::max(1.0, std::ceil(duration * speed / (cfl * spacing) * (1.0 - 1e-9)));
+}
+
 TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& model, const RunState& state,
                           const levelset::Motion& motion, double to_stop) {
     TimeStep next;
@@ -185,9 +182,9 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
         const double left = state.step_start + step.duration - state.time;
         refuse_endless(recipe, step, std::min(left, to_stop / next.speed), next.speed, spacing);
     }
-    next.dt = std::min(equal_parts(next.until - state.time, next.speed, spacing, cfl),
-                       approach(to_stop, next.speed, spacing, cfl));
     const double left = next.until - state.time;
+    next.dt = std::min(left / equal_time_steps(left, next.speed, spacing, cfl),
+                       approach(to_stop, next.speed, spacing, cfl));
     if (model.least_time_steps > 1)
         next.dt = std::min(next.dt, model.growing_time_steps ? in_growing_parts(step, model, state, left)
                                                              : in_equal_parts(step, model, left));

@@ -50,6 +50,9 @@ struct TimeStep {
     double speed = 0.0;  ///< largest |V|, or what stands for it where V depends on the normal
 };
 
+/// The number of equal time steps, at least 1, in each of which a front of this speed moves at most cfl grid spacings.
+double equal_time_steps(double duration, double speed, double spacing, double cfl);
+
 /// Equal time steps up to the end of the recipe's step or the next surface to save, each moving the front at
 /// most cfl grid spacings and at most the share of the step that the model asks for, and none past a stop condition
 /// by more than a twentieth of a grid spacing.

@@ -5,21 +5,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include "app/common/text.hpp"
 #include "app/recipe/flat.hpp"
-#include "app/recipe/sections.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
 
-// Figures that a word of [metrology] measures stands for, where they are not of its name
-// (results/metrology.cpp).
+// The words of [metrology] measures, each with the figures that it stands for (results/metrology.cpp); those
+// of cd name depths.
 const std::vector<std::pair<std::string, std::vector<std::string>>> kFigures = {
+    {"depth", {"depth"}},
+    {"cd", {}},
+    {"sidewall_angle", {"sidewall_angle"}},
+    {"bow", {"bow"}},
+    {"undercut", {"undercut"}},
+    {"aspect_ratio", {"aspect_ratio"}},
     {"scallops", {"scallop_pitch", "scallop_depth"}},
     {"film", {"film_top", "film_side", "film_bottom", "step_coverage_side", "step_coverage_bottom"}},
-    {"cd", {}},
 };
 
 // What a figure's name begins with, and what it names.
@@ -74,7 +81,25 @@ std::optional<Figure> read_as(const Form& form, const std::string& name, const M
     return figure;
 }
 
+void add_once(auto& list, const auto& value) {
+    if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
+}
+
+[[noreturn]] void refuse(const Recipe& recipe, const std::string& name, const std::string& option) {
+    throw RecipeError(
+        fmt::format("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name)));
+}
+
 }  // namespace
+
+const std::vector<std::string>& measure_names() {
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> words;
+        for (const auto& [word, figures] : kFigures) words.push_back(word);
+        return words;
+    }();
+    return names;
+}
 
 std::optional<Figure> named_figure(const std::string& name, const Materials& materials) {
     for (const Form& form : kForms)
@@ -88,9 +113,7 @@ std::optional<std::string> word_of(const Recipe& recipe, const std::string& figu
     if (const auto named = named_figure(figure, recipe.materials))
         return named->kind == FigureKind::opening ? "cd" : figure;
     if (contains(figures_of_all(recipe), figure)) return "";
-    const auto several = [&](const auto& entry) { return entry.first == figure; };
-    if (std::any_of(kFigures.begin(), kFigures.end(), several)) return std::nullopt;
-    return contains(measure_names(), figure) ? std::optional(figure) : std::nullopt;
+    return std::nullopt;  // a word that stands for several figures is none itself
 }
 
 std::string nearest_figure(const Recipe& recipe, const std::string& name) {
@@ -158,6 +181,38 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text) {
                                                 : nearest_figure(recipe, name)));
     if (named_figure(name, recipe.materials)) require_measure(recipe, name, "stop");
     return {name, text[sign] == '>', *value};
+}
+
+bool is_figure(const Recipe& recipe, const std::string& name) {
+    return word_of(recipe, name).has_value();
+}
+
+void want_measure(Recipe& recipe, const std::string& name, const std::string& option) {
+    const auto wanted = contains(measure_names(), name) ? std::optional(name) : word_of(recipe, name);
+    if (!wanted) refuse(recipe, name, option);
+    if (!wanted->empty()) add_once(recipe.metrology.measures, *wanted);
+    if (const auto figure = named_figure(name, recipe.materials)) {
+        if (figure->kind == FigureKind::opening) add_once(recipe.metrology.cd_depths, figure->at);
+        try {
+            require_measure(recipe, name, option);
+        } catch (const KeyError& error) {
+            throw RecipeError(error.what());
+        }
+    }
+    if (*wanted == "cd" && recipe.metrology.cd_depths.empty())
+        throw RecipeError(
+            fmt::format("{} {}: is measured at depths: name one, e.g. cd_at_0.5", option, name));
+}
+
+void want_figure(Recipe& recipe, const std::string& name, const std::string& option,
+                 const std::string& text) {
+    want_measure(recipe, name, option);
+    if (is_figure(recipe, name)) return;
+    throw RecipeError(fmt::format("{} {}: {} stands for several figures: name one, e.g. {}", option, text,
+                                  name,
+                                  name == "film" ? "film_side"
+                                  : name == "cd" ? "cd_at_0.5"
+                                                 : "scallop_depth"));
 }
 
 }  // namespace sidewall::app

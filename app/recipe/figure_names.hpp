@@ -8,6 +8,9 @@
 // The names of measured figures: words of [metrology] measures, and names that hold a place or a material.
 namespace sidewall::app {
 
+/// The words that [metrology] measures accepts (results/metrology.hpp).
+const std::vector<std::string>& measure_names();
+
 enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volume };
 
 /// A figure at a place or of a material, in the plane of [metrology] cut:
@@ -50,5 +53,19 @@ struct StopRule {
 /// Reads a stop condition, e.g. `depth > 2.0`.
 /// \throws KeyError of "stop" saying what is wrong, with the nearest name.
 StopRule stop_rule(const Recipe& recipe, const std::string& text);
+
+/// Makes \p recipe measure what a user names: a word of [metrology] measures, such as film, or one of the figures
+/// in a summary's metrology, such as step_coverage_side, cd_at_0.5 (which adds the depth), mean_rate.
+/// \param option  that names it, for messages.
+/// \throws RecipeError, with the nearest name, for what no run measures.
+void want_measure(Recipe& recipe, const std::string& name, const std::string& option);
+
+/// Whether \p name is one figure, not a word that stands for several.
+bool is_figure(const Recipe& recipe, const std::string& name);
+
+/// Makes \p recipe measure one figure, as want_measure.
+/// \param text  the option's value, for messages.
+/// \throws RecipeError, too, for a word that stands for several figures.
+void want_figure(Recipe& recipe, const std::string& name, const std::string& option, const std::string& text);
 
 }  // namespace sidewall::app

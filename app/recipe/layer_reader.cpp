@@ -9,7 +9,6 @@
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layer_keys.hpp"
 #include "app/recipe/layers.hpp"
-#include "app/recipe/mask_outlines.hpp"
 #include "app/recipe/polygon_checks.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/recipe/reader.hpp"

@@ -1,14 +1,25 @@
 #include "app/recipe/layers.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <limits>
 #include <map>
 
 #include "app/common/interrupt.hpp"
-#include "app/recipe/mask_outlines.hpp"
+#include "app/recipe/gds_flatten.hpp"
 #include "app/recipe/profile_csv.hpp"
+#include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
+
+// The blur of a mask's outlines; nothing if they are as drawn.
+std::optional<levelset::Blur> blur_of(const Layer& layer) {
+    if (layer.blur.empty()) return std::nullopt;
+    return levelset::Blur{layer.blur, layer.blur_weights, layer.blur_threshold.value_or(0.5)};
+}
 
 // The outlines of a mask, as drawn or blurred by lithography.
 void outline(const Layer& layer, const Recipe& recipe, levelset::Shape& shape) {
@@ -83,6 +94,100 @@ std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
 
 levelset::Shape pattern_of(const Step& step, const Recipe& recipe) {
     return shape_of(step.pattern, recipe);
+}
+
+bool drawn(const Layer& layer) {
+    return layer.shape == "mask" || layer.shape == "polygons";
+}
+
+void find_file(Layer& layer, const std::filesystem::path& folder) {
+    if (layer.shape != "mesh" && layer.shape != "profile" && !(drawn(layer) && !layer.file.empty())) return;
+    layer.file = std::filesystem::absolute(folder / layer.file).lexically_normal().string();
+    if (!std::filesystem::is_regular_file(layer.file))
+        throw KeyError("file",
+                       fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
+}
+
+std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit) {
+    std::vector<levelset::Polygon> polygons;
+    if (layer.file.empty() == layer.polygons.empty())
+        throw KeyError("polygons", "give either polygons or a GDSII file, not both or neither");
+    for (std::size_t k = 0; k < layer.polygons.size(); ++k) {
+        const std::vector<double>& points = layer.polygons[k].points;
+        if (points.size() < 6 || points.size() % 2 != 0)
+            throw KeyError(fmt::format("polygons[{}].points", k),
+                           "must be x and y of at least three corners");
+        levelset::Polygon& polygon = polygons.emplace_back();
+        for (std::size_t p = 0; p < points.size(); p += 2) polygon.push_back({points[p], points[p + 1]});
+    }
+    if (layer.file.empty()) return polygons;
+    const GdsLibrary library = read_gds(layer.file);
+    const std::vector<std::string> tops = top_cells(library);
+    const bool known = layer.cell.empty() ? tops.size() == 1 : library.cells.contains(layer.cell);
+    if (!known)
+        throw KeyError(
+            "cell",
+            fmt::format(
+                "must be one of the file's cells, whose top ones are: {}{}",
+                fmt::join(tops.begin(), tops.begin() + std::min<std::ptrdiff_t>(std::ssize(tops), 10), ", "),
+                tops.size() > 10 ? ", ..." : ""));
+    polygons = flatten(library, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
+                       static_cast<int>(layer.gds_datatype));
+    if (polygons.empty())
+        throw KeyError("gds_layer", fmt::format("the cell has no polygon on layer {}, datatype {}",
+                                                layer.gds_layer, layer.gds_datatype));
+    for (levelset::Polygon& polygon : polygons)
+        for (auto& point : polygon)
+            for (double& x : point) x /= metres_in(length_unit);
+    return polygons;
+}
+
+std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector<levelset::Polygon>& placed,
+                                           const levelset::Domain& domain, const std::string& path,
+                                           std::vector<std::string>& notes) {
+    const std::optional<levelset::Blur> blur = blur_of(layer);
+    if (!blur && !layer.blur_weights.empty())
+        throw KeyError("blur_weights", "are of blur: give its sigmas, too, or drop these");
+    if (!blur && layer.blur_threshold)
+        throw KeyError("blur_threshold", "is of blur: give its sigmas, too, or drop it");
+    if (!blur) return placed;
+    if (!blur->weights.empty() && blur->weights.size() != blur->sigmas.size())
+        throw KeyError("blur_weights",
+                       fmt::format("must be as many as the sigmas of blur, {}", blur->sigmas.size()));
+    if (blur->threshold >= 1.0)
+        throw KeyError("blur_threshold", "must be less than 1, what lies under a large polygon");
+    const double longest = std::max(domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
+    for (std::size_t k = 0; k < blur->sigmas.size(); ++k)
+        if (blur->sigmas[k] > longest)
+            throw KeyError(fmt::format("blur[{}]", k),
+                           fmt::format("is longer than the domain, {:g}; check the unit", longest));
+    levelset::ResistContours printed;
+    try {
+        printed = levelset::resist_contours(placed, *blur, domain, interrupted);
+    } catch (const GeometryError& error) {
+        throw KeyError("blur",
+                       fmt::format("{}; use a larger grid_spacing, or sigmas nearer to it and to one another",
+                                   error.what()));
+    }
+    const double threshold = blur->threshold;
+    if (printed.most <= threshold)
+        throw KeyError(
+            "blur",
+            fmt::format("nothing prints: the blurred outlines reach {:.3g} at most, below the threshold "
+                        "of {:g}; use less blur, or a lower blur_threshold",
+                        printed.most, threshold));
+    if (printed.least > threshold)
+        throw KeyError(
+            "blur", fmt::format("everything prints: blurred, the outlines leave {:.3g} at least, above the "
+                                "threshold of {:g}; use less blur, or a higher blur_threshold",
+                                printed.least, threshold));
+    if (!printed.lost.empty()) {
+        const levelset::Polygon& first = placed[printed.lost.front()];
+        notes.push_back(fmt::format(
+            "{}.blur: {} of {} outlines are too narrow to print and vanish, the first near ({:g}, {:g})",
+            path, printed.lost.size(), placed.size(), first[0][0], first[0][1]));
+    }
+    return printed.outlines;
 }
 
 }  // namespace sidewall::app

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "app/recipe/layer_keys.hpp"
-#include "app/recipe/mask_outlines.hpp"
+#include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
 
@@ -78,9 +78,7 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
     if (masks.empty())
         fail(*extent, "domain.extent",
              "needs a layer or a step whose mask is a GDSII file; or give two lengths");
-    std::array<double, 2> low{}, high{};
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
+    Eigen::AlignedBox2d box;
     for (Placed& mask : masks) {
         const auto outlines = located(*mask.table, mask.path, [&] {
             try {
@@ -92,14 +90,11 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
             }
         });
         for (const levelset::Polygon& outline : outlines)
-            for (const auto& p : outline)
-                for (std::size_t a = 0; a < 2; ++a) {
-                    low[a] = std::min(low[a], p[a] + mask.layer.position[a]);
-                    high[a] = std::max(high[a], p[a] + mask.layer.position[a]);
-                }
+            for (const auto& [x, y] : outline)
+                box.extend(Eigen::Vector2d(x + mask.layer.position[0], y + mask.layer.position[1]));
     }
     std::array<double, 2> size{}, centre{};
-    const double longer = std::max(high[0] - low[0], high[1] - low[1]) + 2.0 * domain.padding.value_or(0.0);
+    const double around = 2.0 * domain.padding.value_or(0.0), longer = box.sizes().maxCoeff() + around;
     // The extent in whole cells of so large a spacing is far more than the layout's, which advice must go by.
     if (std::ceil(longer / domain.grid_spacing - kExtentRounding) < kFewestAlong)
         fail(*table->get("grid_spacing"), "domain.grid_spacing",
@@ -108,9 +103,10 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
                  "holds no shape: use a spacing of {:.3g} or less",
                  longer, domain.length_unit, kFewestAlong, longer / (2.0 * kFewestAlong)));
     for (std::size_t a = 0; a < 2; ++a) {
-        const double cells = (high[a] - low[a] + 2.0 * domain.padding.value_or(0.0)) / domain.grid_spacing;
+        const auto i = static_cast<Eigen::Index>(a);
+        const double cells = (box.sizes()[i] + around) / domain.grid_spacing;
         size[a] = std::max(1.0, std::ceil(cells - kExtentRounding)) * domain.grid_spacing;
-        centre[a] = 0.5 * (low[a] + high[a]);
+        centre[a] = box.center()[i];
     }
 
     for (const Placed& mask : masks)

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "app/recipe/layer_checks.hpp"
-#include "app/recipe/mask_outlines.hpp"
+#include "app/recipe/layers.hpp"
+#include "surface/disjoint_sets.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -16,32 +18,18 @@ namespace {
 using levelset::Polygon;
 using Corner = std::array<double, 2>;
 
-struct Bounds {
-    Corner low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
-    Corner high{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-    double size() const { return std::max(high[0] - low[0], high[1] - low[1]); }
-    /// Negative \p reach: to overlap by as much; positive: to be as near.
-    bool meets(const Bounds& other, double reach = 0.0) const {
-        for (std::size_t a = 0; a < 2; ++a)
-            if (low[a] >= other.high[a] + reach || high[a] <= other.low[a] - reach) return false;
-        return true;
-    }
-    void take_in(const Bounds& other) {
-        for (std::size_t a = 0; a < 2; ++a) {
-            low[a] = std::min(low[a], other.low[a]);
-            high[a] = std::max(high[a], other.high[a]);
-        }
-    }
-};
+using Bounds = Eigen::AlignedBox2d;
 
-Bounds bounds_of(const Polygon& polygon) {
+Bounds outline_bounds(const Polygon& polygon) {
     Bounds bounds;
-    for (const Corner& p : polygon)
-        for (std::size_t a = 0; a < 2; ++a) {
-            bounds.low[a] = std::min(bounds.low[a], p[a]);
-            bounds.high[a] = std::max(bounds.high[a], p[a]);
-        }
+    for (const Corner& p : polygon) bounds.extend(Eigen::Map<const Eigen::Vector2d>(p.data()));
     return bounds;
+}
+
+// Whether the boxes overlap or, with a \p reach, are as near.
+bool meet(const Bounds& a, const Bounds& b, double reach = 0.0) {
+    return (a.min().array() < b.max().array() + reach).all() &&
+           (b.min().array() - reach < a.max().array()).all();
 }
 
 // Positive if it goes round counter-clockwise.
@@ -180,8 +168,8 @@ void refuse_crossings(const std::vector<Polygon>& polygons) {
     Effort effort;
     double size = 0.0;
     for (const Polygon& polygon : polygons) {
-        bounds.push_back(bounds_of(polygon));
-        size = std::max(size, bounds.back().size());
+        bounds.push_back(outline_bounds(polygon));
+        size = std::max(size, bounds.back().sizes().maxCoeff());
     }
     const double tiny = kRounding * size;
     for (std::size_t k = 0; k < polygons.size(); ++k) {
@@ -189,13 +177,13 @@ void refuse_crossings(const std::vector<Polygon>& polygons) {
             throw KeyError(points_key(k), "must be x and y of at least three different corners");
         refuse_self_crossing(polygons[k], k, tiny, effort);
     }
-    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].low[0]; });
+    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].min().x(); });
     for (std::size_t i = 0; i < order.size(); ++i)
         for (std::size_t j = i + 1; j < order.size(); ++j) {
             const auto [first, second] = std::minmax(order[i], order[j]);
-            if (bounds[order[j]].low[0] >= bounds[order[i]].high[0]) break;
+            if (bounds[order[j]].min().x() >= bounds[order[i]].max().x()) break;
             effort.spend(1, 1);
-            if (!bounds[first].meets(bounds[second])) continue;
+            if (!meet(bounds[first], bounds[second])) continue;
             effort.spend(polygons[first].size(), 8 * polygons[second].size());
             refuse_overlap(polygons, first, second, tiny);
         }
@@ -259,8 +247,9 @@ void mirror(Piece& piece, const std::vector<const Polygon*>& parts, const levels
             if (on_it <= tiny) continue;
             piece.area *= 2.0;
             piece.perimeter = 2.0 * (piece.perimeter - on_it);
-            const double width = piece.bounds.high[a] - piece.bounds.low[a];
-            (side == domain.min[a] ? piece.bounds.low[a] : piece.bounds.high[a]) +=
+            const auto i = static_cast<Eigen::Index>(a);
+            const double width = piece.bounds.sizes()[i];
+            (side == domain.min[a] ? piece.bounds.min() : piece.bounds.max())[i] +=
                 side == domain.min[a] ? -width : width;
         }
 }
@@ -271,9 +260,10 @@ double width_in(const Piece& piece, const levelset::Domain& domain) {
     const double half = 0.5 * piece.perimeter;
     const double root = std::sqrt(std::max(0.0, half * half - 4.0 * piece.area));
     double width = half > 0.0 ? 2.0 * piece.area / (half + root) : 0.0;
+    const Eigen::Vector2d sizes = piece.bounds.sizes();
     for (std::size_t a = 0; a < 2; ++a)
-        if (piece.bounds.high[a] - piece.bounds.low[a] >= (1.0 - kRounding) * (domain.max[a] - domain.min[a]))
-            width = std::max(width, piece.bounds.high[1 - a] - piece.bounds.low[1 - a]);
+        if (sizes[static_cast<Eigen::Index>(a)] >= (1.0 - kRounding) * (domain.max[a] - domain.min[a]))
+            width = std::max(width, sizes[static_cast<Eigen::Index>(1 - a)]);
     return width;
 }
 
@@ -281,32 +271,28 @@ double width_in(const Piece& piece, const levelset::Domain& domain) {
 // shares.
 std::vector<std::size_t> adjoining(const std::vector<Polygon>& polygons, double tiny,
                                    std::vector<double>& common) {
-    std::vector<std::size_t> group(polygons.size());
-    std::iota(group.begin(), group.end(), std::size_t{0});
-    const auto root = [&](std::size_t k) {
-        while (group[k] != k) k = group[k] = group[group[k]];
-        return k;
-    };
+    surface::DisjointSets sets(polygons.size());
     std::vector<Bounds> bounds;
     bounds.reserve(polygons.size());
-    for (const Polygon& polygon : polygons) bounds.push_back(bounds_of(polygon));
-    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].low[0]; });
+    for (const Polygon& polygon : polygons) bounds.push_back(outline_bounds(polygon));
+    const auto order = sorted_by(polygons.size(), [&](std::size_t k) { return bounds[k].min().x(); });
     double left = 5e7;  // comparisons of edges: of a large layout the rest is taken as it is
     for (std::size_t i = 0; i < order.size() && left > 0.0; ++i)
         for (std::size_t j = i + 1; j < order.size() && left > 0.0; ++j) {
             const std::size_t a = order[i], b = order[j];
             left -= 1.0;
-            if (bounds[b].low[0] > bounds[a].high[0] + tiny) break;
-            if (polygons[a].size() < 3 || polygons[b].size() < 3 || !bounds[a].meets(bounds[b], tiny))
+            if (bounds[b].min().x() > bounds[a].max().x() + tiny) break;
+            if (polygons[a].size() < 3 || polygons[b].size() < 3 || !meet(bounds[a], bounds[b], tiny))
                 continue;
             left -= static_cast<double>(polygons[a].size()) * static_cast<double>(polygons[b].size());
             const double shared = shared_length(polygons[a], polygons[b], tiny);
             if (shared <= tiny) continue;
             common[a] += shared;
             common[b] += shared;
-            group[root(a)] = root(b);
+            sets.join(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
         }
-    for (std::size_t k = 0; k < group.size(); ++k) group[k] = root(k);
+    std::vector<std::size_t> group;
+    for (std::uint32_t k = 0; k < polygons.size(); ++k) group.push_back(sets.root(k));
     return group;
 }
 
@@ -323,7 +309,7 @@ std::vector<double> widths_in(const std::vector<Polygon>& polygons, const levels
         Piece& piece = pieces[group[k]];
         piece.area += std::abs(signed_area(polygons[k]));
         piece.perimeter += perimeter_of(polygons[k]) - common[k];
-        piece.bounds.take_in(bounds_of(polygons[k]));
+        piece.bounds.extend(outline_bounds(polygons[k]));
         parts[group[k]].push_back(&polygons[k]);
     }
     for (std::size_t k = 0; k < pieces.size(); ++k) mirror(pieces[k], parts[k], domain, tiny);
@@ -346,7 +332,7 @@ void check_outline(const Polygon& polygon, const std::string& key) {
     if (corners.size() < 3) throw KeyError(key, "must be of at least three different points");
     Effort effort;
     try {
-        refuse_self_crossing(corners, 0, kRounding * bounds_of(corners).size(), effort);
+        refuse_self_crossing(corners, 0, kRounding * outline_bounds(corners).sizes().maxCoeff(), effort);
     } catch (const KeyError& error) {
         throw KeyError(key, error.rule);
     }

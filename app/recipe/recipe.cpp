@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/recipe/differences.hpp"
+#include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/recipe/grid_levels.hpp"

@@ -113,12 +113,6 @@ std::vector<Key> keys_of(Material& material) {
     };
 }
 
-const std::vector<std::string>& measure_names() {
-    static const std::vector<std::string> names = {"depth",    "cd",           "sidewall_angle", "bow",
-                                                   "undercut", "aspect_ratio", "scallops",       "film"};
-    return names;
-}
-
 std::vector<Key> keys_of(FluxSection& flux) {
     return {
         {"method", &flux.method, "",

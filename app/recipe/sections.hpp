@@ -15,9 +15,6 @@ std::vector<Key> keys_of(levelset::AdvectionOptions& advection);
 std::vector<Key> keys_of(OutputSection& output);
 std::vector<Key> keys_of(MetrologySection& metrology);
 
-/// The words that [metrology] measures accepts (results/metrology.hpp).
-const std::vector<std::string>& measure_names();
-
 /// A section as `sidewall models` lists it.
 struct SectionDoc {
     std::string name;    ///< what to ask for, e.g. "flux" or "layer trench"

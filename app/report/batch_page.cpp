@@ -26,12 +26,6 @@ std::vector<std::string> varied_keys(const Json& plan) {
     return keys;
 }
 
-// The last surface of a run, if it saved one.
-std::optional<ViewFrame> last_frame(const fs::path& run, const std::string& label) {
-    if (!is_there(run / "surface.pvd")) return std::nullopt;
-    return ViewFrame{label, run, saved_surfaces(run).back()};
-}
-
 std::string short_value(const std::string& field) {
     const Json value = field_json(field);
     return value.is_number() ? number_text(value, 4) : field;
@@ -122,13 +116,7 @@ Json parameters_section(const Json& fit) {
 }
 
 Json residuals_section(const Json& fit) {
-    Json section{
-        {"type", "table"},
-        {"title", "Targets and residuals"},
-        {"columns", Json::array({Json{{"name", "target"}}, Json{{"name", "asked"}}, Json{{"name", "got"}},
-                                 Json{{"name", "residual"}}, Json{{"name", "sigma"}},
-                                 Json{{"name", "residual / sigma"}}, Json{{"name", "unit"}}})},
-        {"rows", Json::array()}};
+    Json rows = Json::array();
     for (const auto& [name, r] : fit.at("residuals").items()) {
         const bool known = r.at("asked").is_number() && r.at("got").is_number();
         const Json residual =
@@ -136,10 +124,12 @@ Json residuals_section(const Json& fit) {
         const Json scaled = known && r.at("sigma").is_number()
                                 ? number_or_null(residual.get<double>() / r.at("sigma").get<double>(), 4)
                                 : Json();
-        section["rows"].push_back(Json::array({name, r.at("asked"), r.at("got"), residual, r.at("sigma"),
-                                               scaled, shown_unit(text_at(r, "unit"))}));
+        rows.push_back(Json::array({name, r.at("asked"), r.at("got"), residual, r.at("sigma"), scaled,
+                                    shown_unit(text_at(r, "unit"))}));
     }
-    return section;
+    return plain_table("Targets and residuals",
+                       {"target", "asked", "got", "residual", "sigma", "residual / sigma", "unit"},
+                       std::move(rows));
 }
 
 // The measured profiles of a fit and the contours of its runs, from overlay*.csv.
@@ -169,10 +159,7 @@ Json overlays_section(const fs::path& folder) {
                           {"same_scale", true},
                           {"series", std::move(series)}});
     }
-    return Json{{"type", "charts"},
-                {"title", "Measured and simulated profiles"},
-                {"wide", true},
-                {"charts", std::move(charts)}};
+    return charts_section("Measured and simulated profiles", std::move(charts), true);
 }
 
 void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
@@ -222,8 +209,7 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
     const fs::path first = folder / "runs" / table.rows[0][table.column("run").value_or(0)] / "recipe.toml";
     add_view(final_surfaces(folder, table, varied_keys(plan)), first, bytes, "Final surfaces",
              "Final profiles", page);
-    page.sections.push_back(recipe_section(first, text_at(plan, "recipe")));
-    page.sections.back()["title"] = "Recipe of the first run";
+    page.sections.push_back(recipe_section("Recipe of the first run", first, text_at(plan, "recipe")));
     return page;
 }
 
@@ -267,14 +253,12 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
         add_table(table, fit, units, "Figures of all runs over the keys", page);
     }
     const Json several = fit.value("best_runs", Json::object());  // by recipe
-    for (const auto& [label, number] : several.items()) {
-        page.sections.push_back(recipe_section(folder / fmt::format("best_{}.toml", label), ""));
-        page.sections.back()["title"] = fmt::format("Best values of {}", label);
-    }
-    if (several.empty()) {
-        page.sections.push_back(recipe_section(folder / "best.toml", text_at(fit, "recipe")));
-        page.sections.back()["title"] = "Recipe and best values";
-    }
+    for (const auto& [label, number] : several.items())
+        page.sections.push_back(recipe_section(fmt::format("Best values of {}", label),
+                                               folder / fmt::format("best_{}.toml", label), ""));
+    if (several.empty())
+        page.sections.push_back(
+            recipe_section("Recipe and best values", folder / "best.toml", text_at(fit, "recipe")));
     return page;
 }
 

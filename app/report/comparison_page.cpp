@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
 #include "app/report/parts.hpp"
@@ -22,17 +23,15 @@ Json names_of(const Json& comparison) {
 
 // A table with a row for each figure and a column for each method and for the noise floor.
 Json comparison_table(const Json& comparison, const Json& units) {
-    Json section{{"type", "table"},
-                 {"title", "Methods against each other"},
-                 {"columns", Json::array({Json{{"name", "figure"}}})}};
-    for (const Json& name : names_of(comparison)) section["columns"].push_back(Json{{"name", name}});
-    section["columns"].push_back(Json{{"name", "noise floor"}});
-    section["rows"] = Json::array();
+    std::vector<std::string> columns{"figure"};
+    for (const Json& name : names_of(comparison)) columns.push_back(name);
+    columns.emplace_back("noise floor");
+    Json rows = Json::array();
     const auto row = [&](const std::string& name, auto&& value, const Json& floor) {
         Json fields = Json::array({name});
         for (const Json& variant : comparison.at("variants")) fields.push_back(value(variant));
         fields.push_back(floor);
-        section["rows"].push_back(std::move(fields));
+        rows.push_back(std::move(fields));
     };
     const std::string cell = "grid spacings";
     row(
@@ -57,7 +56,7 @@ Json comparison_table(const Json& comparison, const Json& units) {
         row(
             with_unit(name, text_at(units, name)),
             [&key = name](const Json& v) { return v.at("metrology").value(key, Json()); }, Json());
-    return section;
+    return plain_table("Methods against each other", columns, std::move(rows));
 }
 
 Json phases(const Json& comparison) {
@@ -95,9 +94,8 @@ Page comparison_page(const fs::path& folder, std::size_t bytes) {
     page.fact("Grid spacing", fmt::format("{} {}", number_text(comparison.at("grid_spacing")),
                                           shown_unit(text_at(comparison, "length_unit"))));
     page.fact("Noise floor", "distance of two raw runs of different seeds");
-    std::error_code missing;
     Json units = Json::object();
-    if (fs::exists(folder / "none" / "summary.json", missing))
+    if (is_there(folder / "none" / "summary.json"))
         units = read_summary(folder / "none").value("metrology_units", Json::object());
     page.sections.push_back(comparison_table(comparison, units));
     page.sections.push_back(phases(comparison));
@@ -105,14 +103,12 @@ Page comparison_page(const fs::path& folder, std::size_t bytes) {
     std::vector<ViewFrame> frames;
     for (const Json& variant : comparison.at("variants")) {
         const fs::path run = folder / variant.at("method").get<std::string>();
-        std::error_code failure;
-        if (fs::exists(run / "surface.pvd", failure))
-            frames.push_back({shown_method(variant), run, saved_surfaces(run).back()});
+        if (auto frame = last_frame(run, shown_method(variant))) frames.push_back(*std::move(frame));
     }
     add_view(std::move(frames), folder / "none" / "recipe.toml", bytes, "Final surfaces", "Final profiles",
              page);
-    page.sections.push_back(recipe_section(folder / "none" / "recipe.toml", text_at(comparison, "recipe")));
-    page.sections.back()["title"] = "Recipe of the raw run";
+    page.sections.push_back(recipe_section("Recipe of the raw run", folder / "none" / "recipe.toml",
+                                           text_at(comparison, "recipe")));
     return page;
 }
 

@@ -10,27 +10,10 @@
                                  ...section.charts.map(Sidewall.lineChart));
   const draw = {
     view: Sidewall.view, charts, bars: Sidewall.bars, table: Sidewall.table, recipe: Sidewall.recipe,
-    markdown: Sidewall.markdown, intervals: Sidewall.intervals,
-    correlation: Sidewall.correlation, response: (s) => Sidewall.response(s, rows),
+    markdown: Sidewall.markdown, intervals: Sidewall.intervals, correlation: Sidewall.correlation,
+    response: (s) => Sidewall.response(s, rows),
     matrix: (s) => Sidewall.scatterMatrix(s, rows),
   };
-
-  // Light, dark, or as the system has it.
-  function themeButton() {
-    const names = ["auto", "light", "dark"], system = matchMedia("(prefers-color-scheme: dark)");
-    let chosen = 0;
-    const button = el("button", { type: "button", class: "theme", title: "light or dark", onclick: () => {
-      chosen = (chosen + 1) % names.length;
-      show();
-    } });
-    const show = () => {
-      document.documentElement.dataset.theme = chosen ? names[chosen] : system.matches ? "dark" : "light";
-      button.textContent = `theme: ${names[chosen]}`;
-    };
-    system.addEventListener("change", show);
-    show();
-    return button;
-  }
 
   function build(root) {
     const links = el("nav", { "aria-label": "sections" }), parts = [];
@@ -41,7 +24,7 @@
                     section.note && !["view", "recipe"].includes(section.type) ? el("p", { class: "note" }, section.note) : ""));
     });
     root.append(
-      el("header", {}, el("div", { class: "kind" }, data.kind), el("h1", {}, data.title), themeButton(),
+      el("header", {}, el("div", { class: "kind" }, data.kind), el("h1", {}, data.title),
          ...data.notes.map((note) => el("p", { class: "warning" }, note)),
          el("dl", { class: "facts" }, ...data.facts.map(([name, value]) =>
            el("div", {}, el("dt", {}, name), el("dd", {}, value))))),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -67,8 +68,9 @@ void Page::fact(const std::string& name, const std::string& value) {
     if (!value.empty()) facts.push_back(Json::array({name, value}));
 }
 
-Json recipe_section(const std::filesystem::path& effective, const std::string& source) {
-    Json section{{"type", "recipe"}, {"title", "Recipe"}};
+Json recipe_section(const std::string& title, const std::filesystem::path& effective,
+                    const std::string& source) {
+    Json section{{"type", "recipe"}, {"title", title}};
     std::error_code failure;
     std::string text;
     if (std::filesystem::is_regular_file(effective, failure)) {
@@ -103,8 +105,22 @@ void add_view(std::vector<ViewFrame> frames, const std::filesystem::path& effect
     page.surfaces = view.shown;
     if (!title.empty()) view.section["title"] = title;
     page.sections.push_back(std::move(view.section));
-    page.sections.push_back(Json{
-        {"type", "charts"}, {"title", profiles_title}, {"wide", true}, {"charts", std::move(view.profiles)}});
+    page.sections.push_back(charts_section(profiles_title, std::move(view.profiles), true));
+}
+
+Json charts_section(const std::string& title, Json charts, bool wide) {
+    return {{"type", "charts"}, {"title", title}, {"wide", wide}, {"charts", std::move(charts)}};
+}
+
+Json plain_table(const std::string& title, const std::vector<std::string>& columns, Json rows) {
+    Json section{{"type", "table"}, {"title", title}, {"columns", Json::array()}, {"rows", std::move(rows)}};
+    for (const std::string& name : columns) section["columns"].push_back(Json{{"name", name}});
+    return section;
+}
+
+std::optional<ViewFrame> last_frame(const std::filesystem::path& run, const std::string& label) {
+    if (!is_there(run / "surface.pvd")) return std::nullopt;
+    return ViewFrame{label, run, saved_surfaces(run).back()};
 }
 
 Json table_section(const std::string& title, const TextTable& table, const Json& units) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,10 +23,20 @@ struct Page {
     void fact(const std::string& name, const std::string& value);
 };
 
-/// The section "Recipe": as its author wrote it, where that file is still there, and with every default.
+/// A section with a recipe: as its author wrote it, where that file is still there, and with every default.
 /// \param effective  recipe.toml of the results' folder.
 /// \param source     the author's file, as a summary names it; may be empty.
-Json recipe_section(const std::filesystem::path& effective, const std::string& source);
+Json recipe_section(const std::string& title, const std::filesystem::path& effective,
+                    const std::string& source);
+
+/// A section of charts beside each other, in wider columns if \p wide.
+Json charts_section(const std::string& title, Json charts, bool wide = false);
+
+/// A section with a table of these columns, whose units are in their names or in a column of their own.
+Json plain_table(const std::string& title, const std::vector<std::string>& columns, Json rows);
+
+/// The last surface that a run saved, if it saved one.
+std::optional<ViewFrame> last_frame(const std::filesystem::path& run, const std::string& label);
 
 /// Puts surfaces into the page's 3-D view, and under it their profiles in the planes of a recipe: those that its
 /// output asks for, else that of its metrology, else y = 0. Without surfaces it adds nothing.

@@ -133,12 +133,6 @@ Json phases_section(const Json& timing) {
         {"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"names", {"seconds"}}, {"rows", rows}};
 }
 
-Json plain_table(const std::string& title, const std::vector<std::string>& columns, Json rows) {
-    Json section{{"type", "table"}, {"title", title}, {"columns", Json::array()}, {"rows", std::move(rows)}};
-    for (const std::string& name : columns) section["columns"].push_back(Json{{"name", name}, {"unit", ""}});
-    return section;
-}
-
 void add_summary_tables(const Json& summary, Page& page) {
     Json rows = Json::array();
     const Json units = summary.value("metrology_units", Json::object());
@@ -227,15 +221,12 @@ Page run_page(const fs::path& folder, std::size_t bytes) {
     }
     const Timeline timeline(folder / "timeline.csv", summary);
     if (!timeline.table().rows.empty()) {
-        page.sections.push_back(
-            Json{{"type", "charts"}, {"title", "Measures over time"}, {"charts", measure_charts(timeline)}});
-        page.sections.push_back(Json{{"type", "charts"},
-                                     {"title", "Meshes, errors and time steps"},
-                                     {"charts", numerics_charts(timeline)}});
+        page.sections.push_back(charts_section("Measures over time", measure_charts(timeline)));
+        page.sections.push_back(charts_section("Meshes, errors and time steps", numerics_charts(timeline)));
     }
     if (summary.contains("metrology")) add_summary_tables(summary, page);
     if (summary.contains("timing")) page.sections.push_back(phases_section(summary["timing"]));
-    page.sections.push_back(recipe_section(folder / "recipe.toml", text_at(summary, "recipe")));
+    page.sections.push_back(recipe_section("Recipe", folder / "recipe.toml", text_at(summary, "recipe")));
     return page;
 }
 

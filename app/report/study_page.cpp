@@ -94,9 +94,8 @@ Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
              over_removal(surface, "Tracing time", "CPU seconds", "/trace/seconds/trace")});
         for (const Json& entry : surface.value("five_ways", Json::array()))
             charts.push_back(five_ways_chart(entry));
-        page.sections.push_back(Json{{"type", "charts"},
-                                     {"title", fmt::format("Surface {}", surface.at("surface").get<int>())},
-                                     {"charts", std::move(charts)}});
+        page.sections.push_back(
+            charts_section(fmt::format("Surface {}", surface.at("surface").get<int>()), std::move(charts)));
     }
     if (is_there(folder / "study.csv"))
         page.sections.push_back(

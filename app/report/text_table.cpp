@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "app/common/text.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
@@ -14,23 +15,7 @@ std::optional<std::size_t> TextTable::column(std::string_view name) const {
 }
 
 TextTable read_text_table(const std::filesystem::path& path) {
-    const std::string text = surface::read_whole_file(path);
-    std::vector<std::vector<std::string>> rows(1, std::vector<std::string>(1));
-    bool quoted = false;
-    for (std::size_t at = 0; at < text.size(); ++at) {
-        const char c = text[at];
-        if (c == '"' && quoted && at + 1 < text.size() && text[at + 1] == '"') {
-            rows.back().back() += text[++at];
-        } else if (c == '"') {
-            quoted = !quoted;
-        } else if (c == ',' && !quoted) {
-            rows.back().emplace_back();
-        } else if (c == '\n' && !quoted) {
-            rows.emplace_back(1);
-        } else if (c != '\r') {
-            rows.back().back() += c;
-        }
-    }
+    std::vector<std::vector<std::string>> rows = csv_rows(surface::read_whole_file(path));
     TextTable table{.names = rows.front()};
     rows.pop_back();  // after the last line break: nothing, or half a row
     for (std::size_t r = 1; r < rows.size(); ++r) {

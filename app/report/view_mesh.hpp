@@ -45,4 +45,9 @@ Json encode(const ViewMesh& mesh, const Box3& box, const std::vector<std::array<
 /// Encodes bytes in base 64 (RFC 4648).
 std::string base64(const std::string& bytes);
 
+/// Makes a surface manifold, as simplification requires: pairs of triangles with the same three vertices (a fold of
+/// no thickness) go, and parts that share only a vertex, or an edge of more than two triangles, get their own copies
+/// of it. Keeps no attribute but the triangles' `material`.
+TriangleMesh manifold_parts(const TriangleMesh& mesh);
+
 }  // namespace sidewall::app

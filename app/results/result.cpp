@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <initializer_list>
 #include <map>
+#include <utility>
 
 #include "app/common/text.hpp"
+#include "app/common/timing.hpp"
+#include "app/common/version.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
@@ -38,8 +42,58 @@ std::optional<std::size_t> interface_number(const std::filesystem::path& file,
     return number;
 }
 
-}  // namespace
+using Is = bool (Json::*)() const noexcept;
+constexpr Is kText = &Json::is_string, kNumber = &Json::is_number;
 
+bool has(const Json& json, const std::string& pointer, Is is) {
+    const Json::json_pointer at(pointer);
+    return json.contains(at) && (json.at(at).*is)();
+}
+
+// Absent ones are fine.
+bool has_no_other(const Json& json, const char* key, Is is) {
+    return !json.contains(key) || (json[key].*is)();
+}
+
+// A list of objects that all pass.
+template <class Passes>
+bool is_list(const Json& summary, const char* key, Passes&& passes) {
+    return summary.contains(key) && summary[key].is_array() &&
+           std::ranges::all_of(summary[key], [&](const Json& one) { return one.is_object() && passes(one); });
+}
+
+// Figures that do not exist are null; each has its unit.
+bool has_metrology(const Json& summary) {
+    if (!has(summary, "/metrology", &Json::is_object) || !has(summary, "/metrology_units", &Json::is_object))
+        return false;
+    const auto& figures = summary["metrology"].items();
+    return std::all_of(figures.begin(), figures.end(), [&](const auto& figure) {
+        return (figure.value().is_number() || figure.value().is_null()) &&
+               summary["metrology_units"].value(figure.key(), Json()).is_string();
+    });
+}
+
+// Bars of a run to an accuracy (accuracy/accuracy.hpp).
+bool has_bars(const Json& summary) {
+    if (!summary["accuracy"].is_object()) return false;
+    for (const auto& [measure, bars] : summary["accuracy"].items()) {
+        bool good = has(bars, "/status", kText);
+        for (const char* key : {"value", "total", "grid", "noise", "simplification"})
+            good = good && bars.contains(key);
+        for (const char* key : {"reason", "asked_for"}) good = good && has_no_other(bars, key, kText);
+        if (!good) return false;
+    }
+    return has(summary, "/accuracy_seconds/total", kNumber) &&
+           has(summary, "/accuracy_seconds/settled", kNumber) && summary.contains("accuracy_runs");
+}
+
+/// A file that a surface.pvd lists.
+struct PvdEntry {
+    double time = 0.0;
+    std::filesystem::path file;  ///< the collection's folder included
+};
+
+// The files of a ParaView collection, in its order.
 std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
     const std::string text = surface::read_whole_file(path);
     std::vector<PvdEntry> entries;
@@ -63,6 +117,37 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
         throw FileError(fmt::format("{}: lists no surface: has the run saved one yet?", path.string()));
     return entries;
 }
+
+/// Advice about a damaged summary.json.
+constexpr const char* kSummaryAdvice = "remove it, and run --resume writes it anew";
+
+// The first entry that a summary lacks or holds with another type than runs write, e.g. "timing"; none if it
+// is whole. Readers check it first: a file in a folder may be damaged.
+std::optional<std::string> missing_in_summary(const Json& summary) {
+    if (!summary.is_object()) return "an object";
+    for (const char* key : {"version", "length_unit", "time_unit"})
+        if (!has(summary, fmt::format("/{}", key), kText)) return key;
+    for (const char* key : {"grid_spacing", "time", "time_steps"})
+        if (!has(summary, fmt::format("/{}", key), kNumber)) return key;
+    if (!is_list(summary, "events", [](const Json& event) {
+            return has(event, "/kind", kText) && has_no_other(event, "material", kText);
+        }))
+        return "events";
+    if (!is_list(summary, "steps", [](const Json& step) { return has(step, "/stopped_by", kText); }))
+        return "steps";
+    bool timing = true;
+    for_each_phase([&](const char* name, double Timing::*) {
+        timing = timing && has(summary, fmt::format("/timing/{}", name), kNumber);
+    });
+    if (!timing) return "timing";
+    for (const char* size : {"raw/vertices", "raw/triangles", "simplified/vertices", "simplified/triangles"})
+        if (!has(summary, fmt::format("/mesh/{}", size), kNumber)) return "mesh";
+    if (!has_metrology(summary)) return "metrology";
+    if (summary.contains("accuracy") && !has_bars(summary)) return "accuracy";
+    return std::nullopt;
+}
+
+}  // namespace
 
 std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
     const std::filesystem::path list = folder / "surface.pvd";
@@ -187,6 +272,34 @@ Materials materials_of(const surface::MeshMetadata& metadata) {
         materials.push_back(std::move(material));
     }
     return materials;
+}
+
+bool has_other_version(const Json& summary) {
+    return has(summary, "/version", kText) && summary["version"] != version();
+}
+
+std::optional<Json> own_summary(const std::filesystem::path& folder) {
+    std::error_code failure;
+    if (!std::filesystem::exists(folder / "summary.json", failure)) return std::nullopt;
+    try {
+        Json summary = read_summary(folder);
+        if (missing_in_summary(summary) || has_other_version(summary)) return std::nullopt;
+        return summary;
+    } catch (const FileError&) {  // cut off
+        return std::nullopt;
+    }
+}
+
+Json read_whole_summary(const std::filesystem::path& folder) {
+    Json summary = read_summary(folder);
+    require_whole(summary, folder);
+    return summary;
+}
+
+void require_whole(const Json& summary, const std::filesystem::path& folder) {
+    if (const auto missing = missing_in_summary(summary))
+        throw FileError(fmt::format("{}: is damaged: it lacks {} as a run writes it; {}",
+                                    (folder / "summary.json").string(), *missing, kSummaryAdvice));
 }
 
 }  // namespace sidewall::app

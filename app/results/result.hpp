@@ -10,16 +10,6 @@
 
 namespace sidewall::app {
 
-/// A file that a surface.pvd lists.
-struct PvdEntry {
-    double time = 0.0;
-    std::filesystem::path file;  ///< the collection's folder included
-};
-
-/// The files of a ParaView collection, in its order.
-/// \throws FileError if it is missing or lists none.
-std::vector<PvdEntry> read_pvd(const std::filesystem::path& path);
-
 /// A surface that a run saved.
 struct SavedSurface {
     std::size_t number = 0;  ///< NNNN of surface_NNNN.vtp
@@ -61,9 +51,6 @@ Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved
 /// \throws FileError if one is damaged.
 std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface);
 
-/// Advice about a damaged summary.json.
-inline constexpr const char* kSummaryAdvice = "remove it, and run --resume writes it anew";
-
 /// DIR/summary.json of a run that has ended.
 /// \throws FileError if it is missing or no JSON.
 Json read_summary(const std::filesystem::path& folder);
@@ -78,5 +65,18 @@ std::optional<double> metadata_number(const surface::MeshMetadata& metadata, con
 /// Names and colours by id: from the metadata's `materials` and `material_colours` (comma separated) where a
 /// file has them, else the built-in table.
 Materials materials_of(const surface::MeshMetadata& metadata);
+
+/// Whether a summary says another version than this program's.
+bool has_other_version(const Json& summary);
+
+/// \throws FileError naming DIR/summary.json if \p summary, which was read there, lacks anything.
+void require_whole(const Json& summary, const std::filesystem::path& folder);
+
+/// DIR/summary.json if it is there, whole and of this version.
+std::optional<Json> own_summary(const std::filesystem::path& folder);
+
+/// DIR/summary.json of a run that has ended.
+/// \throws FileError if it is missing, no JSON, or lacks anything.
+Json read_whole_summary(const std::filesystem::path& folder);
 
 }  // namespace sidewall::app

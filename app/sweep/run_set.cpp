@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -16,13 +17,14 @@
 #include "app/common/folder_lock.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/interrupt.hpp"
+#include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
 #include "app/common/text.hpp"
 #include "app/common/threads.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/results/whole_summary.hpp"
+#include "app/results/result.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
@@ -211,6 +213,15 @@ class Pool {
     double free_ = 0.0, memory_ = 0.0;  // when they began, and of what runs
 };
 
+// Names of the entries in which two plans differ.
+std::string differing(const Json& now, const Json& there) {
+    std::string names;
+    for (const auto& [name, value] : now.items())
+        if (name != "digest" && there.value(name, Json()) != value)
+            names += (names.empty() ? "" : ", ") + name;
+    return names.empty() ? "the recipe" : names;
+}
+
 }  // namespace
 
 std::size_t add_run(RunSet& set, const Recipe& recipe) {
@@ -297,6 +308,28 @@ std::size_t read_ended(RunSet& set) {
     std::size_t count = 0;
     for (std::size_t number = 1; number <= set.runs.size(); ++number) count += read_end(set, number) ? 1 : 0;
     return count;
+}
+
+void open_batch_folder(const std::filesystem::path& folder, const std::string& file, const std::string& what,
+                       const Json& plan, bool resume) {
+    std::error_code failure;
+    remove_partial_files(folder, {file, std::filesystem::path(file).replace_extension("csv").string()});
+    if (!std::filesystem::exists(folder / file, failure)) {
+        for (const char* other : {"sweep.json", "fit.json", "runs", "manifest.txt", "compare.json"})
+            if (std::filesystem::exists(folder / other, failure))
+                throw RecipeError(fmt::format("{}: holds other results ({}): choose another folder with -o",
+                                              folder.string(), other));
+        return;
+    }
+    const Json there = read_json(folder / file, fmt::format("choose another folder with -o"));
+    if (!there.is_object() || there.value("digest", Json()) != plan["digest"])
+        throw RecipeError(
+            fmt::format("{}: holds another {}, which differs in {}: choose another folder with -o",
+                        folder.string(), what, there.is_object() ? differing(plan, there) : file));
+    if (!resume)
+        throw RecipeError(
+            fmt::format("{}: holds this {} already: go on with --resume, or choose another folder with -o",
+                        folder.string(), what));
 }
 
 }  // namespace sidewall::app

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
+#include "app/common/json_fwd.hpp"
 #include "app/common/progress.hpp"
 #include "app/recipe/recipe.hpp"
 
@@ -66,5 +67,14 @@ void help_with_runs(const std::filesystem::path& folder, std::size_t jobs);
 /// Reads the runs whose folder holds their result, and counts them.
 /// \throws RecipeError if it is another recipe's.
 std::size_t read_ended(RunSet& set);
+
+/// Finds that DIR is empty of results, or may be gone on with; removes what a killed program left half written.
+/// \pre no other process writes there.
+/// \param file    in DIR, e.g. sweep.json, with the digest of what made it.
+/// \param what    is made there, e.g. "sweep".
+/// \param plan    what \p file is to hold: "version" and "digest" among the rest.
+/// \throws RecipeError if DIR holds another sweep or fit, a run, or this one and \p resume does not ask for it.
+void open_batch_folder(const std::filesystem::path& folder, const std::string& file, const std::string& what,
+                       const Json& plan, bool resume);
 
 }  // namespace sidewall::app

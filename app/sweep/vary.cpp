@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/random/sobol.hpp>
 #include <cmath>
 
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
-#include "app/sweep/sobol.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -168,6 +168,14 @@ std::vector<RunValues> sobol_points(const std::vector<Vary>& varied, std::size_t
         points.push_back(std::move(point));
     }
     return points;
+}
+
+double sobol(std::uint32_t index, std::size_t dimension) {
+    if (index == 0) return 0.0;
+    boost::random::sobol sequence(kSobolDimensions);
+    sequence.seed(index - 1);  // Boost leaves the origin out
+    sequence.discard(dimension);
+    return static_cast<double>(sequence()) * 0x1p-64;
 }
 
 }  // namespace sidewall::app

@@ -6,9 +6,9 @@
 
 #include "app/process/simulation.hpp"
 #include "app/process/wafer.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/results/figure_values.hpp"
-#include "app/results/film.hpp"
-#include "app/sweep/measures.hpp"
+#include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 #include "tests/integration/run_program.hpp"

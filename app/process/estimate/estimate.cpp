@@ -64,11 +64,11 @@ Recipe on_coarser_grid(const Recipe& recipe, double memory) {
     return coarse;
 }
 
-// Time steps of a step of constant speed, divided as by choose_time_step.
+// Time steps of a step of constant speed, in pieces that end with saved surfaces.
 double time_steps(const Recipe& recipe, double duration, double speed) {
     const double pieces = recipe.output.every ? std::ceil(duration / *recipe.output.every) : 1.0;
-    const double distance = duration / pieces * speed / (recipe.advection.cfl * domain_of(recipe).spacing);
-    return pieces * std::max(1.0, std::ceil(distance * (1.0 - 1e-9)));
+    return pieces *
+           equal_time_steps(duration / pieces, speed, domain_of(recipe).spacing, recipe.advection.cfl);
 }
 
 // Seconds to put the surface and what lies below it into files.

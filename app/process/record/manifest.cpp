@@ -1,8 +1,9 @@
 #include "app/process/record/manifest.hpp"
 
-#include <charconv>
-
 #include <fmt/format.h>
+
+#include <charconv>
+#include <regex>
 
 #include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
@@ -17,25 +18,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kHeader =
     "# Files that sidewall wrote here. A new run removes these, and no others.\n";
-constexpr std::string_view kPartial = ".partial", kHexDigits = "0123456789";
 
 bool is_plain(std::string_view name) {
     return !name.empty() && name.find('/') == std::string_view::npos && name != "." && name != "..";
-}
-
-// The text less `start` and the digits that follow it, of which there must be at least \p digits.
-std::optional<std::string_view> after_number(std::string_view text, std::string_view start,
-                                             std::size_t digits) {
-    if (!text.starts_with(start)) return std::nullopt;
-    text.remove_prefix(start.size());
-    const std::size_t count = std::min(text.size(), text.find_first_not_of(kHexDigits));
-    if (count < digits) return std::nullopt;
-    return text.substr(count);
-}
-
-// Whether the text is \p end, behind _K if \p part allows that.
-bool ends(std::string_view text, std::string_view end, bool part) {
-    return text == end || (part && after_number(text, "_", 1) == end);
 }
 
 }  // namespace
@@ -75,23 +60,16 @@ const FileNames& run_file_names() {
 }
 
 std::optional<std::size_t> saved_number(std::string_view name) {
-    struct Kind {
-        std::string_view start, end;
-        bool part;
-    };
-    for (const Kind& kind : {Kind{"surface_", ".vtp", false},
-                             {"traced_", ".vtp", false},
-                             {"interface_", ".vtp", true},
-                             {"profile_", ".csv", true}}) {
-        const auto rest = after_number(name, kind.start, 4);
-        if (!rest || !ends(*rest, kind.end, kind.part)) continue;
-        name.remove_prefix(kind.start.size());
-        std::size_t number = 0;
-        if (std::from_chars(name.data(), name.data() + name.size(), number).ec != std::errc())
+    static const std::regex saved(
+        R"((?:surface|traced)_(\d{4,})\.vtp|interface_(\d{4,})(?:_\d+)?\.vtp|profile_(\d{4,})(?:_\d+)?\.csv)");
+    std::cmatch match;
+    if (!std::regex_match(name.begin(), name.end(), match, saved)) return std::nullopt;
+    std::size_t number = 0;
+    for (std::size_t kind = 1; kind < match.size(); ++kind)
+        if (match[kind].matched &&
+            std::from_chars(match[kind].first, match[kind].second, number).ec != std::errc())
             return std::nullopt;
-        return number;
-    }
-    return std::nullopt;
+    return number;
 }
 
 void remove_file(const fs::path& path) {
@@ -105,34 +83,22 @@ void remove_file(const fs::path& path) {
 void remove_partial_files(const fs::path& folder, const FileNames& names) {
     std::error_code failure;
     for (const auto& entry : fs::directory_iterator(folder, failure)) {
-        std::string name = entry.path().filename().string();
-        if (!name.ends_with(kPartial)) continue;
-        name.resize(name.size() - kPartial.size());
-        const auto listed = [&] { return name == kManifest || names.contains(name); };
-        if (!listed()) {  // then the process follows the name
-            const std::size_t dot = name.find_last_not_of("0123456789-");
-            if (dot == std::string::npos || name[dot] != '.') continue;
-            name.resize(dot);
-            if (!listed()) continue;
-        }
-        fs::remove(entry.path(), failure);
+        // The name of the file that it was to be, and that of the process.
+        static const std::regex partial(R"((.+?)(?:\.[\d-]+)?\.partial)");
+        const std::string name = entry.path().filename().string();
+        std::smatch match;
+        if (!std::regex_match(name, match, partial)) continue;
+        if (match[1] == kManifest || names.contains(match[1])) fs::remove(entry.path(), failure);
     }
 }
 
 std::vector<fs::path> accuracy_records(const fs::path& parent) {
-    const auto is_record = [](const std::string& name) {
-        const std::size_t dash = name.find('_');
-        const std::string word = name.substr(0, dash);
-        if (dash == std::string::npos) return word == "raw";
-        const std::string number = name.substr(dash + 1);
-        return (word == "grid" || word == "seed" || word == "raw") && !number.empty() &&
-               number.find_first_not_of("0123456789") == std::string::npos;
-    };
+    static const std::regex record(R"(raw|(?:grid|seed|raw)_\d+)");
     std::error_code failure;
     std::vector<fs::path> folders;
     for (const auto& entry : fs::directory_iterator(parent, failure))
-        if (!entry.is_symlink() && entry.is_directory() && is_record(entry.path().filename().string()) &&
-            read_manifest(entry.path()))
+        if (!entry.is_symlink() && entry.is_directory() &&
+            std::regex_match(entry.path().filename().string(), record) && read_manifest(entry.path()))
             folders.push_back(entry.path());
     return folders;
 }

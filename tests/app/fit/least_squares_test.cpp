@@ -6,7 +6,7 @@
 #include <functional>
 #include <random>
 
-#include "app/fit/student.hpp"
+#include "app/fit/fit_errors.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;

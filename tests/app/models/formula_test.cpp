@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "app/models/chemistry.hpp"
-#include "app/models/coverage_solver.hpp"
 #include "app/models/expression.hpp"
+#include "app/models/formula_laws.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_model.hpp"

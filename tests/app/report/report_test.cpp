@@ -4,7 +4,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/report/manifold.hpp"
 #include "app/report/parts.hpp"
 #include "app/report/view.hpp"
 #include "app/report/view_mesh.hpp"

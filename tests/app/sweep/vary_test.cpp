@@ -5,8 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "app/sweep/measures.hpp"
-#include "app/sweep/sobol.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;
