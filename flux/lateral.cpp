@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "surface/disjoint_sets.hpp"
 #include "surface/error.hpp"
 #include "surface/topology.hpp"
 

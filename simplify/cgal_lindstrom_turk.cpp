@@ -14,8 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "simplify/frozen_vertices.hpp"
-#include "simplify/halfedges.hpp"
+#include "simplify/collapse_mesh.hpp"
 #include "simplify/vertex_kind.hpp"
 #include "surface/infinity.hpp"
 
@@ -182,8 +181,9 @@ using Halfedge = Mesh::Halfedge_index;
 
 /// CGAL's half-edge structure from ours. Built by hand: its add_face depends on the order of triangles and
 /// searches.
-Mesh build(const TriangleMesh& input, const Halfedges& edges, const Vec3& centre) {
-    const auto halfedges = static_cast<std::uint32_t>(edges.opposite.size());
+Mesh build(const TriangleMesh& input, const Vec3& centre) {
+    const std::vector<std::uint32_t> opposite = opposite_halfedges(input);
+    const auto halfedges = static_cast<std::uint32_t>(opposite.size());
     Mesh mesh;
     mesh.reserve(static_cast<Mesh::size_type>(input.vertices.size()), halfedges / 2 + halfedges / 8,
                  halfedges / 3);
@@ -193,7 +193,7 @@ Mesh build(const TriangleMesh& input, const Halfedges& edges, const Vec3& centre
     }
     std::vector<Halfedge> ours(halfedges), border_out(input.vertices.size());
     for (std::uint32_t h = 0; h < halfedges; ++h) {
-        const std::uint32_t other = edges.opposite[h];
+        const std::uint32_t other = opposite[h];
         if (other != kNoHalfedge && other < h) {
             ours[h] = mesh.opposite(ours[other]);
             continue;
@@ -233,11 +233,10 @@ struct Engine {
 
     Engine(const TriangleMesh& m, const Weights& w, std::span<const std::uint8_t> fixed)
         : input(m), weights(w.volume, w.boundary, w.shape) {
-        const Halfedges edges = connect(input);
         const std::size_t n = input.vertices.size();
         box = bounding_box(input);
         if (n > 0) centre = 0.5 * box.min + 0.5 * box.max;
-        mesh = build(input, edges, centre);
+        mesh = build(input, centre);
         state.mesh = &mesh;
         state.vertices = mesh.number_of_vertices();
         state.box_min = box.min - centre;
@@ -287,43 +286,32 @@ struct Engine {
     }
 
     TriangleMesh take_mesh() const {
-        TriangleMesh result;
-        result.vertices.reserve(mesh.number_of_vertices());
-        result.triangles.reserve(mesh.number_of_faces());
-        std::vector<std::uint32_t> renamed(input.vertices.size(), 0);
-        for (const Vertex v : mesh.vertices()) {
-            renamed[v] = static_cast<std::uint32_t>(result.vertices.size());
-            if (state.source[v] != kMoved) {
-                result.vertices.push_back(input.vertices[state.source[v]]);
-                continue;
-            }
-            const Point& p = mesh.point(v);
+        std::vector<std::uint32_t> corner(3 * input.triangles.size(), kNoHalfedge);
+        for (const Mesh::Face_index f : mesh.faces()) {
+            Halfedge h = mesh.halfedge(f);
+            for (std::size_t k = 0; k < 3; ++k, h = mesh.next(h)) corner[3 * f + k] = mesh.source(h);
+        }
+        return assemble(input, corner, [&](std::uint32_t v) {
+            if (state.source[v] != kMoved) return input.vertices[state.source[v]];
+            const Point& p = mesh.point(Vertex(v));
             Vec3 position = Vec3(p.x(), p.y(), p.z()) + centre;
             // Adding the centre back rounds; the side planes must not.
             move_into(state.constraint[v].planes, position, box.min, box.max);
-            result.vertices.push_back(position);
-        }
-        const Attribute* material = input.triangle_attribute("material");
-        if (material) result.triangle_attributes.push_back({material->name, 1, material->type, {}});
-        for (const Mesh::Face_index f : mesh.faces()) {
-            const Halfedge h = mesh.halfedge(f);
-            result.triangles.push_back(
-                {renamed[mesh.source(h)], renamed[mesh.target(h)], renamed[mesh.target(mesh.next(h))]});
-            if (material) result.triangle_attributes[0].values.push_back(material->values[f]);
-        }
-        return result;
+            return position;
+        });
     }
 };
 
 }  // namespace
 
-Result simplify_cgal_lindstrom_turk(const TriangleMesh& mesh, const LindstromTurkOptions& options) {
-    check(options);
-    Engine engine(mesh, options.weights, options.fixed);
+Result simplify_cgal_lindstrom_turk(const TriangleMesh& mesh, const Options& options) {
+    check(options, false);
+    const double longest = options.l_max.value_or(kInfinity);
+    Engine engine(mesh, options.weights.value_or(kVolumeWeights), options.fixed);
     const std::size_t before = engine.state.vertices;
-    engine.run(options.max_edge_length, options.target_vertices.value_or(0));
+    engine.run(longest, options.target_vertices.value_or(0));
     Result result;
-    result.passes.push_back({options.max_edge_length, before - engine.state.vertices});
+    result.passes.push_back({longest, before - engine.state.vertices});
     result.mesh = engine.take_mesh();
     return result;
 }

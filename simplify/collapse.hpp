@@ -1,35 +1,17 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <functional>
-#include <limits>
-#include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
-#include "simplify/simplify_options.hpp"
-#include "surface/triangle_mesh.hpp"
+#include "simplify/collapse_worker.hpp"
 
 namespace sidewall::simplify {
 
-/// Rules for one pass of edge collapses.
-struct CollapsePass {
-    double max_length = 0.0;          ///< only edges shorter than this collapse
-    std::size_t target_vertices = 0;  ///< the pass ends when no more than this many are left
-    bool keep_region = false;         ///< edges with an end in the region stay as they are
-    /// No vertex of the input may come to lie farther from the simplified surface, nor the other way round.
-    double max_error = std::numeric_limits<double>::infinity();
-    /// The pass ends as soon as max_error has refused more edges than have collapsed, instead of trying all.
-    bool stop_when_refused = false;
-    /// A collapse that would leave a point of the input much farther from the surface than recent ones did
-    /// waits until others cost twice as much (witness.hpp).
-    bool defer_outliers = false;
-    double length_factor = 1.0;  ///< applied to the graded lengths
-};
-
 /// A mesh being coarsened by edge collapses, cheapest Lindstrom-Turk cost first (edge_cost.hpp). The mesh is
 /// taken apart once, passes share it, take_mesh puts it together. Large meshes are worked on block by block
-/// in parallel (blocks.hpp), all blocks up to the same cost, and their seams after that.
+/// in parallel, all blocks up to the same cost, and the seams between blocks after that.
 ///
 /// What a pass keeps:
 /// - Boundary: its vertices move along it only; those in an x or y extreme of the mesh keep that coordinate
@@ -47,11 +29,10 @@ struct CollapsePass {
 /// midpoint.
 class CollapseEngine {
   public:
-    /// Keeps a reference to \p mesh, none to \p fixed: one flag a vertex, or empty.
+    /// Keeps a reference to \p mesh; of the options it takes the weights, the fixed vertices and the progress.
     /// \throws GeometryError if the mesh is not an orientable manifold, `material` is not one number a
-    ///         triangle or \p fixed has another length than the vertices.
-    CollapseEngine(const TriangleMesh& mesh, const Weights& weights, std::span<const std::uint8_t> fixed);
-    ~CollapseEngine();
+    ///         triangle or the fixed flags have another length than the vertices.
+    CollapseEngine(const TriangleMesh& mesh, const Options& options);
 
     /// Features, one flag an input vertex; a merged vertex is one if either was. The region starts out as the
     /// features.
@@ -63,10 +44,6 @@ class CollapseEngine {
     /// \throws GeometryError on another number of lengths.
     void set_max_lengths(std::span<const double> graded, std::span<const double> fixed);
 
-    /// Calls \p progress with about how many vertices are left, now and then, one call at a time, from any
-    /// thread.
-    void report_to(std::function<void(std::size_t)> progress);
-
     /// Makes the features the region again.
     void reset_region();
     /// Adds all neighbours to the region.
@@ -77,8 +54,9 @@ class CollapseEngine {
     std::size_t run(const CollapsePass& pass);
 
     /// Vertices left, those no triangle uses not counted.
-    std::size_t vertex_count() const;
-    /// Lengths of the shortest and the longest edge with no end in the region. Infinity and 0 if there is none.
+    std::size_t vertex_count() const { return vertices_; }
+    /// Lengths of the shortest and the longest edge with no end in the region or frozen. Infinity and 0 if there
+    /// is none.
     std::pair<double, double> transition_edges() const;
 
     /// The mesh as it is now: vertices and triangles in the input's order, unmoved vertices bit for bit,
@@ -86,8 +64,17 @@ class CollapseEngine {
     TriangleMesh take_mesh() const;
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    /// Collapses inside of blocks, in parallel, all up to the same cost, until the blocks' share of \p excess
+    /// vertices is gone.
+    void run_blocks(std::size_t excess);
+    /// Collapses anywhere until the target is met or nothing more can go.
+    void run_everywhere();
+
+    const TriangleMesh& input_;
+    CollapseState state_;
+    std::size_t vertices_ = 0;                ///< left
+    RecentDistances distances_;               ///< of all workers
+    std::vector<BucketQueue::Bucket> where_;  ///< per halfedge: bucket its edge is queued in
 };
 
 }  // namespace sidewall::simplify

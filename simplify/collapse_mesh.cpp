@@ -1,11 +1,73 @@
 #include "simplify/collapse_mesh.hpp"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
+
+#include "surface/error.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::simplify {
 namespace {
+
+std::string place(const TriangleMesh& mesh, std::uint32_t v) {
+    const Vec3& p = mesh.vertices[v];
+    return fmt::format("vertex {} ({:.6g}, {:.6g}, {:.6g})", v, p.x(), p.y(), p.z());
+}
+
+/// Vertex that a halfedge runs to.
+std::uint32_t target_of(const TriangleMesh& mesh, std::uint32_t h) {
+    return mesh.triangles[h / 3][CollapseMesh::next(h) % 3];
+}
+
+/// Halfedges leaving each vertex, sorted by the vertex they run to.
+surface::Rows outgoing_halfedges(const TriangleMesh& mesh) {
+    surface::Rows out = surface::vertex_corners(mesh);
+    tbb::parallel_for(std::size_t{0}, out.size(), [&](std::size_t v) {
+        std::sort(out.items.begin() + out.offsets[v], out.items.begin() + out.offsets[v + 1],
+                  [&](std::uint32_t a, std::uint32_t b) {
+                      return std::pair(target_of(mesh, a), a) < std::pair(target_of(mesh, b), b);
+                  });
+    });
+    return out;
+}
+
+/// Halfedges of a row of outgoing_halfedges that run to \p target.
+std::span<const std::uint32_t> running_to(const TriangleMesh& mesh, std::span<const std::uint32_t> row,
+                                          std::uint32_t target) {
+    const auto found =
+        std::ranges::equal_range(row, target, {}, [&](std::uint32_t h) { return target_of(mesh, h); });
+    return {found.begin(), found.end()};
+}
+
+[[noreturn]] void refuse_edge(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, int triangles) {
+    const std::string edge = fmt::format("edge between {} and {}", place(mesh, a), place(mesh, b));
+    if (triangles > 2)
+        throw GeometryError(
+            fmt::format("{} has {} triangles, so the surface is not manifold; remove duplicate or "
+                        "inner triangles there",
+                        edge, triangles));
+    throw GeometryError(
+        fmt::format("{}: its two triangles are oriented against each other; reverse one side so that "
+                    "all normals point out of the material, or remove duplicate triangles",
+                    edge));
+}
+
+/// Whether the triangles around a vertex form one fan: walking from edge to edge reaches them all.
+/// \returns how many it reaches.
+std::uint32_t fan_size(const surface::Rows& out, const std::vector<std::uint32_t>& opposite,
+                       std::uint32_t v) {
+    const std::uint32_t first = out[v].front();
+    std::uint32_t reached = 1, h = first;
+    while ((h = opposite[CollapseMesh::previous(h)]) != kNoHalfedge && h != first) ++reached;
+    if (h == kNoHalfedge)
+        for (h = first; (h = opposite[h]) != kNoHalfedge; h = CollapseMesh::next(h), ++reached) {
+        }
+    return reached;
+}
 
 /// A power of two that brings the mean edge near to one.
 double unit_scale(const TriangleMesh& mesh) {
@@ -21,8 +83,93 @@ double unit_scale(const TriangleMesh& mesh) {
 
 }  // namespace
 
+void check_arrays(const TriangleMesh& mesh) {
+    if (mesh.triangles.size() >= kNoHalfedge / 3 || mesh.vertices.size() >= kNoHalfedge)
+        throw GeometryError(
+            fmt::format("mesh of {} triangles: at most {} can be simplified at once; split it",
+                        mesh.triangles.size(), kNoHalfedge / 3 - 1));
+    constexpr double kLargest = 1e50;  // costs hold sixth powers of lengths
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+        if (!mesh.vertices[v].allFinite())
+            throw GeometryError(fmt::format("vertex {} is not finite; repair or extract the mesh again", v));
+        if (mesh.vertices[v].cwiseAbs().maxCoeff() > kLargest)
+            throw GeometryError(fmt::format("{} is too large a coordinate; scale the mesh to its length unit",
+                                            place(mesh, static_cast<std::uint32_t>(v))));
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto [a, b, c] = mesh.triangles[t];
+        if (std::max({a, b, c}) >= mesh.vertices.size())
+            throw GeometryError(
+                fmt::format("triangle {} names vertex {}, but there are only {}; the mesh is damaged", t,
+                            std::max({a, b, c}), mesh.vertices.size()));
+        if (a == b || b == c || c == a)
+            throw GeometryError(fmt::format("triangle {} uses {} twice; remove degenerate triangles first", t,
+                                            place(mesh, a == b ? a : c)));
+    }
+}
+
+std::vector<std::uint32_t> opposite_halfedges(const TriangleMesh& mesh) {
+    check_arrays(mesh);
+    const surface::Rows out = outgoing_halfedges(mesh);
+    const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
+    std::vector<std::uint32_t> opposite(out.items.size(), kNoHalfedge);
+    std::atomic<bool> sound = true;
+    tbb::parallel_for(std::uint32_t{0}, vertices, [&](std::uint32_t v) {
+        std::uint32_t before = v;  // no halfedge runs there
+        for (const std::uint32_t h : out[v]) {
+            const std::uint32_t w = target_of(mesh, h);
+            if (w == before) sound = false;
+            before = w;
+            const auto back = running_to(mesh, out[w], v);
+            if (!back.empty()) opposite[h] = back.front();
+        }
+    });
+    if (!sound)  // name the first place
+        for (std::uint32_t h = 0; h < opposite.size(); ++h) {
+            const std::uint32_t a = mesh.triangles[h / 3][h % 3], b = target_of(mesh, h);
+            const std::size_t same = running_to(mesh, out[a], b).size(),
+                              against = running_to(mesh, out[b], a).size();
+            if (same > 1 || against > 1) refuse_edge(mesh, a, b, static_cast<int>(same + against));
+        }
+    tbb::parallel_for(std::uint32_t{0}, vertices, [&](std::uint32_t v) {
+        if (out[v].size() > 1 && fan_size(out, opposite, v) != out[v].size()) sound = false;
+    });
+    for (std::uint32_t v = 0; !sound && v < vertices; ++v) {
+        if (out[v].size() < 2) continue;
+        const std::uint32_t reached = fan_size(out, opposite, v);
+        if (reached != out[v].size())
+            throw GeometryError(
+                fmt::format("{}: only {} of its {} triangles hang together by edges, so the surface is not "
+                            "manifold; give each part its own copy of the vertex",
+                            place(mesh, v), reached, out[v].size()));
+    }
+    return opposite;
+}
+
+TriangleMesh assemble(const TriangleMesh& input, std::span<const std::uint32_t> corner,
+                      const std::function<Vec3(std::uint32_t)>& position) {
+    TriangleMesh result;
+    std::vector<std::uint32_t> renamed(input.vertices.size(), kNoHalfedge);
+    for (const std::uint32_t v : corner)
+        if (v != kNoHalfedge) renamed[v] = 0;
+    for (std::uint32_t v = 0; v < renamed.size(); ++v) {
+        if (renamed[v] == kNoHalfedge) continue;
+        renamed[v] = static_cast<std::uint32_t>(result.vertices.size());
+        result.vertices.push_back(position(v));
+    }
+    const Attribute* material = input.triangle_attribute("material");
+    if (material) result.triangle_attributes.push_back({material->name, 1, material->type, {}});
+    for (std::size_t t = 0; t < input.triangles.size(); ++t) {
+        if (corner[3 * t] == kNoHalfedge) continue;
+        result.triangles.push_back(
+            {renamed[corner[3 * t]], renamed[corner[3 * t + 1]], renamed[corner[3 * t + 2]]});
+        if (material) result.triangle_attributes[0].values.push_back(material->values[t]);
+    }
+    return result;
+}
+
 CollapseMesh::CollapseMesh(const TriangleMesh& input) {
-    opposite = connect(input).opposite;
+    opposite = opposite_halfedges(input);
     const auto vertices = static_cast<std::uint32_t>(input.vertices.size());
     const Box3 box = bounding_box(input);
     if (vertices > 0) centre = 0.5 * box.min + 0.5 * box.max;

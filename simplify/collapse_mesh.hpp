@@ -1,14 +1,64 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
-#include "simplify/halfedges.hpp"
-#include "simplify/symmetric3.hpp"
 #include "simplify/vertex_kind.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::simplify {
+
+/// In place of a halfedge or vertex that is not there.
+inline constexpr std::uint32_t kNoHalfedge = 0xffffffffu;
+
+/// Refuses arrays of a mesh that nothing can be computed from.
+/// \throws GeometryError if a coordinate is not finite or beyond 1e50, an index is out of range or a triangle
+///         uses a vertex twice.
+void check_arrays(const TriangleMesh& mesh);
+
+/// Connects the triangles of an orientable 2-manifold with or without boundary. Halfedge 3 t + k runs from corner
+/// k of triangle t to its next corner. O(n).
+/// \returns per halfedge the same edge in the other triangle, or kNoHalfedge.
+/// \throws GeometryError, naming the place and a remedy, as check_arrays does, and if an edge has more than
+///         two triangles, two neighbours are oriented against each other, or triangles at a vertex hang
+///         together by that vertex alone.
+std::vector<std::uint32_t> opposite_halfedges(const TriangleMesh& mesh);
+
+/// Puts together what is left of a mesh: the triangles in the input's order with their `material`, other attributes
+/// left out, and the vertices that they use.
+/// \param corner    the vertex at each corner of the input's triangles, kNoHalfedge for triangles that went.
+/// \param position  of an input vertex now.
+TriangleMesh assemble(const TriangleMesh& input, std::span<const std::uint32_t> corner,
+                      const std::function<Vec3(std::uint32_t)>& position);
+
+/// A symmetric 3 x 3 matrix in six numbers.
+struct Symmetric3 {
+    double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+
+    /// Adds \p s v v^T.
+    void add_outer(const Vec3& v, double s) {
+        const double x = s * v.x(), y = s * v.y(), z = s * v.z();
+        xx += x * v.x(), xy += x * v.y(), xz += x * v.z();
+        yy += y * v.y(), yz += y * v.z(), zz += z * v.z();
+    }
+    /// Adds \p s times the matrix of v -> u x (v x u): |u|^2 I - u u^T.
+    void add_cross(const Vec3& u, double s) {
+        const double square = s * u.squaredNorm();
+        add_outer(u, -s);
+        xx += square, yy += square, zz += square;
+    }
+    void add(const Symmetric3& m, double s = 1.0) {
+        xx += s * m.xx, xy += s * m.xy, xz += s * m.xz;
+        yy += s * m.yy, yz += s * m.yz, zz += s * m.zz;
+    }
+    double trace() const { return xx + yy + zz; }
+    Vec3 operator*(const Vec3& v) const {
+        return {xx * v.x() + xy * v.y() + xz * v.z(), xy * v.x() + yy * v.y() + yz * v.z(),
+                xz * v.x() + yz * v.y() + zz * v.z()};
+    }
+};
 
 /// A vertex and sums over its triangles and neighbours, from which the cost of any edge follows in constant
 /// time. All are relative to the vertex itself: its triangles' planes pass through it, so that they need no
@@ -42,11 +92,11 @@ struct OneRing {
     std::uint32_t triangles = 0, size = 0;            ///< entries of `out` and of `neighbours`
 };
 
-/// A mesh that edges are collapsed in, on flat arrays; halfedge 3 t + k runs from corner k of triangle t to
-/// its next corner. Positions are centred and scaled by a power of two to a mean edge of about one.
+/// A mesh that edges are collapsed in, on flat arrays. Positions are centred and scaled by a power of two to a
+/// mean edge of about one.
 struct CollapseMesh {
     std::vector<std::uint32_t> corner;    ///< per halfedge: vertex it starts from; kNoHalfedge once removed
-    std::vector<std::uint32_t> opposite;  ///< per halfedge; kNoHalfedge on the boundary
+    std::vector<std::uint32_t> opposite;  ///< as opposite_halfedges() says
     std::vector<std::uint32_t> leaving;  ///< per vertex: a halfedge leaving it, on the boundary its first one
     std::vector<VertexState> state;
     std::vector<VertexSums> sums;
@@ -54,11 +104,12 @@ struct CollapseMesh {
     double scale = 1.0;
     Vec3 low, high;  ///< box of the input; no vertex leaves it
 
-    /// \throws GeometryError as connect() does.
+    /// \throws GeometryError as opposite_halfedges() does.
     explicit CollapseMesh(const TriangleMesh& input);
 
-    static std::uint32_t next(std::uint32_t h) { return next_in_triangle(h); }
-    static std::uint32_t previous(std::uint32_t h) { return previous_in_triangle(h); }
+    /// Halfedges of the same triangle.
+    static std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+    static std::uint32_t previous(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
     std::uint32_t start(std::uint32_t h) const { return corner[h]; }
     std::uint32_t end(std::uint32_t h) const { return corner[next(h)]; }
     bool removed(std::uint32_t h) const { return corner[h] == kNoHalfedge; }

@@ -1,15 +1,36 @@
 #include "simplify/deviation.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
-#include "simplify/triangle_distance.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 namespace {
 
 constexpr std::uint32_t kNone = kNoHalfedge;
+
+/// Squared distance from the origin to the triangle a, b, c. Ericson, Real-Time Collision Detection, 2005,
+/// section 5.1.5.
+double distance2_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 ab = b - a, ac = c - a;
+    const double d1 = -ab.dot(a), d2 = -ac.dot(a);
+    if (d1 <= 0.0 && d2 <= 0.0) return a.squaredNorm();
+    const double d3 = -ab.dot(b), d4 = -ac.dot(b);
+    if (d3 >= 0.0 && d4 <= d3) return b.squaredNorm();
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return (a + d1 / (d1 - d3) * ab).squaredNorm();
+    const double d5 = -ab.dot(c), d6 = -ac.dot(c);
+    if (d6 >= 0.0 && d5 <= d6) return c.squaredNorm();
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return (a + d2 / (d2 - d6) * ac).squaredNorm();
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0)
+        return (b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
+    // The point itself, not the plane: of a triangle next to none the plane is noise, a point of it is not.
+    const double sum = va + vb + vc;
+    return (a + vb / sum * ab + vc / sum * ac).squaredNorm();
+}
 
 }  // namespace
 
@@ -66,7 +87,7 @@ bool Deviation::within(double limit, const CollapseMesh& mesh, std::uint32_t a, 
         const Vec3& p = points_[point];
         // Near enough is good enough: looking further for the nearest one makes no better mesh.
         const double enough = 0.0625 * limit2;
-        double best = std::numeric_limits<double>::infinity();
+        double best = kInfinity;
         std::uint32_t triangle = kNone;
         for (std::size_t k = 0; k < moved.size() && !(best <= enough); ++k) {
             const MovedTriangle& t = moved[guess + k < moved.size() ? guess + k : guess + k - moved.size()];
@@ -103,6 +124,31 @@ void Deviation::apply(std::uint32_t a, std::span<const MovedTriangle> moved,
         first_[triangle] = point;
     }
     home_[a] = plan.home;
+}
+
+Witness farther_witness(const CollapseMesh& mesh, const Vec3& place, std::span<const MovedTriangle> moved,
+                        const Vec3& first, const Vec3& second, double enough2) {
+    const auto distance2 = [&](const Vec3& p) {
+        double best = kInfinity;
+        for (std::size_t k = 0; k < moved.size() && !(best <= enough2); ++k)
+            best = std::min(best, distance2_to_triangle(place - p, mesh.position(moved[k].u) - p,
+                                                        mesh.position(moved[k].w) - p));
+        return best;
+    };
+    const double to_first = distance2(first), to_second = distance2(second);
+    return to_second > to_first ? Witness{second, to_second} : Witness{first, to_first};
+}
+
+void RecentDistances::add(double distance2) {
+    constexpr double kMemory = 1024.0;
+    count = std::min(count + 1.0, kMemory);
+    mean2 += (distance2 - mean2) / count;
+}
+
+double RecentDistances::limit2() const {
+    // Few vertices of a rough surface are farther than this; less than the least is rounding.
+    constexpr double kOutlier = 2.5, kLeast = 1e-5, kEnough = 200.0;
+    return count < kEnough ? kInfinity : std::max(kOutlier * kOutlier * mean2, kLeast * kLeast);
 }
 
 }  // namespace sidewall::simplify

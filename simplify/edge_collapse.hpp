@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "simplify/collapse_mesh.hpp"
 #include "simplify/deviation.hpp"
@@ -32,6 +33,9 @@ struct Surroundings {
     std::array<std::uint32_t, 2> apex{};  ///< vl, vr
     std::size_t apexes = 0;               ///< 2, or 1 at a boundary edge
     Deviation::Plan plan;                 ///< filled in by Deviation::within, if the distance is bounded
+
+    std::span<const MovedTriangle> triangles_moved() const { return std::span(moved).first(count); }
+    std::span<const std::uint32_t> triangles_gone() const { return std::span(gone).first(apexes); }
 };
 
 /// Whether an edge can go to \p place without damage: the link condition holds, no triangle turns by 90

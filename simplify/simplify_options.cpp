@@ -6,8 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "simplify/halfedges.hpp"
+#include "simplify/collapse_mesh.hpp"
 #include "surface/error.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 namespace {
@@ -44,16 +45,16 @@ void check_weights(const Weights& weights) {
             "cost; make one of them positive");
 }
 
-void check_target(std::optional<std::size_t> target) {
-    if (target && *target == 0) throw RecipeError("simplify.target_vertices = 0: must be at least 1");
-}
-
 }  // namespace
 
 std::string_view to_string(Method method) {
     for (const auto& [known, name] : kMethods)
         if (known == method) return name;
     return "unknown";
+}
+
+bool reads_features(Method method) {
+    return method == Method::region || method == Method::region_bounded;
 }
 
 Method method_from_string(std::string_view name) {
@@ -90,53 +91,28 @@ double base_length(const TriangleMesh& mesh, std::span<const std::uint8_t> featu
     return mesh.triangles.empty() ? 0.0 : sum / (3.0 * static_cast<double>(mesh.triangles.size()));
 }
 
-RegionOptions resolve_region(const Options& options, double base) {
-    RegionOptions region;
-    region.l0 = options.l0.value_or(base);
-    region.step = options.step.value_or(base);
-    region.l_max = options.l_max.value_or(std::max(kRegionLengths * base, region.l0 + region.step));
-    region.target_vertices = options.target_vertices;
-    region.weights = options.weights.value_or(kVolumeWeights);
-    if (options.max_error)
-        region.max_error = *options.max_error;
-    else if (options.method == Method::region_bounded && !options.target_vertices)
-        region.max_error = kBoundedError * base;
-    region.max_length_at = options.max_length_at;
-    region.fixed = options.fixed;
-    region.progress = options.progress;
-    check(region);
-    return region;
+Options resolve(Options options, double base) {
+    if (reads_features(options.method)) {
+        if (!options.l0) options.l0 = base;
+        if (!options.step) options.step = base;
+        if (!options.l_max) options.l_max = std::max(kRegionLengths * base, *options.l0 + *options.step);
+        if (!options.max_error && !options.target_vertices && options.method == Method::region_bounded)
+            options.max_error = kBoundedError * base;
+    } else if (!options.l_max && !options.target_vertices) {
+        options.l_max = kLindstromTurkLengths * base;
+    }
+    return options;
 }
 
-LindstromTurkOptions resolve_lindstrom_turk(const Options& options, double base) {
-    LindstromTurkOptions plain;
-    plain.target_vertices = options.target_vertices;
-    if (options.l_max)
-        plain.max_edge_length = *options.l_max;
-    else if (!options.target_vertices)
-        plain.max_edge_length = kLindstromTurkLengths * base;
-    plain.weights = options.weights.value_or(kVolumeWeights);
-    if (options.max_error) plain.max_error = *options.max_error;
-    plain.fixed = options.fixed;
-    plain.progress = options.progress;
-    check(plain);
-    return plain;
-}
-
-void check(const RegionOptions& options) {
-    check_length("l0", options.l0, true, false);
-    check_length("step", options.step, false, false);
-    check_length("l_max", options.l_max, true, true);
-    check_length("max_error", options.max_error, false, true);
-    check_weights(options.weights);
-    check_target(options.target_vertices);
-}
-
-void check(const LindstromTurkOptions& options) {
-    check_length("l_max", options.max_edge_length, true, true);
-    check_length("max_error", options.max_error, false, true);
-    check_weights(options.weights);
-    check_target(options.target_vertices);
+void check(const Options& options, bool regions) {
+    if (regions) {
+        check_length("l0", options.l0.value_or(0.0), true, false);
+        check_length("step", options.step.value_or(0.0), false, false);
+    }
+    check_length("l_max", options.l_max.value_or(kInfinity), true, true);
+    check_length("max_error", options.max_error.value_or(kInfinity), false, true);
+    if (options.weights) check_weights(*options.weights);
+    if (options.target_vertices == 0u) throw RecipeError("simplify.target_vertices = 0: must be at least 1");
 }
 
 }  // namespace sidewall::simplify

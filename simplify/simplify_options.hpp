@@ -2,7 +2,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -22,11 +21,11 @@ enum class Method {
 
 std::string_view to_string(Method method);
 
+/// Whether the method is one of the region methods, which read features.
+bool reads_features(Method method);
+
 /// \throws RecipeError naming the known methods.
 Method method_from_string(std::string_view name);
-
-/// Called now and then with about how many vertices are left, one call at a time, from any thread.
-using Progress = std::function<void(std::size_t vertices)>;
 
 /// How much each term of Lindstrom and Turk's cost counts. Their ratios matter, not their sum.
 struct Weights {
@@ -40,57 +39,35 @@ inline constexpr Weights kVolumeWeights{0.5, 0.5, 0.0};
 /// Rounder triangles at a larger distance.
 inline constexpr Weights kShapeWeights{0.4, 0.3, 0.3};
 
-/// Plain Lindstrom-Turk. Lengths are in the mesh's own unit.
-struct LindstromTurkOptions {
-    std::optional<std::size_t> target_vertices{};  ///< stops as soon as no more than this many are left
-    double max_edge_length = std::numeric_limits<double>::infinity();  ///< only shorter edges collapse
-    Weights weights = kVolumeWeights;
-    /// No vertex of the input comes to lie farther from the result than this, nor one of the result farther
-    /// from the input.
-    double max_error = std::numeric_limits<double>::infinity();
-    /// One flag an input vertex: no collapse touches those set, e.g. where a periodic side must keep the
-    /// curve of the opposite one. Empty for none.
-    std::span<const std::uint8_t> fixed{};
-    Progress progress{};
-};
-
-/// How a region simplification grades the mesh. Lengths are in the mesh's own unit.
-struct RegionOptions {
-    /// Edges shorter than this collapse everywhere, features included; 0 leaves features untouched.
-    double l0 = 0.0;
+/// What a method keeps to. Lengths are in the mesh's own unit. simplify() fills in by resolve() what is absent; to
+/// the functions of a single method, an absent length is 0 and an absent bound none.
+struct Options {
+    Method method = Method::region_bounded;
+    /// Edges shorter than this collapse everywhere, features included; 0 leaves features untouched. auto: the
+    /// base length. Region methods only.
+    std::optional<double> l0{};
     /// Growth of that length per ring of neighbours away from features; at most l0 keeps triangles well
-    /// shaped.
-    double step = 0.0;
-    double l_max = 0.0;  ///< no longer edge is collapsed; ends the schedule unless there is a target
-    /// Stops the schedule as soon as no more than this many vertices are left. l_max no longer ends it, and
-    /// where its passes end short of the target, they start again with l0 and step a quarter longer (l0 = 0
-    /// stays 0).
+    /// shaped. auto: the base length. Region methods only.
+    std::optional<double> step{};
+    /// No longer edge collapses; ends the schedule of regions unless there is a target. auto: 3 base lengths;
+    /// Lindstrom-Turk 2, or none if there is a target.
+    std::optional<double> l_max{};
+    /// Stops as soon as no more than this many vertices are left. For the region methods, l_max then bounds
+    /// nothing, and lengths are relaxed where they stand in the way.
     std::optional<std::size_t> target_vertices{};
-    Weights weights = kVolumeWeights;
-    double max_error = std::numeric_limits<double>::infinity();  ///< as in LindstromTurkOptions
+    std::optional<Weights> weights{};  ///< auto: kVolumeWeights
+    /// No vertex of the input comes to lie farther from the result than this, nor one of the result farther
+    /// from the input. auto: region-bounded kBoundedError base lengths where there is no target, the others none.
+    std::optional<double> max_error{};
     /// Edge length allowed at each input vertex whatever its distance to features, e.g. where flux varies;
     /// infinity for no bound, empty for none at all. Only region-bounded reads it.
     std::span<const double> max_length_at{};
-    std::span<const std::uint8_t> fixed{};  ///< as in LindstromTurkOptions
-    Progress progress{};
-};
-
-/// Options of a recipe or command line; what is absent is "auto". Lengths are in the mesh's own unit.
-struct Options {
-    Method method = Method::region_bounded;
-    std::optional<double> l0{};    ///< auto: the base length
-    std::optional<double> step{};  ///< auto: the base length
-    /// auto: 3 base lengths; Lindstrom-Turk 2, or none if there is a target
-    std::optional<double> l_max{};
-    std::optional<std::size_t> target_vertices{};
-    std::optional<Weights> weights{};
-    /// Hard bound on the distance, both ways, at the vertices. auto: region-bounded kBoundedError base
-    /// lengths where there is no target, the others none
-    std::optional<double> max_error{};
-    std::span<const double> max_length_at{};  ///< as in RegionOptions; region-bounded only
-    std::span<const std::uint8_t> fixed{};    ///< as in LindstromTurkOptions
-    std::optional<double> grid_spacing{};     ///< dx of the level set the mesh was extracted from
-    Progress progress{};
+    /// One flag an input vertex: no collapse touches those set, e.g. where a periodic side must keep the
+    /// curve of the opposite one. Empty for none.
+    std::span<const std::uint8_t> fixed{};
+    std::optional<double> grid_spacing{};  ///< dx of the level set the mesh was extracted from
+    /// Called now and then with about how many vertices are left, one call at a time, from any thread.
+    std::function<void(std::size_t vertices)> progress{};
 };
 
 /// Error bound of region-bounded, in base lengths, where nothing else is said: well below what a level set on
@@ -104,13 +81,12 @@ inline constexpr double kBoundedError = 0.05;
 double base_length(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
                    std::optional<double> grid_spacing);
 
-/// Fills in what is "auto".
-/// \throws RecipeError on a length or weight out of range.
-RegionOptions resolve_region(const Options& options, double base);
-LindstromTurkOptions resolve_lindstrom_turk(const Options& options, double base);
+/// Fills in the lengths and the bound that are "auto" for the method. \p base is the base length.
+Options resolve(Options options, double base);
 
+/// Refuses lengths, weights and targets out of range.
+/// \param regions  for a region method, which needs `step`.
 /// \throws RecipeError naming the key, the value and its range.
-void check(const RegionOptions& options);
-void check(const LindstromTurkOptions& options);
+void check(const Options& options, bool regions);
 
 }  // namespace sidewall::simplify

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "surface/triangle_mesh.hpp"
 
@@ -90,5 +92,11 @@ inline void move_into(int planes, Vec3& p, const Vec3& low, const Vec3& high) {
     if (planes & kMinY) p.y() = low.y();
     if (planes & kMaxY) p.y() = high.y();
 }
+
+/// Flags the vertices that no collapse may touch: those where triangles of different `material` meet, and those
+/// with \p fixed set, one flag a vertex or empty.
+/// \throws GeometryError if `material` is not one finite number a triangle or \p fixed has another length than
+///         the vertices.
+std::vector<std::uint8_t> frozen_vertices(const TriangleMesh& mesh, std::span<const std::uint8_t> fixed);
 
 }  // namespace sidewall::simplify

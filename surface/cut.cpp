@@ -7,9 +7,9 @@
 #include <charconv>
 #include <cmath>
 
-#include "surface/chain.hpp"
 #include "surface/error.hpp"
 #include "surface/parallel.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::surface {
 namespace {

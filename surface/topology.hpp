@@ -1,7 +1,9 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -18,6 +20,40 @@ struct Rows {
         return std::span(items).subspan(offsets[i], offsets[i + 1] - offsets[i]);
     }
 };
+
+/// Disjoint sets of 0..n-1 with path halving; the root is the lowest member, whatever the order of joins.
+class DisjointSets {
+  public:
+    explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0u); }
+    std::uint32_t root(std::uint32_t i) {
+        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+        return i;
+    }
+    void join(std::uint32_t a, std::uint32_t b) {
+        a = root(a);
+        b = root(b);
+        parent_[std::max(a, b)] = std::min(a, b);
+    }
+
+  private:
+    std::vector<std::uint32_t> parent_;
+};
+
+/// A directed link between two keyed joints, e.g. a cut segment between two mesh edges.
+struct Link {
+    std::uint64_t from = 0;
+    std::uint64_t to = 0;
+};
+
+/// Links in order, each beginning where the one before ends.
+struct Chain {
+    std::vector<std::uint32_t> links;
+    bool closed = false;
+};
+
+/// Joins links into chains, every link in exactly one: open chains first, then closed ones, each in the order
+/// of its first link. Where several links leave a joint, the lowest unused one goes on. O(n log n).
+std::vector<Chain> join_links(const std::vector<Link>& links);
 
 /// Every undirected edge once, sorted, with the corners it starts from. Corner c = 3 t + k stands for the
 /// directed edge of triangle t from its vertex k to its vertex (k + 1) % 3. Edges of repeated vertices are

@@ -26,7 +26,7 @@
 #include "app/common/version.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
-#include "surface/files/printable.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 

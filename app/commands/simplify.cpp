@@ -116,7 +116,7 @@ void run(const SimplifyArguments& arguments) {
     const double spacing = simplify::base_length(mesh, {}, options.grid_spacing);
     std::vector<std::uint8_t> features;
     double parameter = 0.0;
-    if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
+    if (simplify::reads_features(options.method)) {
         const surface::Curvature curvature = surface::mesh_curvature(mesh);
         parameter = feature_parameter(arguments, curvature, spacing);
         features = surface::feature_flags(curvature, spacing, parameter);

@@ -53,8 +53,7 @@ using BeforeTurn = std::function<void(const std::string&)>;
 
 // The mesh of one method at one removal. Seconds are CPU seconds.
 SimplifiedMesh simplified(const Surface& surface, const Method& method, double removal, Json& seconds) {
-    const bool regions =
-        method.method == simplify::Method::region || method.method == simplify::Method::region_bounded;
+    const bool regions = simplify::reads_features(method.method);
     simplify::Options options;
     options.method = method.method;
     options.weights = method.weights;

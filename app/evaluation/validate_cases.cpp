@@ -16,7 +16,6 @@
 #include "app/schema/keys.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/printable.hpp"
 
 namespace sidewall::app {
 namespace {

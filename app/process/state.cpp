@@ -18,7 +18,6 @@
 #include "levelset/layers/make_stack.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/printable.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -57,8 +57,7 @@ std::shared_ptr<TriangleMesh> simplified(const py::object& points, const py::obj
             if (stop()) throw Interrupted("simplify");
         };
         std::vector<std::uint8_t> features;
-        if (options.method == simplify::Method::region ||
-            options.method == simplify::Method::region_bounded) {
+        if (simplify::reads_features(options.method)) {
             const double spacing = simplify::base_length(*mesh, {}, options.grid_spacing);
             const surface::Curvature curvature = surface::mesh_curvature(*mesh);
             features =

@@ -10,7 +10,7 @@
 
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
-#include "surface/disjoint_sets.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::app {
 namespace {

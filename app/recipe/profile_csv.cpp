@@ -11,7 +11,6 @@
 #include "app/recipe/layers.hpp"
 #include "app/recipe/polygon_checks.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/printable.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -10,7 +10,6 @@
 #include "app/common/json.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "simplify/simplify.hpp"
-#include "surface/disjoint_sets.hpp"
 #include "surface/error.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/topology.hpp"

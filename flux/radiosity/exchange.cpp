@@ -7,12 +7,14 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "flux/radiosity/gatherer.hpp"
-#include "flux/radiosity/shared_samples.hpp"
 #include "flux/random.hpp"
 #include "flux/tracer/monitor.hpp"
+#include "flux/tracer/trace_checks.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "surface/error.hpp"
 
@@ -52,6 +54,76 @@ void book(Exchange::State& s, const Job& job, BlockSamples& found, double rays) 
     s.leaked += found.leaked;
 }
 
+enum Size : std::size_t { kPairCount, kExitCount, kSegmentCount, kRescuedCount, kLeakedCount, kCounts };
+
+template <class T>
+std::size_t words_of(std::size_t count) {
+    return (count * sizeof(T) + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
+}
+
+// Writes a list to \p words, or reads one of \p count from there. \returns the words after it.
+template <class T>
+std::uint64_t* move_list(std::vector<T>& list, std::size_t count, bool own, std::uint64_t* words) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (!own) list.resize(count);
+    if (own && count > 0) std::memcpy(words, list.data(), count * sizeof(T));
+    if (!own && count > 0) std::memcpy(list.data(), words, count * sizeof(T));
+    return words + words_of<T>(count);
+}
+
+// The numbers that each job found.
+std::vector<std::uint64_t> counts_of(std::span<const BlockSamples> found) {
+    std::vector<std::uint64_t> sizes;
+    sizes.reserve(kCounts * found.size());
+    for (const BlockSamples& one : found)
+        sizes.insert(sizes.end(), {one.pairs.size(), one.exits.size(), one.flights.segments,
+                                   one.flights.rescued, one.leaked});
+    return sizes;
+}
+
+// Some jobs at once; the first is number \p first.
+void share_lists(const Shares& shares, std::span<BlockSamples> found, std::size_t first,
+                 std::span<const std::uint64_t> sizes) {
+    std::size_t total = 0;
+    for (std::size_t i = 0; i < found.size(); ++i)
+        total += words_of<PairSample>(sizes[kCounts * i + kPairCount]) +
+                 words_of<ExitSample>(sizes[kCounts * i + kExitCount]);
+    std::vector<std::uint64_t> words(total, 0);
+    const auto move = [&](bool own) {
+        std::uint64_t* at = words.data();
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const std::size_t pairs = sizes[kCounts * i + kPairCount],
+                              exits = sizes[kCounts * i + kExitCount];
+            if (own == ((first + i) % shares.ranks == shares.rank)) {
+                std::uint64_t* rest = move_list(found[i].pairs, pairs, own, at);
+                move_list(found[i].exits, exits, own, rest);
+            }
+            at += words_of<PairSample>(pairs) + words_of<ExitSample>(exits);
+        }
+    };
+    move(true);
+    shares.sum(words);
+    move(false);
+}
+
+// Gives every rank the samples of all: job i is traced by rank i modulo the ranks, and added to zeros of the
+// others.
+void share_samples(const Shares& shares, std::span<BlockSamples> found) {
+    if (shares.ranks == 1) return;
+    std::vector<std::uint64_t> sizes = counts_of(found);
+    shares.sum(sizes);
+    constexpr std::size_t kTogether = 512;  // jobs: about 20 MB
+    for (std::size_t first = 0; first < found.size(); first += kTogether) {
+        const std::size_t count = std::min(kTogether, found.size() - first);
+        share_lists(shares, found.subspan(first, count), first,
+                    std::span(sizes).subspan(kCounts * first, kCounts * count));
+    }
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        found[i].flights = {sizes[kCounts * i + kSegmentCount], sizes[kCounts * i + kRescuedCount]};
+        found[i].leaked = sizes[kCounts * i + kLeakedCount];
+    }
+}
+
 std::vector<BlockSamples> trace_all(const Exchange::State& s, const std::vector<Job>& jobs, RandomKey key,
                                     bool pilot) {
     std::vector<BlockSamples> found(jobs.size());
@@ -59,14 +131,14 @@ std::vector<BlockSamples> trace_all(const Exchange::State& s, const std::vector<
     static const std::function<void(double)> kSilent;
     Monitor monitor(pilot ? kSilent : s.options.progress, s.options.stop);
     monitor.expect(jobs.size());
-    const Gatherer gatherer(s, key, s.gathers);
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, jobs.size(), 1),
         [&](const tbb::blocked_range<std::size_t>& range) {
             for (std::size_t i = range.begin(); i < range.end(); ++i) {
                 if (monitor.stop()) return;
                 // Ranks take turns; what a pilot's few rays find is not worth a message.
-                if (pilot || i % shares.ranks == shares.rank) found[i] = gatherer.trace(jobs[i], pilot);
+                if (pilot || i % shares.ranks == shares.rank)
+                    found[i] = trace_job(s, key, s.gathers, jobs[i], pilot);
                 monitor.finished(1);
             }
         },
@@ -140,9 +212,7 @@ std::uint64_t exchange_bytes(std::uint64_t rays) {
 
 Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, const LateralBox& box,
                    const Wedges& wedges, std::vector<double> source_exponents, ExchangeOptions options) {
-    if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
-        throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
-    if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
+    check_fit(mesh, box, wedges);
     if (source_exponents.empty() || source_exponents.size() > 16)
         throw RecipeError(fmt::format("{} source exponents: give 1 to 16", source_exponents.size()));
     for (const double n : source_exponents)

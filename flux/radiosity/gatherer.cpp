@@ -59,9 +59,7 @@ void turn_into_plane(Rays& rays) {
     }
 }
 
-}  // namespace
-
-struct Gatherer::Block {
+struct Block {
     Rays rays;
     Column<float> x, y, z, dx, dy, dz;  // where rays began
     Column<std::uint32_t> target;       // of a connection
@@ -69,7 +67,7 @@ struct Gatherer::Block {
 };
 
 // A ray that has flown. Connections have a target: a triangle or, with kNoTriangle, the source plane.
-struct Gatherer::Ray {
+struct ConnectingRay {
     Vec3 start, direction, arriving, hit;
     std::uint32_t from, triangle, target;
     float u, v;
@@ -77,29 +75,30 @@ struct Gatherer::Ray {
     int image;
 };
 
-std::uint32_t Gatherer::number(const Job& job) const {
-    return (gather_ * static_cast<std::uint32_t>(kSampleGroups) + job.group) * 64 +
+// The number of the job's stream of random numbers.
+std::uint32_t number_of(const Job& job, std::uint32_t gather) {
+    return (gather * static_cast<std::uint32_t>(kSampleGroups) + job.group) * 64 +
            static_cast<std::uint32_t>(job.kind) * 16 + job.exponent;
 }
 
 // Rays from the surface; rows that cannot get anywhere are left out.
-void Gatherer::draw(const Job& job, Block& block) const {
-    const RayDensities& densities = *s_.densities;
-    const LateralBox& box = s_.geometry.box;
-    Stream scramble(key_, {.batch = number(job), .bounce = kScrambles});
+void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, const Job& job, Block& block) {
+    const RayDensities& densities = *s.densities;
+    const LateralBox& box = s.geometry.box;
+    Stream scramble(key, {.batch = number, .bounce = kScrambles});
     const std::uint32_t words[4] = {scramble.next(), scramble.next(), scramble.next(), scramble.next()};
     const std::uint32_t all =
         job.kind == RayKind::cosine ? densities.counts().cosine : densities.counts().connect;
     Rays& r = block.rays;
     r.count = 0;
     for (std::uint32_t i = job.first; i < job.first + job.count; ++i) {
-        const Draws random = flux::draw(key_, std::uint64_t{number(job)} << 32 | i, 0);
+        const Draws random = draw(key, std::uint64_t{number} << 32 | i, 0);
         const Distribution::Pick start = densities.starts().pick((i + random.uniform(0)) / all);
         const std::uint32_t triangle = densities.start_triangle(start.item);
         const Facet& facet = densities.facets()[triangle];
         const double root = std::sqrt(start.rest), part = random.uniform(1);
         Vec3 position = facet.corner + root * (1.0 - part) * facet.edge1 + root * part * facet.edge2 +
-                        s_.geometry.skin * facet.normal;
+                        s.geometry.skin * facet.normal;
         for (int axis = 0; axis < 2; ++axis)
             position[axis] = std::clamp(position[axis], box.min[axis], box.max[axis]);
         const double first = unit_double(owen_scrambled(reversed_bits(i), words[0], words[1]));
@@ -125,14 +124,14 @@ void Gatherer::draw(const Job& job, Block& block) const {
 }
 
 // A ray that left: through the source plane, or past a side or the rim.
-void Gatherer::join_exit(const Ray& ray, BlockSamples& found) const {
+void join_exit(const Exchange::State& s, const ConnectingRay& ray, BlockSamples& found) {
     if (ray.aimed && ray.target != surface::kNoTriangle) return;
-    const RayDensities& densities = *s_.densities;
+    const RayDensities& densities = *s.densities;
     const Facet& facet = densities.facets()[ray.from];
     ExitSample exit{ray.from, 0.0f, 0.0f, 0.0f, 0.0f};
     barycentric(facet, ray.start, exit.au, exit.av);
     const double rise = ray.direction.z();
-    const auto [out, travelled, end] = domain_exit(s_.geometry, ray.start, ray.direction);
+    const auto [out, travelled, end] = domain_exit(s.geometry, ray.start, ray.direction);
     double weight = 0.0;
     if (out) {
         const int image = rise >= kLevel ? densities.image_of(end) : kNoImage;
@@ -149,13 +148,13 @@ void Gatherer::join_exit(const Ray& ray, BlockSamples& found) const {
 }
 
 // A ray from the source that hit: the surface's point sees the source there.
-void Gatherer::join_source(const Ray& ray, bool pilot, BlockSamples& found) const {
-    const RayDensities& densities = *s_.densities;
+void join_source(const Exchange::State& s, const ConnectingRay& ray, bool pilot, BlockSamples& found) {
+    const RayDensities& densities = *s.densities;
     if (pilot) {
         found.lit.push_back(ray.triangle);
         found.openings.push_back(static_cast<std::uint32_t>(densities.cell_of(ray.start)));
     }
-    const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
+    const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s.geometry.skin);
     const double cosine = -ray.direction.z();
     const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
     // Seen from the hit the plane lies in the image the other way, which has the same share.
@@ -167,10 +166,10 @@ void Gatherer::join_source(const Ray& ray, bool pilot, BlockSamples& found) cons
 }
 
 // A ray from one point of the surface to another.
-void Gatherer::join_pair(const Ray& ray, bool pilot, BlockSamples& found) const {
-    const RayDensities& densities = *s_.densities;
+void join_pair(const Exchange::State& s, const ConnectingRay& ray, bool pilot, BlockSamples& found) {
+    const RayDensities& densities = *s.densities;
     if (ray.aimed && !densities.are_one(ray.triangle, ray.target)) return;
-    const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s_.geometry.skin);
+    const Path path = straightened(densities, ray.start, ray.direction, ray.hit, s.geometry.skin);
     if (ray.aimed && path.image != ray.image) return;
     const Facet& facet = densities.facets()[ray.from];
     const double arrival = -ray.arriving.dot(densities.facets()[ray.triangle].normal);
@@ -187,14 +186,14 @@ void Gatherer::join_pair(const Ray& ray, bool pilot, BlockSamples& found) const 
     if (pilot && path.image != kNoImage) found.images[static_cast<std::size_t>(path.image)] += 1.0;
 }
 
-void Gatherer::join(const Job& job, const Block& block, std::size_t row, bool pilot,
-                    BlockSamples& found) const {
+void join(const Exchange::State& s, const Job& job, const Block& block, std::size_t row, bool pilot,
+          BlockSamples& found) {
     const Rays& r = block.rays;
     if (r.triangle[row] == kLeaked) {
         ++found.leaked;
         return;
     }
-    Ray ray;
+    ConnectingRay ray;
     ray.start = vector_at(block.x, block.y, block.z, row);
     ray.direction = vector_at(block.dx, block.dy, block.dz, row);
     ray.arriving = vector_at(r.dx, r.dy, r.dz, row);
@@ -205,40 +204,42 @@ void Gatherer::join(const Job& job, const Block& block, std::size_t row, bool pi
     ray.image = ray.aimed ? block.image[row] : kNoImage;
     if (pilot && job.kind == RayKind::cosine) found.started.push_back(ray.from);
     if (ray.triangle == surface::kNoTriangle) {
-        if (job.kind != RayKind::source) join_exit(ray, found);
+        if (job.kind != RayKind::source) join_exit(s, ray, found);
         return;
     }
     ray.u = r.u[row];
     ray.v = r.v[row];
     ray.hit = vector_at(r.x, r.y, r.z, row) + static_cast<double>(r.distance[row]) * ray.arriving;
     if (job.kind == RayKind::source)
-        join_source(ray, pilot, found);
+        join_source(s, ray, pilot, found);
     else
-        join_pair(ray, pilot, found);
+        join_pair(s, ray, pilot, found);
 }
 
-BlockSamples Gatherer::trace(const Job& job, bool pilot) const {
+}  // namespace
+
+BlockSamples trace_job(const Exchange::State& s, RandomKey key, std::uint32_t gather, const Job& job,
+                       bool pilot) {
     static thread_local Block block;  // too large for a stack frame
     Rays& r = block.rays;
     BlockSamples found;
-    if (pilot) {
-        found.images.assign(std::size_t{kImageRow} * kImageRow, 0.0);
-    }
+    if (pilot) found.images.assign(std::size_t{kImageRow} * kImageRow, 0.0);
+    const std::uint32_t number = number_of(job, gather);
     if (job.kind == RayKind::source) {
         Species species;
-        species.source_exponent = s_.densities->exponents()[job.exponent];
-        const Batch batch = make_batch(key_, number(job), s_.densities->counts().source);
-        emit(s_.geometry, species, {}, key_, batch, job.first, job.count, r);
-        if (s_.densities->straight()) turn_into_plane(r);
+        species.source_exponent = s.densities->exponents()[job.exponent];
+        const Batch batch = make_batch(key, number, s.densities->counts().source);
+        emit(s.geometry, species, {}, key, batch, job.first, job.count, r);
+        if (s.densities->straight()) turn_into_plane(r);
     } else {
-        draw(job, block);
+        draw_rays(s, key, number, job, block);
     }
     const auto keep = [&](auto& to, const auto& from) { std::copy_n(from.begin(), r.count, to.begin()); };
     keep(block.x, r.x), keep(block.y, r.y), keep(block.z, r.z);
     keep(block.dx, r.dx), keep(block.dy, r.dy), keep(block.dz, r.dz);
-    fly_block(s_.geometry, r, found.flights);
+    fly_block(s.geometry, r, found.flights);
     found.pairs.reserve(r.count);
-    for (std::size_t row = 0; row < r.count; ++row) join(job, block, row, pilot, found);
+    for (std::size_t row = 0; row < r.count; ++row) join(s, job, block, row, pilot, found);
     return found;
 }
 

@@ -28,28 +28,10 @@ struct BlockSamples {
     std::vector<std::uint32_t> lit, openings;  ///< triangle and cell of the plane of source rays that hit
 };
 
-/// Traces the rays of jobs. Thread-safe; the samples of a job depend on the job alone.
-class Gatherer {
-  public:
-    /// \param gather  numbers the gathers of an exchange: each draws other random numbers.
-    Gatherer(const Exchange::State& state, RandomKey key, std::uint32_t gather)
-        : s_(state), key_(key), gather_(gather) {}
-    /// \pre job.count <= kBlock.
-    BlockSamples trace(const Job& job, bool pilot) const;
-
-  private:
-    struct Block;
-    struct Ray;
-    std::uint32_t number(const Job& job) const;
-    void draw(const Job& job, Block& block) const;
-    void join(const Job& job, const Block& block, std::size_t row, bool pilot, BlockSamples& found) const;
-    void join_exit(const Ray& ray, BlockSamples& found) const;
-    void join_source(const Ray& ray, bool pilot, BlockSamples& found) const;
-    void join_pair(const Ray& ray, bool pilot, BlockSamples& found) const;
-
-    const Exchange::State& s_;
-    const RandomKey key_;
-    const std::uint32_t gather_;
-};
+/// Traces the rays of a job. Thread-safe; the samples depend on the job alone.
+/// \param gather  numbers the gathers of an exchange: each draws other random numbers.
+/// \pre job.count <= kBlock.
+BlockSamples trace_job(const Exchange::State& state, RandomKey key, std::uint32_t gather, const Job& job,
+                       bool pilot);
 
 }  // namespace sidewall::flux

@@ -10,6 +10,7 @@
 
 #include "flux/radiosity/adjoint_importance.hpp"
 #include "flux/radiosity/exchange_state.hpp"
+#include "flux/tracer/trace_checks.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::flux {
@@ -70,25 +71,12 @@ std::string why_not_radiosity(const Species& species) {
 std::vector<double> sticking_by_wedge(const Wedges& wedges, std::span<const std::int32_t> materials,
                                       const Species& species) {
     const std::vector<double>& by_material = species.sticking;
-    if (by_material.empty())
-        throw RecipeError(
-            fmt::format("{}: no sticking probability: give one, or one a material", species.name));
-    for (const double s : by_material)
-        if (!(s >= 0.0 && s <= 1.0))
-            throw RecipeError(fmt::format("{}: sticking = {}: must be in [0, 1]", species.name, s));
+    check_sticking(species.name, by_material);
     std::vector<double> sticking(wedges.count(), by_material.front());
     if (by_material.size() == 1 || materials.empty()) return sticking;
-    if (3 * materials.size() != wedges.corner.size())
-        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
-                                        materials.size(), wedges.corner.size() / 3));
-    for (std::size_t t = 0; t < materials.size(); ++t) {
-        const auto id = static_cast<std::size_t>(materials[t]);
-        if (materials[t] < 0 || id >= by_material.size())
-            throw RecipeError(
-                fmt::format("{}: triangle {} is of material {}, which has no sticking probability",
-                            species.name, t, materials[t]));
-        for (std::size_t k = 0; k < 3; ++k) sticking[wedges.corner[3 * t + k]] = by_material[id];
-    }
+    check_materials(species, materials, wedges.corner.size() / 3);
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        sticking[wedges.corner[c]] = by_material[static_cast<std::size_t>(materials[c / 3])];
     return sticking;
 }
 

@@ -4,7 +4,6 @@
 #include <numeric>
 #include <optional>
 
-#include "surface/disjoint_sets.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::flux {

@@ -62,15 +62,11 @@ struct alignas(64) Crossing {
 // Flies one particle by fly(), from the start of its flight, which the row still holds.
 void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double free_path,
                FlightCounts& counts) {
-    const auto wide = [](float a, float b, float c) {
-        return Vec3(static_cast<double>(a), static_cast<double>(b), static_cast<double>(c));
-    };
-    Vec3 start = wide(rays.x[row], rays.y[row], rays.z[row]);
+    Vec3 start = vector_at(rays.x, rays.y, rays.z, row);
     for (int axis = 0; axis < 2; ++axis)
         start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
-    const Flight flight =
-        fly(geometry, {start, wide(rays.dx[row], rays.dy[row], rays.dz[row]).normalized(), rays.from[row]},
-            free_path);
+    const Vec3 direction = vector_at(rays.dx, rays.dy, rays.dz, row).normalized();
+    const Flight flight = fly(geometry, {start, direction, rays.from[row]}, free_path);
     counts.segments += flight.segments;
     if (flight.end != FlightEnd::hit) {
         rays.triangle[row] = flight.end == FlightEnd::escaped    ? surface::kNoTriangle

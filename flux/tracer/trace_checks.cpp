@@ -21,12 +21,6 @@ void require(bool holds, const std::string& name, const std::string& what, doubl
     if (!holds) throw RecipeError(fmt::format("{}: {} = {}: must be {}", name, what, value, rule));
 }
 
-void check_sticking(const std::string& name, const std::vector<double>& sticking) {
-    if (sticking.empty())
-        throw RecipeError(fmt::format("{}: no sticking probability: give one, or one a material", name));
-    for (const double s : sticking) require(s >= 0.0 && s <= 1.0, name, "sticking", s, "in [0, 1]");
-}
-
 void check_yield(const Species& species, const Yield& yield, std::size_t materials) {
     const std::string name = species.name + " " + yield.name;
     if (yield.scale.empty() || (yield.scale.size() > 1 && yield.scale.size() < materials))
@@ -155,15 +149,25 @@ void check_one(const TriangleMesh& mesh, const LateralBox& box, const Species& s
         ids = std::max(ids, static_cast<std::size_t>(std::max(id, 0)) + 1);
     check_species(species, box, ids);
     check_options(options);
-    if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
-    if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
-        throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
+    check_fit(mesh, box, wedges);
     for (const double s : sticking_by_wedge)
         require(s >= 0.0 && s <= 1.0, species.name, "sticking of a wedge", s, "in [0, 1]");
+    check_materials(species, materials, mesh.triangles.size());
+}
+
+}  // namespace
+
+void check_sticking(const std::string& name, const std::vector<double>& sticking) {
+    if (sticking.empty())
+        throw RecipeError(fmt::format("{}: no sticking probability: give one, or one a material", name));
+    for (const double s : sticking) require(s >= 0.0 && s <= 1.0, name, "sticking", s, "in [0, 1]");
+}
+
+void check_materials(const Species& species, std::span<const std::int32_t> materials, std::size_t triangles) {
     if (materials.empty()) return;
-    if (materials.size() != mesh.triangles.size())
-        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
-                                        materials.size(), mesh.triangles.size()));
+    if (materials.size() != triangles)
+        throw GeometryError(
+            fmt::format("{} materials for {} triangles: give one a triangle", materials.size(), triangles));
     const auto missing = [&](const std::vector<double>& by_material, std::int32_t id) {
         return by_material.size() > 1 && static_cast<std::size_t>(id) >= by_material.size();
     };
@@ -175,7 +179,11 @@ void check_one(const TriangleMesh& mesh, const LateralBox& box, const Species& s
                             species.name, t, materials[t]));
 }
 
-}  // namespace
+void check_fit(const TriangleMesh& mesh, const LateralBox& box, const Wedges& wedges) {
+    if (!(box.area() > 0.0)) throw GeometryError("the lateral box has no area: take it from lateral_box");
+    if (wedges.corner.size() != 3 * mesh.triangles.size() || wedges.first.size() != mesh.vertices.size() + 1)
+        throw GeometryError("the wedges belong to another mesh: make them anew after the mesh changed");
+}
 
 WedgeValues check(const TriangleMesh& mesh, const LateralBox& box, std::span<const Species> species,
                   std::span<const std::int32_t> materials, const Wedges& wedges,

@@ -13,7 +13,7 @@
 #include "levelset/layers/sealed_file.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
-#include "surface/files/printable.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::levelset {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <unordered_map>
 
-#include "surface/disjoint_sets.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::levelset {
 namespace {

@@ -32,4 +32,13 @@ std::vector<std::uint32_t> piece_of_vertices(const TriangleMesh& surface, const 
 /// The pieces of the surface, in the order of their lowest vertices.
 std::vector<SurfacePiece> surface_pieces(const TriangleMesh& surface, const Domain& domain);
 
+/// The triangles of the wafer's surface that bound gas cut off from the gas above it, as in a keyhole that
+/// deposition has closed.
+/// \param surface  extract_surface of the top layer.
+/// \param pieces   its surface_pieces.
+/// \returns one flag a triangle; empty if no gas is cut off.
+/// \note O(1) if no piece shuts gas in, else O(n log n).
+std::vector<std::uint8_t> sealed_off(const TriangleMesh& surface, std::vector<SurfacePiece> pieces,
+                                     const Domain& domain);
+
 }  // namespace sidewall::levelset

@@ -10,7 +10,7 @@
 
 #include "levelset/grid.hpp"
 #include "levelset/layers/cut_layers.hpp"
-#include "levelset/meshes/voids.hpp"
+#include "levelset/meshes/pieces.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/redistance.hpp"
 #include "levelset/shapes/outline.hpp"

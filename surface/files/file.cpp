@@ -11,6 +11,26 @@
 #include "surface/error.hpp"
 
 namespace sidewall::surface {
+namespace {
+
+// Bytes of the visible character that the text begins with; 0 if it is none.
+std::size_t character_length(std::string_view text) {
+    const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
+    const unsigned char first = byte(0);
+    if (first < 0x80) return (first >= 0x20 && first != 0x7f) || first == '\n' || first == '\t' ? 1 : 0;
+    const std::size_t length = first >> 5 == 6 ? 2 : first >> 4 == 14 ? 3 : first >> 3 == 30 ? 4 : 0;
+    if (length == 0 || length > text.size()) return 0;
+    char32_t code = first & (0xffu >> (length + 1));
+    for (std::size_t k = 1; k < length; ++k) {
+        if (byte(k) >> 6 != 2) return 0;
+        code = code << 6 | (byte(k) & 0x3fu);
+    }
+    constexpr char32_t kLeast[] = {0, 0, 0xa0, 0x800, 0x10000};  // below: control characters, longer forms
+    const bool surrogate = code >= 0xd800 && code < 0xe000;
+    return code >= kLeast[length] && code <= 0x10ffff && !surrogate ? length : 0;
+}
+
+}  // namespace
 
 std::string read_whole_file(const std::filesystem::path& path) {
     std::error_code failure;
@@ -40,6 +60,17 @@ std::string lower_extension(const std::filesystem::path& path) {
     std::string extension = path.extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return extension;
+}
+
+std::string printable(std::string_view text) {
+    std::string result;
+    while (!text.empty()) {
+        const std::size_t length = character_length(text);
+        if (length == 0) result += fmt::format("\\x{:02x}", static_cast<unsigned char>(text[0]));
+        result += text.substr(0, length);
+        text.remove_prefix(length == 0 ? 1 : length);
+    }
+    return result;
 }
 
 }  // namespace sidewall::surface

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 namespace sidewall::surface {
 
@@ -10,5 +11,9 @@ std::string read_whole_file(const std::filesystem::path& path);
 
 /// A path's extension in lower case, with its dot: ".vtp" of "Fin.VTP".
 std::string lower_extension(const std::filesystem::path& path);
+
+/// Text that a terminal can be given: characters of UTF-8, line breaks and tabs stay, every other byte and
+/// control character becomes `\xNN`. For texts that may quote a damaged file.
+std::string printable(std::string_view text);
 
 }  // namespace sidewall::surface

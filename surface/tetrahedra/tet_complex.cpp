@@ -124,22 +124,18 @@ bool TetComplex::may_collapse(std::uint32_t from, std::uint32_t to) const {
     const Place of_edge = place(from, to);
     if (of_edge != place(from)) return false;
     // Vertices next to both ends must be those at the edge: else something would be pinched.
-    std::vector<std::uint32_t> near_from, near_to, at, both;
-    const auto collect = [&](std::uint32_t v, std::vector<std::uint32_t>& list) {
-        for (const std::uint32_t t : around[v])
+    const auto others = [&](const std::vector<std::uint32_t>& tets) {
+        std::vector<std::uint32_t> list;
+        for (const std::uint32_t t : tets)
             for (const std::uint32_t c : tet[t])
                 if (c != from && c != to) list.push_back(c);
         std::sort(list.begin(), list.end());
         list.erase(std::unique(list.begin(), list.end()), list.end());
+        return list;
     };
-    collect(from, near_from);
-    collect(to, near_to);
-    for (const std::uint32_t t : around[from])
-        if (has(t, to))
-            for (const std::uint32_t c : tet[t])
-                if (c != from && c != to) at.push_back(c);
-    std::sort(at.begin(), at.end());
-    at.erase(std::unique(at.begin(), at.end()), at.end());
+    const std::vector<std::uint32_t> near_from = others(around[from]), near_to = others(around[to]),
+                                     at = others(at_edge(from, to));
+    std::vector<std::uint32_t> both;
     std::set_intersection(near_from.begin(), near_from.end(), near_to.begin(), near_to.end(),
                           std::back_inserter(both));
     return both == at;

@@ -15,7 +15,6 @@
 #include "levelset/layers/checkpoint.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/printable.hpp"
 #include "tests/fuzz/mutate.hpp"
 
 using namespace sidewall;

@@ -3,8 +3,8 @@
 #include <fstream>
 
 #include "app/process/simulation.hpp"
-#include "surface/disjoint_sets.hpp"
 #include "surface/files/mesh_io.hpp"
+#include "surface/topology.hpp"
 #include "tests/integration/run_program.hpp"
 
 using namespace sidewall;

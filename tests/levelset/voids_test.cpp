@@ -1,4 +1,4 @@
-#include "levelset/meshes/voids.hpp"
+#include "levelset/meshes/pieces.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <set>
 
-#include "simplify/simplify_result.hpp"
+#include "simplify/simplify.hpp"
 #include "surface/topology.hpp"
 #include "test_meshes.hpp"
 

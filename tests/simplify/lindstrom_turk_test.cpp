@@ -1,4 +1,4 @@
-#include "simplify/lindstrom_turk.hpp"
+#include "simplify/simplify.hpp"
 
 #include "checks.hpp"
 #include "surface/distance.hpp"
@@ -119,8 +119,8 @@ TEST_CASE("no edge of the bound's length or longer collapses") {
     // On a square grid only the sides, not the diagonals, are shorter than 1.2 cells; with a bound of one
     // cell none is.
     const TriangleMesh mesh = square_mesh(10, 1.0);
-    CHECK(same_bits(simplify_lindstrom_turk(mesh, {.max_edge_length = 1.0}).mesh, mesh));
-    CHECK(simplify_lindstrom_turk(mesh, {.max_edge_length = 1.2}).passes.at(0).removed > 0);
+    CHECK(same_bits(simplify_lindstrom_turk(mesh, {.l_max = 1.0}).mesh, mesh));
+    CHECK(simplify_lindstrom_turk(mesh, {.l_max = 1.2}).passes.at(0).removed > 0);
 }
 
 TEST_CASE("materials keep their border and their triangles") {
@@ -164,13 +164,13 @@ TEST_CASE("the smallest meshes come back whole") {
 TEST_CASE("unused vertices go, coincident ones merge without crossing the target") {
     TriangleMesh mesh = square_mesh(4, 1.0);
     mesh.vertices.emplace_back(9, 9, 9);
-    const auto coarse = simplify_lindstrom_turk(mesh, {.max_edge_length = 0.0}).mesh;
+    const auto coarse = simplify_lindstrom_turk(mesh, {.l_max = 0.0}).mesh;
     CHECK(coarse.vertices.size() == 25);
 
     mesh = square_mesh(6, 1.0);
     mesh.vertices[24] = mesh.vertices[25];  // two inner neighbours: two triangles have no area
     const std::size_t n = mesh.vertices.size();
     CHECK(simplify_lindstrom_turk(mesh, {.target_vertices = n}).mesh.vertices.size() == n);
-    CHECK(simplify_lindstrom_turk(mesh, {.max_edge_length = 0.5}).mesh.vertices.size() == n - 1);
+    CHECK(simplify_lindstrom_turk(mesh, {.l_max = 0.5}).mesh.vertices.size() == n - 1);
     require_same_kind(mesh, simplify_lindstrom_turk(mesh, {}).mesh);
 }

@@ -1,12 +1,10 @@
 // Rows of options name what they set; the rest is the default on purpose.
 #pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#include "simplify/simplify_options.hpp"
+#include "simplify/simplify.hpp"
 
 #include <limits>
 
 #include "checks.hpp"
-#include "simplify/region.hpp"
-#include "simplify/simplify.hpp"
 #include "surface/error.hpp"
 
 using namespace sidewall;
@@ -132,7 +130,7 @@ TEST_CASE("auto is the grid spacing, else the mean edge between features, else o
     features[0] = features[1] = 1;
     CHECK(simplify::base_length(mesh, features, {}) == Approx(2.0));
 
-    const simplify::RegionOptions region = simplify::resolve_region({.l0 = 0.0}, 0.5);
+    const simplify::Options region = simplify::resolve({.l0 = 0.0}, 0.5);
     CHECK(region.l0 == 0.0);
     CHECK(region.step == 0.5);
     CHECK(region.l_max == 1.5);

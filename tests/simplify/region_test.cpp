@@ -1,4 +1,4 @@
-#include "simplify/region.hpp"
+#include "simplify/simplify.hpp"
 
 #include <tbb/global_control.h>
 
@@ -10,7 +10,7 @@
 
 using namespace sidewall;
 using namespace sidewall::test;
-using simplify::RegionOptions;
+using simplify::Options;
 using simplify::simplify_regions;
 
 namespace {
@@ -46,7 +46,7 @@ TEST_CASE("l0 = 0 leaves every feature vertex where it was, bit for bit") {
         REQUIRE(features.size() > 500);
         for (const std::optional<std::size_t> target :
              {std::optional<std::size_t>{}, std::optional<std::size_t>{1}}) {
-            const RegionOptions options{
+            const Options options{
                 .l0 = 0.0, .step = kSpacing, .l_max = 4 * kSpacing, .target_vertices = target};
             const TriangleMesh coarse = simplify_regions(c.mesh, c.features, options).mesh;
             REQUIRE(coarse.vertices.size() < c.mesh.vertices.size());
@@ -108,7 +108,7 @@ TEST_CASE("edges grow with the number of rings from the features") {
 
 TEST_CASE("each pass allows one growth more, no more than l_max, and counts what it removed") {
     const Case c = trench_case();
-    const RegionOptions options{.l0 = kSpacing, .step = 0.5 * kSpacing, .l_max = 2.2 * kSpacing};
+    const Options options{.l0 = kSpacing, .step = 0.5 * kSpacing, .l_max = 2.2 * kSpacing};
     const auto result = simplify_regions(c.mesh, c.features, options);
     REQUIRE(result.passes.size() == 4);
     CHECK(result.passes[0].length == options.l0);
@@ -131,7 +131,7 @@ TEST_CASE("a target is met to the vertex, whatever l_max") {
     const Case c = trench_case();
     for (const double kept : {0.8, 0.5, 0.1}) {
         const auto target = std::size_t(kept * double(c.mesh.vertices.size()));
-        const RegionOptions options{
+        const Options options{
             .l0 = kSpacing, .step = kSpacing, .l_max = 1.5 * kSpacing, .target_vertices = target};
         CHECK(simplify_regions(c.mesh, c.features, options).mesh.vertices.size() == target);
     }
@@ -153,7 +153,7 @@ TEST_CASE("schedules end even where the growth is small and targets out of reach
 
 TEST_CASE("the same mesh gives the same bits, on any number of threads") {
     const Case c = trench_case(0.05);
-    const RegionOptions options{.l0 = kSpacing, .step = kSpacing, .l_max = 3 * kSpacing};
+    const Options options{.l0 = kSpacing, .step = kSpacing, .l_max = 3 * kSpacing};
     const TriangleMesh first = simplify_regions(c.mesh, c.features, options).mesh;
     CHECK(same_bits(first, simplify_regions(c.mesh, c.features, options).mesh));
     for (const std::size_t threads : {1, 2}) {

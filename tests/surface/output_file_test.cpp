@@ -14,7 +14,6 @@
 
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/printable.hpp"
 #include "tests/folder.hpp"
 
 using namespace sidewall;

@@ -8,7 +8,7 @@
 
 #include "app/process/arriving/line_of_sight.hpp"
 #include "levelset/layers/levels.hpp"
-#include "levelset/meshes/voids.hpp"
+#include "levelset/meshes/pieces.hpp"
 #include "levelset/motion/speed_extension.hpp"
 
 namespace sidewall::app {

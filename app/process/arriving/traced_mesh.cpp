@@ -105,7 +105,7 @@ void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const 
     const double spacing = stack.domain.spacing;
     simplify::Options options = simplify_options(recipe.simplify, spacing);
     std::vector<std::uint8_t> features;
-    if (options.method == simplify::Method::region || options.method == simplify::Method::region_bounded) {
+    if (simplify::reads_features(options.method)) {
         const PhaseClock clock(timing.features);
         features = features_of(recipe, stack, surface.raw);
     }

@@ -1,4 +1,4 @@
-#include "simplify/frozen_vertices.hpp"
+#include "simplify/vertex_kind.hpp"
 
 #include <fmt/format.h>
 

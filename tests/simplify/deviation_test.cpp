@@ -1,4 +1,4 @@
-#include "simplify/witness.hpp"
+#include "simplify/deviation.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
