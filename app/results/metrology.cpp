@@ -11,9 +11,8 @@
 
 #include "app/results/cut_profile.hpp"
 #include "app/results/figure_values.hpp"
-#include "levelset/layers/stack.hpp"
+#include "app/results/film.hpp"
 #include "levelset/meshes/extract.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -94,121 +93,6 @@ std::array<double, 2> scallops(const Wall& wall, double spacing) {
     for (std::size_t k = 0; k + 1 < turns.size(); ++k) swing += std::abs(turns[k + 1][1] - turns[k][1]);
     return {pitch / static_cast<double>(turns.size() - 2),
             0.5 * swing / static_cast<double>(turns.size() - 1)};
-}
-
-// Roughness below this part of a cell counts as flat: a thinner film counts as none elsewhere, too; faces on
-// nodes lie 0.002 of their level's cells off them, which is less on all levels.
-constexpr double kFlat = levelset::kExposed;
-
-struct ProfileSpan {
-    double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
-};
-
-ProfileSpan span_of_profile(const Profile& profile) {
-    ProfileSpan span;
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q}) {
-            const double at = end->dot(profile.along);
-            span.left = std::min(span.left, at);
-            span.right = std::max(span.right, at);
-            span.floor = std::min(span.floor, end->z());
-            span.crest = std::max(span.crest, end->z());
-        }
-    });
-    return span;
-}
-
-// z of the profile's lowest and highest crossing of the vertical at `along`.
-std::pair<double, double> crossings(const Profile& profile, double along) {
-    std::pair<double, double> found{kNone, kNone};
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        const double a = p.dot(profile.along), b = q.dot(profile.along);
-        if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
-        const double z = p.z() + (along - a) / (b - a) * (q.z() - p.z());
-        found = {std::fmin(found.first, z), std::fmax(found.second, z)};
-    });
-    return found;
-}
-
-// The profile and what lies beyond its sides, once.
-Profile with_beyond(const Profile& profile) {
-    Profile all = profile;
-    for (const surface::Polyline& line : profile.lines) {
-        for (const double side : profile.mirrors) {
-            surface::Polyline& copy = all.lines.emplace_back(line);
-            for (Vec3& p : copy.points) p += 2.0 * (side - p.dot(profile.along)) * profile.along;
-        }
-        for (const double shift : profile.shifts) {
-            surface::Polyline& copy = all.lines.emplace_back(line);
-            for (Vec3& p : copy.points) p += shift * profile.along;
-        }
-    }
-    return all;
-}
-
-// The middle of the material beside an opening, at a height; NaN if that does not end.
-double middle_beside(const Profile& profile, const std::pair<double, double>& open, double z) {
-    double left = kNone, right = kNone;
-    for (const auto& [from, to] : solid_at(profile, z)) {
-        if (!std::isfinite(to - from)) continue;
-        if (to == open.first) left = 0.5 * (from + to);
-        if (from == open.second) right = 0.5 * (from + to);
-    }
-    return std::isnan(right) ? left : right;
-}
-
-struct Floor {
-    double z = kInfinity, along = kNone;
-};
-
-// The lowest point within an opening.
-Floor deepest_point(const Profile& below, const std::pair<double, double>& within) {
-    Floor lowest;
-    below.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q}) {
-            const double at = end->dot(below.along);
-            if (at >= within.first && at <= within.second && end->z() < lowest.z) lowest = {end->z(), at};
-        }
-    });
-    return lowest;
-}
-
-// The middle, along the profile, of what lies within a hundredth of the depth, or within `flat`, above the
-// floor; of a groove its lowest point.
-double middle_of_floor(const Profile& below, const Floor& floor, double top, double flat,
-                       const std::pair<double, double>& within) {
-    const double near = floor.z + std::max(0.01 * (top - floor.z), flat);
-    double sum = 0.0, length = 0.0;
-    below.each_segment([&](const Vec3& p, const Vec3& q) {
-        if (std::max(p.z(), q.z()) > near) return;
-        const double twice = (p + q).dot(below.along), d = (q - p).norm();
-        if (0.5 * twice < within.first || 0.5 * twice > within.second) return;
-        sum += 0.5 * d * twice;
-        length += d;
-    });
-    return length > 0.0 ? sum / length : floor.along;
-}
-
-// Whether an opening begins or ends at a height, as at the ceiling of a cavity: it has no width there to
-// speak of.
-bool has_ledge(const Profile& profile, double z, double near) {
-    const double above = opening(profile, z + near), below = opening(profile, z - near);
-    return std::abs(above - below) > 0.1 * std::max(above, below);
-}
-
-// Measures the film on top and floor, of profiles that may go on beyond their sides. Returns z of the top
-// below it.
-double measure_flats(const Profile& surface, const Profile& below, double beside, double flat,
-                     const std::pair<double, double>& within, Film& film) {
-    const Floor floor = deepest_point(below, within);
-    const double top = crossings(below, beside).second,
-                 floor_at = middle_of_floor(below, floor, top, flat, within);
-    film.top = crossings(surface, beside).second - top;
-    // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
-    // floor the film's own surface is the lowest crossing above it.
-    film.bottom = crossings(surface, floor_at).first - crossings(below, floor_at).first;
-    film.depth = top - floor.z;
-    return top;
 }
 
 }  // namespace
@@ -292,37 +176,6 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
         below = volume;
     }
     return volumes;
-}
-
-double Film::coverage(double thickness, double spacing) const {
-    const double least = levelset::kExposed * spacing;
-    const bool there = top > least && (side > least || bottom > least), walls = depth > 2.0 * spacing;
-    return there && walls && !filled ? thickness / top : kNone;
-}
-
-Film film_between(const Profile& surface, const Profile& below, double spacing) {
-    Film film;
-    const ProfileSpan span = span_of_profile(below);
-    if (!std::isfinite(span.floor)) return film;
-    const double flat = kFlat * spacing;
-    constexpr std::pair everywhere{-kInfinity, kInfinity};
-    if (span.crest - span.floor <= flat) {  // which of its points is the lowest, rounding decides
-        measure_flats(surface, below, span.left, flat, everywhere, film);
-        return film;
-    }
-    const double half = 0.5 * (span.crest + span.floor), rounding = 1e-6 * (span.right - span.left);
-    const std::pair<double, double> open = widest_opening(below, half);
-    const double beside = middle_beside(below, open, half);
-    const bool over_side = open.first < span.left - rounding || open.second > span.right + rounding;
-    const double top = over_side && std::isfinite(beside)
-                           ? measure_flats(with_beyond(surface), with_beyond(below), beside, flat, open, film)
-                           : measure_flats(surface, below, span.left, flat, everywhere, film);
-    const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
-                 still_open = opening(surface, middle);
-    constexpr double kNearMiddle = 0.02;  // of the depth
-    if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = 0.5 * (width - still_open);
-    film.filled = std::isfinite(width) && !std::isfinite(still_open);
-    return film;
 }
 
 }  // namespace sidewall::app

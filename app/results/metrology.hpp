@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "app/recipe/recipe.hpp"
-#include "app/results/cut_profile.hpp"
 #include "levelset/layers/stack.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -45,21 +44,5 @@ std::vector<int> layer_materials(const levelset::MaterialStack& stack);
 /// Volume of every layer in the domain; the substrate counts from z = 0 down, so that only differences mean
 /// something.
 std::vector<double> layer_volumes(const levelset::MaterialStack& stack);
-
-/// The film between two profiles of a wafer; kNone where a figure does not exist.
-struct Film {
-    double top = kNone, side = kNone,
-           bottom = kNone;  ///< thickness beside, on the wall halfway down, on the floor
-    double depth = kNone;   ///< of what it covers
-    bool filled = false;    ///< nothing is open halfway down
-
-    /// Step coverage: thickness at a place over that beside; NaN without a film, or where it covers no walls.
-    double coverage(double thickness, double spacing) const;
-};
-
-/// Measures the film beside what it covers, halfway down its walls and on its floor. Beside is where the profile begins or, where what the film covers lies over a mirrored or periodic side, in the middle
-/// of the material next to it. Where that is flat within 0.02 of the grid spacing \p spacing, the film's bottom is in
-/// the middle of the profile, and it has no side. O(n) in segments.
-Film film_between(const Profile& surface, const Profile& below, double spacing);
 
 }  // namespace sidewall::app
