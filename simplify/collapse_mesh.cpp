@@ -38,9 +38,11 @@ surface::Rows outgoing_halfedges(const TriangleMesh& mesh) {
 /// Halfedges of a row of outgoing_halfedges that run to \p target.
 std::span<const std::uint32_t> running_to(const TriangleMesh& mesh, std::span<const std::uint32_t> row,
                                           std::uint32_t target) {
-    const auto found =
-        std::ranges::equal_range(row, target, {}, [&](std::uint32_t h) { return target_of(mesh, h); });
-    return {found.begin(), found.end()};
+    const auto first = std::partition_point(row.begin(), row.end(),
+                                            [&](std::uint32_t h) { return target_of(mesh, h) < target; });
+    const auto last =
+        std::find_if(first, row.end(), [&](std::uint32_t h) { return target_of(mesh, h) != target; });
+    return {first, last};
 }
 
 [[noreturn]] void refuse_edge(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b, int triangles) {

@@ -95,6 +95,7 @@ void add_once(auto& list, const auto& value) {
 const std::vector<std::string>& measure_names() {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> words;
+        words.reserve(std::size(kFigures));
         for (const auto& [word, figures] : kFigures) words.push_back(word);
         return words;
     }();
