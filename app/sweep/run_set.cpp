@@ -321,7 +321,7 @@ void open_batch_folder(const std::filesystem::path& folder, const std::string& f
                                               folder.string(), other));
         return;
     }
-    const Json there = read_json(folder / file, fmt::format("choose another folder with -o"));
+    const Json there = read_json(folder / file, "choose another folder with -o");
     if (!there.is_object() || there.value("digest", Json()) != plan["digest"])
         throw RecipeError(
             fmt::format("{}: holds another {}, which differs in {}: choose another folder with -o",

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/common/json_fwd.hpp"
 #include "app/common/progress.hpp"
 #include "app/recipe/recipe.hpp"
 
