@@ -171,6 +171,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
     band.table = surface::LeafTable(band.leaves);
     band.print.assign(band.leaves.size(), 0);
     band.made.assign(band.leaves.size(), 0);
+    if (!before.held.empty()) band.held.resize(band.leaves.size());
     for (std::uint32_t n = 0; n < band.leaves.size(); ++n) {
         const openvdb::Coord o = band.leaves[n]->origin();
         const std::int32_t old = before.table.find(o.x() >> 3, o.y() >> 3, o.z() >> 3);
@@ -179,6 +180,7 @@ void make_leaves(Band& band, Grid& grid, const Domain& domain, const std::vector
             band.made[n] = 1;
         else
             band.print[n] = before.print[static_cast<std::size_t>(old)];
+        if (old >= 0 && !before.held.empty()) band.held[n] = before.held[static_cast<std::size_t>(old)];
     }
 }
 

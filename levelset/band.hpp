@@ -22,6 +22,9 @@ struct Band {
     std::vector<std::uint32_t> awake;  ///< numbers of the leaves that are not at rest, ascending
     std::vector<std::uint8_t> made;    ///< by leaf: it was made by growing the band, and has no distance yet
 
+    /// By leaf: nodes whose values stay as they are, as those of a front that the grid does not show yet; empty: none.
+    std::vector<Nodes> held = {};
+
     Band() = default;
     /// \param all      the grid's leaves.
     /// \param of_all   their table.

@@ -16,4 +16,7 @@ using GridPtr = std::shared_ptr<Grid>;
 /// and so does the Hessian at a node of a cut cell.
 inline constexpr double kHalfWidth = 3.0;
 
+/// Nodes nearer to the front than this, in grid spacings, lie on it, whatever side rounding puts them on.
+inline constexpr double kOnFront = 1e-4;
+
 }  // namespace sidewall::levelset

@@ -1,6 +1,5 @@
 #include "levelset/redistance.hpp"
 
-#include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,11 +7,14 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "levelset/band.hpp"
 #include "levelset/block.hpp"
+#include "levelset/edge_distance.hpp"
 #include "levelset/large_vector.hpp"
+#include "levelset/new_leaves.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/row.hpp"
 #include "surface/error.hpp"
@@ -23,64 +25,6 @@ namespace {
 
 using B = Block<2>;
 
-bool has_distance(const Leaf& leaf, float background) {
-    const float* v = leaf.buffer().data();
-    return std::any_of(v, v + Leaf::SIZE, [&](float value) { return !(std::abs(value) >= background); });
-}
-
-// The active nodes of a new leaf that lie inside, by their neighbours of the old band in other leaves.
-Nodes nodes_inside(const Leaf& leaf, const Band& band, float background, const Domain& domain) {
-    const openvdb::Coord origin = leaf.origin();
-    const bool inner =
-        domain.owns(origin.x() - 1, origin.y() - 1) && domain.owns(origin.x() + 8, origin.y() + 8);
-    const auto within = [](int n) { return n > 0 && n < 7; };
-    Nodes inside;
-    for (auto it = leaf.cbeginValueOn(); it; ++it) {
-        const openvdb::Coord local = Leaf::offsetToLocalCoord(it.pos());
-        if (inner && within(local.x()) && within(local.y()) && within(local.z())) continue;
-        float side = 0.0f;
-        for (int k = 0; k < 6; ++k) {
-            openvdb::Coord q = origin + local;
-            q[k / 2] += k % 2 ? 1 : -1;
-            if (!inner) q.reset(domain.source_node(0, q.x()), domain.source_node(1, q.y()), q.z());
-            if ((q & ~7) == origin) continue;
-            const std::int32_t other = band.table.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
-            if (other < 0) continue;
-            const float v = band.leaves[static_cast<std::size_t>(other)]->getValue(q);
-            if (std::abs(v) < background) side = v;
-        }
-        inside.set(it.pos(), std::signbit(side));
-    }
-    return inside;
-}
-
-// Leaves that growing the band made hold the value of the tile they replace, whose sign means nothing: gives
-// their voxels the side of their neighbours.
-void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain) {
-    const float background = grid.background();
-    std::vector<std::uint8_t> is_new(band.leaves.size(), 0);
-    surface::parallel_each(band.awake.size(), 128, [&](std::size_t k) {
-        const std::size_t n = band.awake[k];
-        is_new[n] = band.made[n] || !has_distance(*band.leaves[n], background);
-    });
-    std::vector<Leaf*> leaves;
-    for (std::size_t n = 0; n < is_new.size(); ++n)
-        if (is_new[n]) leaves.push_back(band.leaves[n]);
-    // All are read before any is written: a voxel just reached has a neighbour of the old band, and another
-    // new leaf's is to count for nothing whichever comes first.
-    std::vector<Nodes> inside(leaves.size());
-    tbb::parallel_for(std::size_t{0}, leaves.size(),
-                      [&](std::size_t k) { inside[k] = nodes_inside(*leaves[k], band, background, domain); });
-    const openvdb::tools::SignedFloodFillOp<Grid::TreeType> flood(grid.tree());
-    // Just inside the background, so that the flood takes it for known.
-    const float known = std::nextafter(background, 0.0f);
-    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t k) {
-        for (auto it = leaves[k]->beginValueOn(); it; ++it)
-            it.setValue(inside[k].isOn(it.pos()) ? -known : known);
-        if (!leaves[k]->isEmpty()) flood(*leaves[k]);
-    });
-}
-
 // The band's nodes among the eight of a row: those next to the front, and the others.
 struct Lanes {
     LaneMask front, other;
@@ -88,14 +32,16 @@ struct Lanes {
 
 // Divides a row's active nodes by whether they have a neighbour on the other side of the front.
 // \returns whether there are any that have, and any others.
-std::pair<bool, bool> divide_row(const float* v, const LaneMask& active, Lanes& lanes) {
+std::pair<bool, bool> divide_row(const float* v, float on_front, const LaneMask& active, Lanes& lanes) {
     std::int32_t any_front = 0, any_other = 0;
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
-        const std::int32_t inside = v[n] < 0.0f;
-        std::int32_t front = 0;
-        for (const int stride : B::kStride)
-            front |= ((v[n - stride] < 0.0f) ^ inside) | ((v[n + stride] < 0.0f) ^ inside);
+        const std::int32_t in = v[n]<-on_front, out = v[n]> on_front;
+        std::int32_t front = (in | out) ^ 1;  // nodes on the front
+        for (const int stride : B::kStride) {
+            const float a = v[n - stride], b = v[n + stride];
+            front |= (in & ((a >= on_front) | (b >= on_front))) | (out & ((a < -on_front) | (b < -on_front)));
+        }
         lanes.front[z] = active[z] & -front;
         lanes.other[z] = active[z] & ~-front;
         any_front |= lanes.front[z];
@@ -139,6 +85,40 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
     }
 }
 
+// Closes gaps without width, where two fronts have met on nodes: solid on both sides along an axis and no gas
+// beside them.
+void close_gaps_row(const float* v, float dx, Row& values) {
+    const float on_front = static_cast<float>(kOnFront) * dx;
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        const auto n = static_cast<std::ptrdiff_t>(z);
+        bool between = false, gas = false;
+        for (const int stride : B::kStride) {
+            between |= (v[n - stride] < -on_front) & (v[n + stride] < -on_front);
+            gas |= (v[n - stride] > on_front) | (v[n + stride] > on_front);
+        }
+        const bool closes = (std::abs(v[n]) <= on_front) & between & !gas;
+        values[z] = closes ? -2.0f * on_front : values[z];
+    }
+}
+
+// Forgets distances from walls and gaps that no node is in: from them |phi| rises by a cell to both sides
+// along an axis.
+void forget_hidden_row(const float* v, float dx, float background, Row& values) {
+    constexpr float kRise = 0.9f;
+    const float on_front = static_cast<float>(kOnFront) * dx;
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        const auto n = static_cast<std::ptrdiff_t>(z);
+        const float side = v[n] < -on_front ? -1.0f : 1.0f, risen = side * v[n] + kRise * dx;
+        bool between = false, crossed = false;
+        for (const int stride : B::kStride) {
+            const float a = side * v[n - stride], b = side * v[n + stride];
+            between |= (a > risen) & (b > risen);
+            crossed |= (a < -on_front) | (b < -on_front);
+        }
+        values[z] = between & !crossed ? side * background : values[z];
+    }
+}
+
 // The second-order difference takes part unless phi changes by more than this (in dx) from the neighbour to
 // the node behind it: along an axis a distance changes by 1 at most, and half as much again is left for
 // values that earlier sweeps have not corrected yet.
@@ -150,24 +130,48 @@ constexpr float kUnknown = 1e6f;
 // Signed distance that the upwind neighbours of each node imply: solves
 // sum_k (w_k (u - a_k))^2 = 1 for u above the a_k that take part (Rouy and Tourin upwinding); the smallest
 // arrive first and a later one only counts where it would be passed. Second order where the next node still
-// descends, first order where it is unknown or past a ridge.
+// descends, first order where it is unknown or past a ridge. In between, where phi bends less on the node's
+// far side than on its near one: there is a kink of the front between, and the bend is limited by twice the
+// smaller one, as slopes are by van Leer, J. Comput. Phys. 32 (1979) 101.
+//
+// \param kinks  whether values are distances beside kinks, and nodes within kOnFront lie on the front.
+template <bool kinks>
 void solve_row(const float* v, float inv_dx, float dx, float background, Row& out) {
     const float half_width = background * inv_dx;
+    const float on_front = kinks ? static_cast<float>(kOnFront) * dx : 0.0f;
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
-        const float side = v[n] < 0.0f ? -inv_dx : inv_dx;
+        const float side = v[n] < -on_front ? -inv_dx : inv_dx;
+        const float own = side * v[n];
         float a[3], w[3];  // arrival and squared weight, by axis
         float nearest = half_width;
         for (int axis = 0; axis < 3; ++axis) {
             const int stride = B::kStride[axis];
             const float minus = side * v[n - stride], plus = side * v[n + stride];
-            const float near = std::min(minus, plus);
+            const float near = std::min(minus, plus), next = std::max(minus, plus);
             const float far = minus < plus ? side * v[n - 2 * stride] : side * v[n + 2 * stride];
             const bool second = (far < near) & (far > near - kSteepest);
             nearest = std::min(nearest, near);
-            a[axis] = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
-            a[axis] = near >= half_width ? kUnknown : a[axis];
-            w[axis] = second ? 2.25f : 1.0f;  // (3/2)^2: (3 u - 4 near + far) / 2
+            float weight = second ? 1.5f : 1.0f;  // (3 u - 4 near + far) / 2
+            float arrival = second ? (4.0f * near - far) * (1.0f / 3.0f) : near;
+            if constexpr (kinks) {
+                const float bend = own - 2.0f * near + far, beyond = next - 2.0f * own + near;
+                // Share of the second-order difference, all of it where rounding makes the bend. Where the
+                // next node is not known yet, a far one on the front may be the edge of another body. Written
+                // so that compilers find no branch around the division: the loop stays in vector registers.
+                const float rounding = std::abs(bend) < 1e-3f ? 1.0f : 0.0f;
+                const float ratio = 2.0f * beyond / (bend + rounding);
+                const float limited = 0.5f * (1.0f + std::abs(ratio) - std::abs(ratio - 1.0f));  // to 0..1
+                const float open = next >= half_width ? 1.0f : 0.0f;
+                const float unknown = std::abs(far) < static_cast<float>(kOnFront) ? 0.0f : 1.0f;
+                const float share = std::max(rounding, open * unknown + (1.0f - open) * limited);
+                const float half = share * (second ? 0.5f : 0.0f);
+                // u - near + half (u - 2 near + far), over its weight
+                weight = 1.0f + half;
+                arrival = (near + half * (2.0f * near - far)) / weight;
+            }
+            a[axis] = near >= half_width ? kUnknown : arrival;
+            w[axis] = weight * weight;
         }
         const auto order = [&](int i, int j) {
             const bool swap = a[j] < a[i];
@@ -194,22 +198,79 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
     }
 }
 
-// One leaf's new values from the old ones in \p block; those next to the front change if \p rescale.
-void sweep(const Leaf& leaf, const B& block, float dx, float background, bool rescale, float* out) {
+// Nodes at which phi bends along an axis by more than kSharpBend. They may lie near an edge of the front.
+LaneMask bent(const float* v, float inv_dx, const Row& solved, const LaneMask& where) {
+    LaneMask result;
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        const auto n = static_cast<std::ptrdiff_t>(z);
+        const float own = solved[z];
+        float most = 0.0f;
+        for (const int stride : B::kStride) {
+            const float minus = v[n - stride], plus = v[n + stride];
+            const bool low = std::abs(minus) < std::abs(plus);
+            const float near = low ? minus : plus, next = low ? plus : minus,
+                        far = low ? v[n - 2 * stride] : v[n + 2 * stride];
+            most = std::max({most, std::abs(own - 2.0f * near + far), std::abs(near - 2.0f * own + next)});
+        }
+        result[z] = where[z] & -static_cast<std::int32_t>(most * inv_dx > kSharpBend);
+    }
+    return result;
+}
+
+bool any(const LaneMask& mask) {
+    std::int32_t bits = 0;
+    for (const std::int32_t lane : mask) bits |= lane;
+    return bits != 0;
+}
+
+// Distances of the selected nodes from edges of the front, written over those by differences along the axes.
+// Values between the two stay as they were: a front that moves by the same everywhere leaves exact
+// ones.
+void add_edges(const float* v, float inv_dx, float dx, float background, const LaneMask& where, Row& values) {
+    const float half_width = background * inv_dx;
+    for (std::size_t z = 0; z < kLanes; ++z) {
+        if (where[z] == 0) continue;
+        const float side = std::signbit(values[z]) ? -inv_dx : inv_dx;
+        const float along = side * values[z], edge = edge_distance(v + z, along, side, half_width);
+        const float u = std::clamp(side * v[z], std::min(edge, along), std::max(edge, along));
+        values[z] = std::copysign(std::min(background, dx * u), values[z]);
+    }
+}
+
+// One leaf's new values from the old ones in \p block, along the axes from its nodes; those next to the front
+// change if \p rescale. \param whole  gives the block with all of its values.
+template <class Whole>
+void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float background, bool rescale,
+           Start start, const Nodes* held, float* out) {
     const float inv_dx = 1.0f / dx;
+    // Any function has no nodes on the front that mean more than their sign, and no edges to keep.
+    const float on_front = start == Start::distance ? static_cast<float>(kOnFront) * dx : 0.0f;
     Lanes lanes;
     Row values;
     for (int row = 0; row < 64; ++row) {
-        const auto active = leaf.getValueMask().getWord<openvdb::Byte>(static_cast<openvdb::Index>(row));
+        const auto at = static_cast<openvdb::Index>(row);
+        auto active = leaf.getValueMask().getWord<openvdb::Byte>(at);
+        if (held) active = static_cast<openvdb::Byte>(active & ~held->getWord<openvdb::Byte>(at));
         if (active == 0) continue;
         const float* v = &block.value[static_cast<std::size_t>(B::at(row >> 3, row & 7, 0))];
-        const auto [front, other] = divide_row(v, kLaneMasks[active], lanes);
+        const auto [front, other] = divide_row(v, on_front, kLaneMasks[active], lanes);
         if (front && rescale) {
             rescale_row(v, inv_dx, values);
+            if (start == Start::distance) {
+                close_gaps_row(v, dx, values);
+                forget_hidden_row(v, dx, background, values);
+            }
             blend(values, lanes.front, out + 8 * row);
         }
         if (!other) continue;
-        solve_row(v, inv_dx, dx, background, values);
+        if (start == Start::distance)
+            solve_row<true>(v, inv_dx, dx, background, values);
+        else
+            solve_row<false>(v, inv_dx, dx, background, values);
+        const LaneMask edges = start == Start::distance ? bent(v, inv_dx, values, lanes.other) : LaneMask{};
+        if (any(edges))
+            add_edges(whole().value.data() + (v - block.value.data()), inv_dx, dx, background, edges, values);
+        if (rescale && start == Start::distance) forget_hidden_row(v, dx, background, values);
         blend(values, lanes.other, out + 8 * row);
     }
 }
@@ -238,17 +299,17 @@ bool all_finite(const float* v, float background) {
 
 }  // namespace
 
-void redistance(Grid& grid, const Domain& domain, int sweeps) {
+void redistance(Grid& grid, const Domain& domain, int sweeps, Start start) {
     // More sweeps read farther than rest was found for, and copies bring theirs from elsewhere.
     if (sweeps != kSweepsAfterTimeStep)
         for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) leaf->setTransientData(0);
     std::vector<Leaf*> leaves;
     grid.tree().getNodes(leaves);
     Band band(leaves, surface::LeafTable(leaves), domain, {});
-    redistance(band, grid, domain, sweeps);
+    redistance(band, grid, domain, sweeps, start);
 }
 
-void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
+void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps, Start start) {
     const float background = grid.background(), dx = static_cast<float>(domain.spacing);
     grow(band, grid, domain);
     if (band.leaves.empty())
@@ -287,8 +348,14 @@ void redistance(Band& band, Grid& grid, const Domain& domain, int sweeps) {
             if (!all_finite(in, background)) finite = false;
             B block;
             load_axes(now, domain, leaf, background, block);
+            std::optional<B> all;
+            const auto whole = [&]() -> const B& {
+                if (!all) load_block(now, domain, leaf, background, all.emplace());
+                return *all;
+            };
             std::copy_n(in, Leaf::SIZE, out);
-            sweep(leaf, block, dx, background, left == sweeps, out);
+            sweep(leaf, block, whole, dx, background, left == sweeps, start,
+                  band.held.empty() ? nullptr : &band.held[n], out);
             if (left > 1) return;
             drop_far(leaf, out, background);
             empty[n] = leaf.isEmpty();

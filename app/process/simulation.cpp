@@ -23,6 +23,7 @@
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
 #include "levelset/layers/levels.hpp"
+#include "levelset/layers/remaining_volume.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/speed_features.hpp"
 #include "surface/error.hpp"
@@ -77,10 +78,12 @@ void report_events(const Run& run, const TracedSurface& surface, RunState& state
     report_events(run, surface.raw, surface.pieces, step, state);
 }
 
-// Accounts for what the step has added and removed.
+// Accounts for what the step has added and removed, and forgets layers of which it left nothing.
 void close_step(const char* stopped_by, RunState& state) {
     const PhaseClock clock(state.timing.output);
     end_step(state.stack, state.step, {state.time - state.step_start, stopped_by}, state.history);
+    if (levelset::drop_spent_layers(state.stack, state.history.layer_volumes))
+        note_layers(state.stack, state.history);
 }
 
 // False if the step is not a geometric one.

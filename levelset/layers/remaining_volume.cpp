@@ -73,4 +73,16 @@ double volume_left(const MaterialStack& stack, std::size_t layer, double enough,
     return volume;
 }
 
+bool drop_spent_layers(MaterialStack& stack, std::span<const double> volumes) {
+    const double cell = std::pow(stack.domain.finest_spacing(), 3);
+    const std::size_t before = stack.layers.size();
+    for (std::size_t k = before - 1; k-- > 1;) {
+        std::size_t start = 0;
+        if (volumes[k] >= cell || volume_left(stack, k, cell, start) >= cell) continue;
+        for (MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
+            level->layers.erase(level->layers.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    return stack.layers.size() < before;
+}
+
 }  // namespace sidewall::levelset

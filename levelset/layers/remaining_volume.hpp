@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <span>
 
 #include "levelset/layers/stack.hpp"
 
@@ -11,5 +12,11 @@ namespace sidewall::levelset {
 /// \returns what is left, or as much as was counted when it was enough.
 /// \note O(1) while there is enough where the search begins, else O(n) at most.
 double volume_left(const MaterialStack& stack, std::size_t layer, double enough, std::size_t& start);
+
+/// Removes buried layers of which less than a cell of the finest level is left, the substrate excepted: what is left
+/// belongs to the layer above. Such a layer costs time in every later step, and its mesh would be of scraps.
+/// \param volumes  by layer, between its front and that of the layer below: films too thin to be resolved stay for theirs.
+/// \returns whether there were any.
+bool drop_spent_layers(MaterialStack& stack, std::span<const double> volumes);
 
 }  // namespace sidewall::levelset

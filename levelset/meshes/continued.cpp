@@ -34,6 +34,10 @@ constexpr float kBuried = 0.5f, kLeastBuried = 0.75f;
 // The next front crosses a layer's where their normals make more than 60 degrees.
 constexpr double kCrossing = 0.5;
 
+// In cells, how deep below the next front a layer's nearest point lies for that to be its own front, not the
+// edge where the next one cuts it off.
+constexpr double kCovered = 0.1;
+
 // In cells, by how much (root mean square) nodes may miss their plane: more is an edge or a corner.
 constexpr double kFlat = 0.1;
 
@@ -106,6 +110,7 @@ class KnownValues {
         const double cosine =
             next.rise.dot(buried_front.rise) / (next.rise.norm() * buried_front.rise.norm());
         if (!tells(next) || !flat(next) || std::abs(cosine) > kCrossing) return std::nullopt;
+        if (known(local) && nearest_is_covered(local)) return std::nullopt;
         return static_cast<float>(buried_front.value);
     }
 
@@ -125,6 +130,22 @@ class KnownValues {
     }
 
     bool flat(const Plane& plane) const { return plane.misfit <= kFlat * static_cast<double>(dx_); }
+
+    // Whether the point of the layer's front nearest to a node lies below the next front.
+    bool nearest_is_covered(const openvdb::Coord& local) const {
+        const Plane mine = fit(local, 1, value_, [&](std::size_t n) { return !std::isnan(value_[n]); });
+        if (!tells(mine)) return false;
+        const double way = static_cast<double>(value_[at(local.x(), local.y(), local.z())]) / dx_;
+        const Vec3 foot = Vec3(local.x(), local.y(), local.z()) - way * mine.rise.normalized();
+        const Eigen::Vector3i low = foot.array().floor().cast<int>();
+        double next = 0.0;
+        for (int corner = 0; corner < 8; ++corner) {
+            const Eigen::Vector3i node = low + Eigen::Vector3i(corner & 1, corner >> 1 & 1, corner >> 2);
+            const Vec3 share = 1.0 - (foot - node.cast<double>()).array().abs();
+            next += share.prod() * next_[at(node.x(), node.y(), node.z())];
+        }
+        return next < -kCovered * dx_;
+    }
 
     template <class Takes>
     Plane fit(const openvdb::Coord& local, int reach, const Values& values, Takes&& takes) const {

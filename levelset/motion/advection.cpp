@@ -35,6 +35,7 @@ struct Stages {
     std::vector<std::uint8_t>
         moved;  // by leaf: in this stage or in one before, whether or not values changed
     std::vector<std::uint8_t> changed;
+    std::vector<Nodes> held;  // by leaf: at the edge of a body that etches (Band::held); empty: none
     const LevelColumns* deep = nullptr;  // of the finer level: under them none moves; null: all do
 };
 
@@ -99,6 +100,26 @@ void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, cons
     });
 }
 
+// The nodes of each leaf at the edge of a body that etches, near enough to the front to be held: of those
+// farther off re-distancing knows as much.
+std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
+                                  const std::vector<const std::int32_t*>& samples,
+                                  const SampleSpeeds& speeds) {
+    constexpr double kHeldCells = 1.5;
+    const auto farthest = static_cast<float>(-kHeldCells * speeds.stack.domain.spacing);
+    std::vector<Nodes> held(samples.size());
+    surface::parallel_each(samples.size(), 16, [&](std::size_t n) {
+        const float* phi = leaves[n]->buffer().data();
+        for (openvdb::Index node = 0; node < Leaf::SIZE; ++node) {
+            const std::int32_t sample = SampleIndex::sample(samples[n][node]);
+            if (sample >= 0 && phi[node] >= farthest &&
+                speeds.way[static_cast<std::size_t>(sample)] == SampleSpeeds::Way::at_edge)
+                held[n].setOn(node);
+        }
+    });
+    return held;
+}
+
 // What each Runge-Kutta stage keeps of phi at the time step's start.
 std::span<const float> kept_shares(TimeIntegration scheme) {
     static constexpr float kEuler[] = {0.0f}, kRk2[] = {0.0f, 0.5f}, kRk3[] = {0.0f, 0.75f, 1.0f / 3.0f};
@@ -136,6 +157,8 @@ Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const
                 const std::int32_t* entries = motions[k]->extension.sample_of->find(leaf->origin());
                 samples.push_back(entries ? entries : kNoSamples.data());
             }
+            if (k == 0 && !motions[k]->extension.body.empty())
+                stages.held = nodes_at_edges(stages.leaves, samples, *speeds);
         }
         stage<R>(stages, samples, grid, *speeds, kept_shares(options.time_integration)[k]);
     }
@@ -168,9 +191,9 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
         deep = deep_columns(*finer);
         inject(*finer, deep);
     }
-    const Stages stages =
-        integrate(stack, finer != nullptr ? &deep : nullptr, motions, count, duration, options);
+    Stages stages = integrate(stack, finer != nullptr ? &deep : nullptr, motions, count, duration, options);
     Band band(stages.leaves, stages.table, stack.domain, stages.changed);
+    band.held = std::move(stages.held);
     std::optional<Limits> limits;
     std::optional<Grown> grown;
     if (stack.layers.size() > 1) {
@@ -179,7 +202,10 @@ AdvectionSeconds move_level(MaterialStack& stack, MaterialStack* finer,
         grown.emplace(release_exposed(stack, stages.leaves, stages.table, stages.before.data()));
     }
     const tbb::tick_count moved = tbb::tick_count::now();
-    redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep);
+    // Schemes for speeds that turn with the normal smear edges over cells: there are no distances to keep.
+    const SpeedLaw& law = motions.front()->law;
+    const Start is = law.depends_on_normal || !law.keeps_edges ? Start::function : Start::distance;
+    redistance(band, stack.top(), stack.domain, kSweepsAfterTimeStep, is);
     // Distances to a front that turns sharply are off by a part of a cell.
     if (limits) limits->keep(stack.top());
     cut_layers(stack, grown ? &*grown : nullptr);

@@ -49,7 +49,7 @@ GridPtr combined(const Domain& domain, const std::array<const Grid*, N>& grids, 
         }
     });
     trim_band(*result, domain);
-    if (result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew);
+    if (result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew, Start::function);
     return result;
 }
 

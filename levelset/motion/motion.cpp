@@ -19,11 +19,7 @@
 namespace sidewall::levelset {
 
 std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
-    const std::size_t below = stack.layers.size() - 1;
-    const auto touching = static_cast<float>(thinnest_film(stack.domain));
-    for (std::size_t k = 0; k < below; ++k)
-        if (motion.thickness[sample * below + k] <= touching) return k;
-    return below;
+    return exposed(stack, motion.extension, sample);
 }
 
 std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uint8_t> speed_class) {
@@ -41,37 +37,6 @@ std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uin
             for (std::size_t k = 0; k < kSpeedClasses; ++k) a[k] = std::min(a[k], b[k]);
             return a;
         });
-}
-
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedLaw law) {
-    Motion motion;
-    motion.extension = std::move(extension);
-    motion.law = std::move(law);
-    const std::size_t below = stack.layers.size() - 1;
-    if (below == 0) return motion;
-    const auto& samples = motion.extension.samples;
-    motion.thickness.resize(samples.size() * below, stack.top().background());
-    if (motion.law.same_growth) return motion;
-    // A leaf's samples lie one after the other; what is around it is read once, by the range that its first
-    // one is in.
-    const auto leaf = [&](std::size_t n) -> Eigen::Vector3i {
-        return samples[n].node.unaryExpr([](int i) { return i >> 3; });
-    };
-    const auto next_leaf = [&](std::size_t n) {
-        while (n > 0 && n < samples.size() && leaf(n) == leaf(n - 1)) ++n;
-        return n;
-    };
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 128), [&](const auto& range) {
-        LayerDepths depths(stack);
-        const std::size_t end = next_leaf(range.end());
-        for (std::size_t n = next_leaf(range.begin()); n < end; ++n) {
-            const std::span<float> depth = std::span(motion.thickness).subspan(n * below, below);
-            const Eigen::Vector3i& node = samples[n].node;
-            if (!motion.extension.top_alone(n))
-                depths.at(node.cast<double>() + samples[n].foot.cast<double>(), node, depth);
-        }
-    });
-    return motion;
 }
 
 namespace {
@@ -113,7 +78,8 @@ void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_
     const std::size_t surface = exposed(stack, motion, sample), below = stack.layers.size() - 1;
     for (std::size_t k = 0; k <= surface; ++k) {
         const bool reachable =
-            k == surface || static_cast<double>(motion.thickness[sample * below + k]) < stack.domain.spacing;
+            k == surface ||
+            static_cast<double>(motion.extension.thickness[sample * below + k]) < stack.domain.spacing;
         if (reachable && (motion.law.inert.empty() || !motion.law.inert[k])) use(k);
     }
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "levelset/layers/stack.hpp"
+#include "levelset/motion/body_edges.hpp"
 #include "levelset/motion/speed_extension.hpp"
 
 namespace sidewall::levelset {
@@ -50,14 +51,14 @@ struct SpeedLaw {
     /// has its own.
     std::vector<std::uint8_t> speed_class{};
     bool same_growth = false;  ///< V is at least 0 and the same on all layers: none of them matters
+    /// V holds at edges, which the surface keeps. Not where it comes of fluxes that depend on the angle of incidence.
+    bool keeps_edges = true;
 };
 
 /// What moves the surface in one time step: V and, per sample, what lies below it.
 struct Motion {
     Extension extension;
-    SpeedLaw law;                  ///< at the extension's samples
-    std::vector<float> thickness;  ///< samples x (layers - 1): depth of each lower layer below the sample
-                                   ///< (LayerDepths); world
+    SpeedLaw law;  ///< at the extension's samples
     /// The motion of stack.coarser, with samples of its own; null if there is no coarser level.
     std::shared_ptr<const Motion> coarser = nullptr;
 };
@@ -68,9 +69,6 @@ std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_
 /// The first sample of each speed class, by class; the number of samples for a class that has none.
 /// \param speed_class  SpeedLaw::speed_class.
 std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uint8_t> speed_class);
-
-/// Prepares a time step. \p extension is of the stack's surface, \p law of its samples.
-Motion make_motion(const MaterialStack& stack, Extension extension, SpeedLaw law);
 
 /// The largest |V| on the surface, of exposed materials and of those less than a cell below, on all levels where they
 /// count.

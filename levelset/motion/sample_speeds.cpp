@@ -6,16 +6,17 @@
 #include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
+namespace {
 
-double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
-                  double duration) {
-    std::size_t layer = exposed(stack, motion, sample);
+// The mean speed over a time step of a front that begins in \p layer.
+double speed_from(const MaterialStack& stack, const Motion& motion, std::size_t sample, std::size_t layer,
+                  const Vec3& normal, double duration) {
     const std::size_t below = stack.layers.size() - 1;
     double speed = motion.law.speed(sample, layer, normal);
     double moved = 0.0, time_left = duration;
     if (layer < below && speed < 0.0) {
         // From below, out of the layer and into what lies on it.
-        const double rest = -static_cast<double>(motion.thickness[sample * below + layer]);
+        const double rest = -static_cast<double>(motion.extension.thickness[sample * below + layer]);
         if (rest > 0.0) {
             if (-speed * time_left <= rest) return speed;
             time_left -= rest / -speed;
@@ -24,22 +25,20 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
         }
     }
     while (layer > 0 && speed < 0.0) {
-        const double depth = static_cast<double>(motion.thickness[sample * below + layer - 1]);
+        const double depth = static_cast<double>(motion.extension.thickness[sample * below + layer - 1]);
         if (-speed * time_left <= depth - moved) break;
         time_left -= std::max(0.0, depth - moved) / -speed;
         moved = std::max(moved, depth);
         --layer;
         // Layers that have no thickness here are not met.
         const double touching = thinnest_film(stack.domain);
-        while (layer > 0 &&
-               static_cast<double>(motion.thickness[sample * below + layer - 1]) <= moved + touching)
+        while (layer > 0 && static_cast<double>(motion.extension.thickness[sample * below + layer - 1]) <=
+                                moved + touching)
             --layer;
         speed = std::min(0.0, motion.law.speed(sample, layer, normal));
     }
     return moved > 0.0 ? -(moved - speed * time_left) / duration : speed;
 }
-
-namespace {
 
 // Whether an etch no faster than `most` stays in the layer that is bare at a sample all through the time
 // step.
@@ -47,10 +46,11 @@ bool stays(const MaterialStack& stack, const Motion& motion, std::size_t sample,
            double distance) {
     const std::size_t below = stack.layers.size() - 1;
     if (layer < below) {
-        const double rest = -static_cast<double>(motion.thickness[sample * below + layer]);
+        const double rest = -static_cast<double>(motion.extension.thickness[sample * below + layer]);
         if (rest > 0.0 && distance > rest) return false;
     }
-    return layer == 0 || distance <= static_cast<double>(motion.thickness[sample * below + layer - 1]);
+    return layer == 0 ||
+           distance <= static_cast<double>(motion.extension.thickness[sample * below + layer - 1]);
 }
 
 // Evaluates once for all samples of a speed class what a layer's V is.
@@ -91,22 +91,36 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
 
 }  // namespace
 
+double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
+                  double duration) {
+    return speed_from(stack, motion, sample, exposed(stack, motion, sample), normal, duration);
+}
+
 SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Scheme scheme, double duration) {
     using Way = SampleSpeeds::Way;
     SampleSpeeds speeds{stack, motion, scheme, duration, {}, {}, {}, false};
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
     speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
-    speeds.all_constant = !motion.law.depends_on_normal;
+    speeds.all_constant = !motion.law.depends_on_normal && motion.extension.body.empty();
     if (!motion.law.depends_on_normal) {
         const auto ask = [&](std::size_t n, std::size_t layer) {
             return motion.law.speed(n, layer, Vec3::UnitZ());
         };
         each_sample<double>(stack, motion, ask, [&](std::size_t n, std::size_t layer, double v) {
             if (v < 0.0 && !stays(stack, motion, n, layer, -v * duration))
-                v = speed_over(stack, motion, n, Vec3::UnitZ(), duration);
+                v = speed_from(stack, motion, n, layer, Vec3::UnitZ(), duration);
             speeds.first[n] = static_cast<float>(v);
             if (v != 0.0) speeds.way[n] = Way::constant;
+        });
+        const std::size_t plain = motion.extension.plain();
+        surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
+            const std::size_t n = plain + k, body = motion.extension.body[k];
+            if (!motion.law.inert.empty() && motion.law.inert[body]) return;
+            const double v = speed_from(stack, motion, n, body, Vec3::UnitZ(), duration);
+            if (!(v < 0.0)) return;
+            speeds.first[n] = static_cast<float>(v);
+            speeds.way[n] = Way::at_edge;
         });
     } else if (motion.law.beam_speed && scheme == Scheme::lax_friedrichs && motion.law.dissipation.empty()) {
         speeds.second.resize(count);

@@ -16,6 +16,7 @@ struct SampleSpeeds {
     enum class Way : std::uint8_t {
         still,     ///< V is 0
         constant,  ///< V = first, whatever the normal
+        at_edge,   ///< V = first, and |grad phi| = 1: nodes at the edge of a body that etches
         beam,      ///< V(n) = first max(0, n . d) + second
         general    ///< evaluated at every node, by speed_over
     };

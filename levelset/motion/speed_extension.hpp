@@ -31,6 +31,14 @@ struct Extension {
     /// By sample: no lower layer is near, so that the top one is bare. Empty: not determined.
     std::vector<std::uint8_t> alone;
 
+    /// Samples x (layers - 1): the depth of each lower layer below the sample (LayerDepths), world; see find_bodies.
+    std::vector<float> thickness{};
+    /// By sample of nodes at the edge of a body, which follow all others: the body's layer; see find_bodies.
+    std::vector<std::uint8_t> body{};
+
+    /// Number of samples that are not of nodes at the edge of a body.
+    std::size_t plain() const { return samples.size() - body.size(); }
+
     bool top_alone(std::size_t sample) const { return !alone.empty() && alone[sample] != 0; }
 };
 

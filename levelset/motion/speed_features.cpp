@@ -48,7 +48,7 @@ void mark_speeds(const MaterialStack& coarse, const Motion& motion, double most,
     coarse.top().tree().getNodes(leaves);
     const surface::LeafTable table(leaves);
     std::vector<SpeedsOfLeaf> speeds(leaves.size());
-    for (std::size_t n = 0; n < samples.size(); ++n) {  // in the order of leaves
+    for (std::size_t n = 0; n < motion.extension.plain(); ++n) {  // in the order of leaves
         const Eigen::Vector3i& c = samples[n].node;
         const std::int32_t leaf = table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3);
         if (leaf < 0 || !counts_at(coarse, nullptr, c.x(), c.y())) continue;

@@ -49,7 +49,8 @@ int main(int argc, char** argv) {
             const double t0 = cpu_seconds();
             Extension extension = extend(stack.top(), domain, scene);
             const double t1 = cpu_seconds();
-            Motion motion = make_motion(stack, std::move(extension), {});
+            find_bodies(stack, extension);
+            Motion motion{std::move(extension), {}};
             motion.law.speed = [&](std::size_t k, std::size_t, const Vec3&) {
                 const SurfaceSample& s = motion.extension.samples[k];
                 const auto [a, b, c] = mesh.triangles[s.triangle];

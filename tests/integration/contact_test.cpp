@@ -100,6 +100,9 @@ double outside_pairs(const Vec3& p, double thickness, std::size_t odd, double re
         face = std::max(0.0, -out);
     }
     const double before = kWall + recess - std::abs(p.x());
+    // The uppermost layer is etched from above, too, and bares the edge of the one below: marching cubes cuts
+    // it off by up to half a cell, on which a film of a tenth of a cell may be left.
+    if (odd == 1 && std::abs(p.z() - 15.0 * thickness) < 0.5 * kCell) most -= 0.5 * kCell;
     return std::max(most, before > kCell ? face : 0.0);
 }
 

@@ -26,8 +26,14 @@ std::map<std::string, double> count(const Box3& box, const ColourAt& colour_at) 
     return pixels;
 }
 
+// Of a cell's area: what trilinear values keep of a right-angled corner where straight edges cut it off, in
+// the mean over all places in a cell for exact distances at the nodes.
+constexpr double kAtCorner = 0.031;
+
 // \param off  mean distance, in cells, of the fronts along both walls from where the level sets have them.
-void compare(const std::string& name, const std::vector<std::string>& overrides, double off) {
+// \param corners  how many sharp corners a material has in the section.
+void compare(const std::string& name, const std::vector<std::string>& overrides, double off,
+             double corners = 0.0) {
     const test::Folder folder;
     const Recipe recipe = load_recipe(SIDEWALL_SOURCE_DIR "/configs/quick/" + name + ".toml", overrides);
     run_recipe(recipe, {.output = folder.path, .quiet = true});
@@ -61,14 +67,16 @@ void compare(const std::string& name, const std::vector<std::string>& overrides,
         CAPTURE(name, material, area);
         REQUIRE(shown.contains(material));
         CHECK(std::abs(shown.at(material) - area) <
-              0.02 * area + off * stack.domain.spacing * 2.0 * box.size().z());
+              0.02 * area + off * stack.domain.spacing * 2.0 * box.size().z() +
+                  corners * kAtCorner * stack.domain.spacing * stack.domain.spacing);
     }
 }
 
 }  // namespace
 
 TEST_CASE("a section shows each material on the area that it has in the level sets", "[slow]") {
-    compare("fin_sequence", {}, 0.0);
+    // SiGe has five corners on each side.
+    compare("fin_sequence", {}, 0.0, 10.0);
     compare("bosch_hole", {"step[0].repeat=3"}, 0.0);
     // In these scallops the mask's interface and the silicon's coincide under the polymer, whose film is a
     // quarter of a cell: 2 % of it is below what straight edges can do. They leave an arc of radius r by h^2

@@ -70,7 +70,7 @@ double sunken(TimeIntegration scheme, double start, double rate, double dt) {
         std::vector<double> height;
         for (const SurfaceSample& sample : extension.samples)
             height.push_back(sample.node.z() + static_cast<double>(sample.foot.z()));
-        return make_motion(
+        return test::motion_of(
             stack, std::move(extension),
             {.speed = [rate, height = std::move(height)](std::size_t n, std::size_t, const Vec3&) {
                 return -rate * height[n];
@@ -223,7 +223,7 @@ TEST_CASE("a speed that is not finite is reported with its place") {
     const Domain domain = test::unit_domain(16);
     MaterialStack stack = make_stack(domain, {{0, Shape{}}});
     const auto motion =
-        make_motion(stack, extend_untraced(stack, nullptr, false),
-                    {.speed = [](std::size_t, std::size_t, const Vec3&) { return std::nan(""); }});
+        test::motion_of(stack, extend_untraced(stack, nullptr, false),
+                        {.speed = [](std::size_t, std::size_t, const Vec3&) { return std::nan(""); }});
     CHECK_THROWS_AS(max_speed(stack, motion), NumericsError);
 }

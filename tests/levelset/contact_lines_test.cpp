@@ -87,7 +87,9 @@ TEST_CASE("no tooth of a mask hangs down where an undercut ends, wherever its un
                 const StackMeshes meshes = extract_materials(stack, extract_surface(stack.top(), domain));
                 CAPTURE(oblique, bottom, etched);
                 check_meshes(meshes);
-                CHECK(reach(stack, meshes, 1, bottom, bottom + 5.0) < 0.31);
+                // Where the underside lies on nodes, the corner between it and the front is cut by up to half
+                // a cell.
+                CHECK(reach(stack, meshes, 1, bottom, bottom + 5.0) < (bottom == 0.0 ? 0.51 : 0.31));
                 CHECK(reach(stack, meshes, 0, -kThrough, bottom) < 0.31);
             }
 }

@@ -54,13 +54,20 @@ inline double volume_above_zero(const levelset::Grid& grid, const levelset::Doma
     return sum;
 }
 
+/// The motion of a time step; \p extension is of the stack's surface, \p law of its samples.
+inline levelset::Motion motion_of(const levelset::MaterialStack& stack, levelset::Extension extension,
+                                  levelset::SpeedLaw law) {
+    levelset::find_bodies(stack, extension);
+    return {std::move(extension), std::move(law)};
+}
+
 /// Moves the stack's surface for \p duration under \p speed(layer, normal), in time steps of at most cfl dx.
 /// \param max_etch_rate  by layer, where the speed depends on the normal; else empty.
 inline void move(levelset::MaterialStack& stack, double duration, const levelset::AdvectionOptions& options,
                  const std::function<double(std::size_t layer, const Vec3& normal)>& speed,
                  const std::vector<double>& max_etch_rate = {}) {
     for (double time = 0.0; time < duration - 1e-12;) {
-        const auto motion = levelset::make_motion(
+        const auto motion = motion_of(
             stack, levelset::extend_untraced(stack, nullptr, false),
             {.speed = [&](std::size_t, std::size_t layer, const Vec3& n) { return speed(layer, n); },
              .depends_on_normal = !max_etch_rate.empty(),

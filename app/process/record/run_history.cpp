@@ -60,8 +60,7 @@ void check(const History& history, std::size_t materials, std::size_t step) {
 
 History begin_history(const levelset::MaterialStack& stack, std::size_t materials) {
     History history;
-    history.layer_materials = layer_materials(stack);
-    history.layer_volumes = layer_volumes(stack);
+    note_layers(stack, history);
     history.initial = by_material(history.layer_materials, history.layer_volumes, materials);
     history.most = history.initial;
     // The substrate's is counted from z = 0 down: it has no end.
@@ -95,6 +94,11 @@ void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd en
     }
     history.layer_materials = materials;
     history.layer_volumes = after;
+}
+
+void note_layers(const levelset::MaterialStack& stack, History& history) {
+    history.layer_materials = layer_materials(stack);
+    history.layer_volumes = layer_volumes(stack);
 }
 
 void fit(History& history, std::size_t materials) {

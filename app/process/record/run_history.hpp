@@ -62,6 +62,9 @@ History begin_history(const levelset::MaterialStack& stack, std::size_t material
 /// changed the list of layers.
 void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end, History& history);
 
+/// Notes the layers that the next step begins with; end_step has done so unless they have changed since.
+void note_layers(const levelset::MaterialStack& stack, History& history);
+
 /// Makes room for the materials of a recipe that goes on from another one.
 void fit(History& history, std::size_t materials);
 

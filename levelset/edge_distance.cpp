@@ -1,0 +1,114 @@
+#include "levelset/edge_distance.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace sidewall::levelset {
+namespace {
+
+using Stencil = Block<2>;
+
+// Cosine between normals from which on two planes are one.
+constexpr float kParallel = 0.98f;
+
+// The plane over which a neighbour lies, seen from the node.
+struct Plane {
+    float arrival;  // the neighbour's own distance
+    float distance;
+    Eigen::Vector3f normal, neighbour;  // neighbour: less the node
+};
+
+// Unit gradient of the distance at a node. Of upwind and central differences those are taken whose length is
+// nearer to 1: upwind where a plane begins, central where the distance fans out.
+Eigen::Vector3f normal_at(const float* v, float inv_dx) {
+    Eigen::Vector3f upwind, central;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int stride = Stencil::kStride[axis];
+        const float minus = inv_dx * v[-stride], plus = inv_dx * v[stride];
+        const float rise = std::max(0.0f, inv_dx * *v - std::min(minus, plus));
+        upwind[axis] = minus < plus ? rise : -rise;
+        central[axis] = 0.5f * (plus - minus);
+    }
+    const float a = upwind.norm(), b = central.norm();
+    const bool use_central = std::abs(b - 1.0f) < std::abs(a - 1.0f);
+    const float length = use_central ? b : a;
+    if (length == 0.0f) return Eigen::Vector3f::Zero();
+    return (use_central ? central : upwind) / length;
+}
+
+bool diverge(const Plane& a, const Plane& b) {
+    return (a.normal - b.normal).dot(a.neighbour - b.neighbour) > 0.0f;
+}
+
+// Distance from the edge of two planes, or from that one of them on which the nearest point lies.
+float beyond_two(const Plane& a, const Plane& b) {
+    const float c = a.normal.dot(b.normal);
+    const float of_a = a.distance - c * b.distance, of_b = b.distance - c * a.distance;
+    if (of_a < 0.0f || of_b < 0.0f) return std::max(a.distance, b.distance);
+    return std::sqrt((a.distance * of_a + b.distance * of_b) / (1.0f - c * c));
+}
+
+// Distance from the corner of three planes, 0 if the nearest point is not there.
+float beyond_three(const std::array<Plane, 3>& planes) {
+    constexpr float kLeastVolume = 0.05f;  // of the normals: flatter, three planes meet in an edge
+    Eigen::Matrix3f normals;
+    Eigen::Vector3f distances;
+    for (int k = 0; k < 3; ++k) {
+        normals.row(k) = planes[static_cast<std::size_t>(k)].normal;
+        distances[k] = planes[static_cast<std::size_t>(k)].distance;
+    }
+    if (std::abs(normals.determinant()) < kLeastVolume) return 0.0f;
+    const Eigen::Matrix3f products = normals * normals.transpose();
+    const Eigen::Vector3f multipliers = products.inverse() * distances;
+    if (multipliers.minCoeff() < 0.0f) return 0.0f;
+    return std::sqrt(std::max(0.0f, distances.dot(multipliers)));
+}
+
+}  // namespace
+
+float edge_distance(const float* v, float u, float inv_dx, float farthest) {
+    std::array<Plane, 3> planes;
+    std::size_t count = 0;
+    float convex = 0.0f, hollow = 0.0f;  // the largest second differences of either sign
+    for (int axis = 0; axis < 3; ++axis) {
+        const int stride = Stencil::kStride[axis];
+        const float minus = inv_dx * v[-stride], plus = inv_dx * v[stride];
+        const int towards = minus < plus ? -1 : 1;
+        const float near = std::min(minus, plus), behind = inv_dx * v[2 * towards * stride],
+                    next = std::max(minus, plus);
+        if (near >= std::min(u, farthest)) continue;
+        convex = std::max(convex, u - 2.0f * near + behind);
+        if (next < farthest) hollow = std::max(hollow, 2.0f * u - near - next);
+        planes[count++] = {near, 0.0f, Eigen::Vector3f::Zero(),
+                           static_cast<float>(towards) * Eigen::Vector3f::Unit(axis)};
+    }
+    if (count < 2 || std::max(convex, hollow) <= kSharpBend) return u;
+    for (std::size_t k = 0; k < count; ++k) {
+        Plane& plane = planes[k];
+        std::ptrdiff_t offset = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            offset += static_cast<std::ptrdiff_t>(plane.neighbour[axis]) * Stencil::kStride[axis];
+        plane.normal = normal_at(v + offset, inv_dx);
+        plane.distance = plane.arrival - plane.normal.dot(plane.neighbour);
+    }
+    std::sort(planes.begin(), planes.begin() + static_cast<std::ptrdiff_t>(count),
+              [](const Plane& a, const Plane& b) { return a.arrival < b.arrival; });
+    const Plane &first = planes[0], &second = planes[1];
+    if (first.normal.dot(second.normal) > kParallel) return u;
+    if (!diverge(first, second)) return hollow > kSharpBend ? std::min(first.distance, second.distance) : u;
+    if (convex <= kSharpBend) return u;
+    float result = beyond_two(first, second);
+    if (count == 3 && planes[2].arrival < result) {
+        const auto also = [&](const Plane& a, const Plane& b) {
+            if (a.normal.dot(b.normal) <= kParallel && diverge(a, b))
+                result = std::max(result, beyond_two(a, b));
+        };
+        also(first, planes[2]);
+        also(second, planes[2]);
+        result = std::max(result, beyond_three(planes));
+    }
+    return std::min(u, result);
+}
+
+}  // namespace sidewall::levelset

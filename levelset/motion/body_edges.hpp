@@ -1,0 +1,32 @@
+#pragma once
+#include <cstddef>
+
+#include "levelset/layers/stack.hpp"
+#include "levelset/motion/speed_extension.hpp"
+
+namespace sidewall::levelset {
+
+/// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
+/// \pre find_bodies has been called.
+std::size_t exposed(const MaterialStack& stack, const Extension& extension, std::size_t sample);
+
+/// What find_bodies looks for.
+enum class Below {
+    nothing,  ///< no lower layer matters: all count as deeper than the band
+    depths,   ///< the layers' depths
+    edges     ///< and the nodes at the edges of bodies
+};
+
+/// Finds the depth of each layer below the samples (Extension::thickness), and the nodes at the edge of a body that goes on
+/// under another one, as silicon does under a mask.
+///
+/// The surface point nearest to such a node lies on the edge, where the other body counts as exposed; yet the front that
+/// reaches the node comes through the node's own body, at that body's rate (Huygens' principle with the other body as an
+/// obstacle). Each of them gets a sample of its own, after all others, and its body in Extension::body.
+///
+/// \param look_for  Below::edges unless the speed of a front depends on its normal or on a flux that does: the fan of normals at
+///               an edge has other speeds than the surface beside it.
+/// \note Parallel over leaves, deterministic.
+void find_bodies(const MaterialStack& stack, Extension& extension, Below look_for = Below::edges);
+
+}  // namespace sidewall::levelset

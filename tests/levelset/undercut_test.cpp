@@ -1,0 +1,110 @@
+// Fronts under a mask against Huygens' construction: all points at one distance from the opening.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "levelset/layers/make_stack.hpp"
+#include "tests/levelset/grids.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+namespace {
+
+struct Opening {
+    ShapeKind kind;
+    double bottom, half,
+        thickness;  // of the mask: its underside, half its opening's width, its thickness; cells
+};
+
+// Silicon under an inert mask, etched by \p depth.
+struct Undercut {
+    Domain domain;
+    MaterialStack stack;
+    Opening opening;
+    double removed = 0.0;  // silicon's volume
+
+    Undercut(const Opening& under, double depth, const AdvectionOptions& options)
+        : domain(under.kind == ShapeKind::hole
+                     ? make_domain({48.0, 48.0}, 1.0, {Side::reflective, Side::reflective})
+                     : make_domain({64.0, 2.0}, 1.0, {Side::reflective, Side::periodic})),
+          opening(under) {
+        Shape silicon, mask;
+        silicon.top = opening.bottom;
+        mask.kind = opening.kind;
+        mask.top = opening.bottom + opening.thickness;
+        mask.width = 2.0 * opening.half;
+        mask.radius = opening.half;
+        mask.depth = std::numeric_limits<double>::infinity();
+        stack = make_stack(domain, {{0, silicon}, {1, mask}});
+        const auto volume = [&] { return test::volume_above_zero(*stack.layers[0].phi, domain); };
+        const double before = volume();
+        test::move(stack, depth, options,
+                   [](std::size_t layer, const Vec3&) { return layer == 0 ? -1.0 : 0.0; });
+        removed = before - volume();
+    }
+
+    // The largest distance of silicon's front from where it should be; a cell from the mask marching cubes
+    // cuts the corner between the two.
+    double front_error(double depth) const {
+        double most = 0.0;
+        for (const Vec3& p : extract_surface(stack).vertices) {
+            if (p.z() > opening.bottom - 1.0) continue;
+            const double across =
+                opening.kind == ShapeKind::hole ? std::hypot(p.x(), p.y()) : std::abs(p.x());
+            const double distance = std::hypot(std::max(0.0, across - opening.half), p.z() - opening.bottom);
+            most = std::max(most, std::abs(distance - depth));
+        }
+        return most;
+    }
+};
+
+constexpr AdvectionOptions kDefaults{Scheme::weno3, TimeIntegration::euler, 0.5};
+
+}  // namespace
+
+TEST_CASE("an isotropic etch sets out under a mask at once: quarter circles at either side of the opening") {
+    // Walls and underside on nodes and off them: the area to a tenth of a cell along the front, the front
+    // itself to half a cell near the mask, where marching cubes cuts the corner.
+    for (const double depth : {6.0, 12.0})
+        for (const double bottom : {0.0, 0.13, 0.4, 0.5})
+            for (const double beside : {0.0, 1e-7, -1e-7, 0.13, 0.4, 0.5}) {
+                const Opening opening{ShapeKind::trench, bottom, (depth == 6.0 ? 5.0 : 10.0) + beside, 3.0};
+                const Undercut etched(opening, depth, kDefaults);
+                const double area = 2.0 * opening.half * depth + 0.5 * std::numbers::pi * depth * depth;
+                CAPTURE(depth, bottom, beside, etched.removed / 2.0 / area - 1.0);
+                const double front = 2.0 * opening.half + std::numbers::pi * depth;
+                CHECK(etched.removed / 2.0 == Approx(area).margin(0.1 * front));
+                CHECK(etched.front_error(depth) < 0.5);
+            }
+}
+
+TEST_CASE("the quarter circle under a mask depends neither on the scheme nor on the time step") {
+    const Opening opening{ShapeKind::trench, 0.0, 10.0, 6.0};
+    const double area = 20.0 * 12.0 + 0.5 * std::numbers::pi * 144.0;
+    for (const AdvectionOptions& options : {AdvectionOptions{Scheme::weno3, TimeIntegration::euler, 0.1},
+                                            AdvectionOptions{Scheme::weno3, TimeIntegration::rk3, 0.5},
+                                            AdvectionOptions{Scheme::weno5, TimeIntegration::euler, 0.5}}) {
+        const Undercut etched(opening, 12.0, options);
+        CAPTURE(options.cfl, etched.removed / 2.0 / area - 1.0);
+        CHECK(etched.removed / 2.0 == Approx(area).epsilon(0.005));
+        CHECK(etched.front_error(12.0) < 0.35);
+    }
+}
+
+TEST_CASE("an isotropic etch under a mask with a round hole leaves a quarter of a torus") {
+    for (const double beside : {0.0, 0.4}) {
+        const Opening opening{ShapeKind::hole, 0.13, 8.0 + beside, 4.0};
+        const double depth = 10.0, r = opening.half, pi = std::numbers::pi;
+        const Undercut etched(opening, depth, kDefaults);
+        // Half of all points within a distance of a disc (Steiner's formula).
+        const double volume =
+            pi * r * r * depth + 0.5 * pi * pi * r * depth * depth + 2.0 / 3.0 * pi * depth * depth * depth;
+        // Along the axes the front sets out a fifth of a cell early, at the diagonals at once.
+        const double front = pi * r * r + pi * pi * r * depth + 2.0 * pi * depth * depth;
+        CAPTURE(beside, etched.removed / volume - 1.0);
+        CHECK(etched.removed == Approx(volume).margin(0.2 * front));
+        CHECK(etched.front_error(depth) < 0.75);
+    }
+}
