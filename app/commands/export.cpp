@@ -11,6 +11,7 @@
 #include "app/common/progress.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
+#include "app/devices/plane.hpp"
 #include "surface/files/file.hpp"
 #include "surface/tetrahedra/tet_io.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 struct ExportArguments {
     std::string input, output, json;
     std::optional<double> time;
+    bool triangles = false;
     DeviceOptions options;
 };
 
@@ -37,9 +39,11 @@ Kind kind_of(const ExportArguments& arguments) {
             "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface) or .vtm (all surfaces)",
             arguments.output));
     const DeviceOptions& options = arguments.options;
-    if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas))
+    if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas || arguments.triangles ||
+                                     options.most != DeviceOptions{}.most))
         throw RecipeError(fmt::format(
-            "-o {}: --size, --bottom and --gas are for tetrahedra: name a .vtu or .msh", arguments.output));
+            "-o {}: --size, --most, --bottom, --gas and --triangles are for tetrahedra: name a .vtu or .msh",
+            arguments.output));
     return kind;
 }
 
@@ -139,7 +143,50 @@ void print_device(const Json& json, const std::string& unit) {
                    boundary["triangles"].get<std::size_t>(), number(boundary, "area"), unit);
 }
 
+Json plane_json(const PlaneMesh& plane) {
+    Json json;
+    json["vertices"] = plane.vertices.size();
+    json["triangles"] = plane.triangles.size();
+    std::vector<double> area(plane.regions.size()), length(plane.boundaries.size());
+    const auto& p = plane.vertices;
+    for (std::size_t t = 0; t < plane.triangles.size(); ++t) {
+        const auto [a, b, c] = plane.triangles[t];
+        area[static_cast<std::size_t>(plane.region[t])] += 0.5 * (p[b] - p[a]).cross(p[c] - p[a]).z();
+    }
+    for (std::size_t e = 0; e < plane.edges.size(); ++e)
+        length[static_cast<std::size_t>(plane.boundary[e])] +=
+            (p[plane.edges[e][1]] - p[plane.edges[e][0]]).norm();
+    for (const char* list : {"regions", "boundaries"}) json[list] = Json::array();
+    for (std::size_t r = 0; r < area.size(); ++r)
+        json["regions"].push_back({{"name", plane.regions[r]}, {"area", area[r]}});
+    for (std::size_t b = 0; b < length.size(); ++b)
+        json["boundaries"].push_back({{"name", plane.boundaries[b]}, {"length", length[b]}});
+    return json;
+}
+
+void print_plane(const Json& json, const std::string& unit) {
+    fmt::print("{} triangles, {} vertices\n", json["triangles"].get<std::size_t>(),
+               json["vertices"].get<std::size_t>());
+    for (const Json& region : json["regions"])
+        fmt::print("  region    {:<12} {:.6g} {}^2\n", region["name"].get<std::string>(),
+                   region["area"].get<double>(), unit);
+    for (const Json& boundary : json["boundaries"])
+        fmt::print("  boundary  {:<12} {:.6g} {}\n", boundary["name"].get<std::string>(),
+                   boundary["length"].get<double>(), unit);
+}
+
+// A profile is the same at all y, and a cell wide.
+void require_profile(const ExportArguments& arguments, const Result& result) {
+    const double wide = bounding_box(result.surface).size().y(), spacing = grid_spacing_of(arguments.input);
+    constexpr double kCell = 1.5;  // in grid spacings; more is no profile
+    if (wide > kCell * spacing)
+        throw RecipeError(fmt::format(
+            "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
+            wide));
+}
+
 Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
+    if (arguments.triangles) require_profile(arguments, result);
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
     DeviceOptions options = arguments.options;
@@ -147,8 +194,15 @@ Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
     const Device device = about(
         arguments.input, [&] { return make_device(result, grid_spacing_of(arguments.input), options); });
     const double made = now();
-    surface::write_tets(arguments.output, device.mesh, result.metadata);
-    Json json = quality_json(device);
+    Json json;
+    if (arguments.triangles) {
+        const PlaneMesh plane = plane_of(device.mesh);
+        surface::write_plane(arguments.output, plane, result.metadata);
+        json = plane_json(plane);
+    } else {
+        surface::write_tets(arguments.output, device.mesh, result.metadata);
+        json = quality_json(device);
+    }
     json["seconds"] = {{"mesh", made - start}, {"total", now() - start}};
     return json;
 }
@@ -190,7 +244,9 @@ void run(const ExportArguments& arguments) {
     if (arguments.json == "-") return;
     fmt::print("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(),
                time_of(result), metadata_text(result.metadata, "time_unit", ""));
-    if (kind == Kind::tetrahedra)
+    if (kind == Kind::tetrahedra && arguments.triangles)
+        print_plane(json, length);
+    else if (kind == Kind::tetrahedra)
         print_device(json, length);
     else
         fmt::print("  {}\n",
@@ -217,12 +273,19 @@ void add_export_command(CLI::App& program) {
     add_option(
         command, "--size", arguments->options.size, "L",
         "Longest edge of tetrahedra at the surface and interfaces, in the recipe's length unit (default: 2 "
-        "grid spacings); they are shorter where these curve or films are thin, and longer far away");
+        "grid spacings, or more to keep to --most); they are shorter where these curve or films are thin, and longer "
+        "far away");
+    add_option(
+        command, "--most", arguments->options.most, "N",
+        "Without --size: edges become longer, and curves coarser, until there are about N tetrahedra at most");
     add_option(
         command, "--bottom", arguments->options.bottom, "Z",
         "Height of the substrate's underside (default: a quarter of the larger extent below all else)");
     add_flag(command, "--gas", arguments->options.gas,
              "Mesh the gas above and in voids, too, as a region `gas`");
+    add_flag(
+        command, "--triangles", arguments->triangles,
+        "Of a profile, a wafer of one extent: triangles of all materials in x and z instead of tetrahedra");
     add_option(
         command, "--json", arguments->json, "FILE",
         "Write sizes, regions with volumes, boundaries and quality here; - for standard output, and then "

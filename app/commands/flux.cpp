@@ -20,9 +20,9 @@
 #include "app/common/timing.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/single_flux.hpp"
-#include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
+#include "surface/repair.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -63,22 +63,9 @@ const char* name_of(Boundary boundary) {
 
 TriangleMesh read_repaired(const std::string& path) {
     TriangleMesh mesh = surface::read_mesh(path);
-    const flux::Repairs repairs = flux::repair(mesh);
-    for (const auto& [count, what] :
-         {std::pair(repairs.unused, "vertices that no triangle uses were dropped"),
-          {repairs.repeated, "triangles that are listed again were dropped"},
-          {repairs.welded, "vertices of the same position as another were merged with it"}})
-        if (count > 0) fmt::print(stderr, "sidewall flux: {}: {} {}\n", path, count, what);
-    if (repairs.turned == mesh.triangles.size())
-        fmt::print(stderr,
-                   "sidewall flux: {}: the surface was inside out: all {} triangles were turned over\n", path,
-                   repairs.turned);
-    else if (repairs.turned > 0)
-        fmt::print(
-            stderr,
-            "sidewall flux: {}: {} of {} triangles were turned over, so that all agree and show the source "
-            "their front\n",
-            path, repairs.turned, mesh.triangles.size());
+    flux::require_traceable(mesh);
+    const std::string words = surface::words_on(surface::repair(mesh));
+    if (!words.empty()) fmt::print(stderr, "sidewall flux: {}: {}\n", path, words);
     return mesh;
 }
 

@@ -9,6 +9,7 @@
 
 #include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
+#include "app/common/text.hpp"
 #include "app/process/state.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/sections.hpp"
@@ -16,7 +17,9 @@
 #include "app/results/result.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 #include "surface/quality.hpp"
+#include "surface/repair.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
@@ -81,6 +84,15 @@ Json mesh_json(const TriangleMesh& mesh) {
     return json;
 }
 
+/// What other commands mend when they read the mesh, or why they refuse it; "" if it is sound.
+std::string import_words(TriangleMesh mesh) {
+    try {
+        return surface::words_on(surface::repair(mesh));
+    } catch (const GeometryError& error) {
+        return std::string("refused: ") + error.what();
+    }
+}
+
 void print_mesh(const Result& result, const Json& json) {
     const Json &topology = json["topology"], &quality = json["quality"], &box = json["box"];
     const std::string unit = metadata_text(result.metadata, "length_unit", "");
@@ -92,7 +104,8 @@ void print_mesh(const Result& result, const Json& json) {
         fmt::print("  {}           {:.6g} to {:.6g}{}\n", "xyz"[k],
                    box["min"][static_cast<std::size_t>(k)].get<double>(),
                    box["max"][static_cast<std::size_t>(k)].get<double>(), unit.empty() ? "" : " " + unit);
-    for (const auto& [name, number] : result.metadata.numbers) fmt::print("  {:<11} {:.6g}\n", name, number);
+    for (const auto& [name, number] : result.metadata.numbers)
+        fmt::print("  {:<11} {:.6g}\n", surface::printable(name, true), number);
     if (topology["closed"].get<bool>())
         fmt::print("  boundary    none: closed, volume {:.6g}\n", json["volume"].get<double>());
     else
@@ -110,6 +123,8 @@ void print_mesh(const Result& result, const Json& json) {
             faults += fmt::format("{}{} {}", faults.empty() ? "" : ", ", count, words);
         }
     fmt::print("  faults      {}\n", faults.empty() ? "none: manifold, consistently oriented" : faults);
+    if (const auto words = json["import"].get<std::string>(); !words.empty())
+        fmt::print("  import      {}\n", words);
     fmt::print(
         "  quality     angles {:.3g} to {:.4g} degrees, mean ratio {:.3g} (least {:.3g}), {} slivers, {} "
         "degenerate\n",
@@ -121,24 +136,25 @@ void print_mesh(const Result& result, const Json& json) {
         const auto text = [](const Json& v) {
             return v.is_null() ? "nothing finite" : fmt::format("{:.6g}", v.get<double>());
         };
-        fmt::print("  attribute   {} on {}{}: {} to {}{}\n", a["name"].get<std::string>(),
-                   a["on"].get<std::string>(),
+        fmt::print("  attribute   {} on {}{}: {} to {}{}\n",
+                   surface::printable(a["name"].get<std::string>(), true), a["on"].get<std::string>(),
                    a["components"] == 1 ? "" : fmt::format(" x {}", a["components"].get<int>()),
                    text(a["min"]), text(a["max"]), odd == 0 ? "" : fmt::format(" ({} not finite)", odd));
     }
 }
 
 /// Prints any part of summary.json as indented lines.
-void print_json(const std::string& name, const Json& json, int indent) {
+void print_json(const std::string& key, const Json& json, int indent) {
+    const std::string name = surface::printable(key, true);
     const std::string pad(static_cast<std::size_t>(indent), ' ');
     if (json.is_object()) {
         fmt::print("{}{}\n", pad, name);
-        for (const auto& [key, value] : json.items()) print_json(key, value, indent + 2);
+        for (const auto& [inner, value] : json.items()) print_json(inner, value, indent + 2);
     } else if (json.is_number_float()) {
         fmt::print("{}{:<{}} {:.6g}\n", pad, name, 24 - indent, json.get<double>());
     } else {
         fmt::print("{}{:<{}} {}\n", pad, name, 24 - indent,
-                   json.is_string() ? json.get<std::string>() : json.dump());
+                   surface::printable(json.is_string() ? json.get<std::string>() : json.dump(), true));
     }
 }
 
@@ -147,7 +163,7 @@ void print_timing(const Json& timing) {
     const double total = timing.contains("total") ? seconds(timing["total"]) : 0.0;
     fmt::print("timing (seconds, share)\n");
     for (const auto& [phase, value] : timing.items())
-        fmt::print("  {:<14} {:>10.3f} {:>6.1f} %\n", phase, seconds(value),
+        fmt::print("  {:<14} {:>10.3f} {:>6.1f} %\n", surface::printable(phase, true), seconds(value),
                    total > 0.0 ? 100.0 * seconds(value) / total : 0.0);
 }
 
@@ -158,7 +174,7 @@ void print_summary(const Json& summary) {
     for (const char* list : {"steps", "events"}) {
         if (!summary.contains(list) || !summary[list].is_array()) continue;
         fmt::print("{}\n", list);
-        for (const Json& item : summary[list]) fmt::print("  {}\n", item.dump());
+        for (const Json& item : summary[list]) fmt::print("  {}\n", surface::printable(item.dump(), true));
     }
     for (const char* part : {"mesh", "metrology", "volumes"})
         if (summary.contains(part)) print_json(part, summary[part], 0);
@@ -204,7 +220,11 @@ void inspect(const std::string& input, const std::string& json_file, const std::
     if (!names.empty()) json["measures"] = measured(result, input, names);
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
-    for (const auto& [name, text] : result.metadata.texts) json["metadata"][name] = text;
+    json["surface"]["import"] = import_words(result.surface);
+    for (const auto& [name, text] : result.metadata.texts) {
+        json["metadata"][name] = text;
+        if (text.find('\0') != std::string::npos) json["metadata"][name] = split(text, '\0');
+    }
     for (const auto& [name, number] : result.metadata.numbers)
         json["metadata"][name] = number_or_null(number);
     if (result.folder) json["interfaces"] = result.interfaces.size();

@@ -1,6 +1,7 @@
 #include "app/commands/program.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <optional>
@@ -50,34 +52,39 @@ void add_man_command(CLI::App& program);
 
 namespace {
 
-// Also true where the system refuses a library a thread, nearly always for want of memory.
-bool for_want_of_memory(const std::exception& error) {
+constexpr const char* kNoMemory =
+    "sidewall: out of memory: use a larger grid_spacing, a smaller extent or mesh or fewer --threads, or "
+    "raise the limit (ulimit -v)\n";
+constexpr const char* kNoThread =
+    "sidewall: cannot start a thread: use fewer --threads, or raise the limit of threads (ulimit -u, or pids.max of the "
+    "control group; some more than --threads are needed) or of memory (ulimit -v)\n";
+
+// The message where the system refuses a library memory or a thread; nothing for other errors.
+const char* message_of_limit(const std::exception& error) {
     const auto* system = dynamic_cast<const std::system_error*>(&error);
-    if (system != nullptr && (system->code() == std::errc::resource_unavailable_try_again ||
-                              system->code() == std::errc::not_enough_memory))
-        return true;
     const std::string_view text = error.what();
-    return text.find("pthread_create") != text.npos || text.find("allocation failed") != text.npos;
+    if ((system != nullptr && system->code() == std::errc::resource_unavailable_try_again) ||
+        text.find("pthread_create") != text.npos)
+        return kNoThread;
+    const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr ||
+                        (system != nullptr && system->code() == std::errc::not_enough_memory) ||
+                        text.find("allocation failed") != text.npos;
+    return memory ? kNoMemory : nullptr;
 }
 
-int say_out_of_memory() {
-    tell_failure(
-        "sidewall: out of memory: use a larger grid_spacing, a smaller extent or mesh or fewer --threads, or "
-        "raise the limit (ulimit -v)\n",
-        4);
-    return 4;
-}
-
-// Reports an allocation that failed in a function that may not throw, as libraries have (JSON's destructors,
-// folder iterators). The next run removes half-written files.
+// Reports memory or a thread that was refused in a function that may not throw, as libraries have (JSON's
+// destructors, folder iterators). The next run removes half-written files.
 [[noreturn]] void end_in_terminate() {
+    const char* message = nullptr;
     try {
         if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
-    } catch (const std::bad_alloc&) {
+    } catch (const std::exception& error) {
+        message = message_of_limit(error);
     } catch (...) {
-        std::abort();
     }
-    std::_Exit(say_out_of_memory());
+    if (message == nullptr) std::abort();
+    [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, message, std::strlen(message));
+    std::_Exit(4);
 }
 
 // A fault of the command line, in CLI11's words.
@@ -142,18 +149,20 @@ int run(int argc, char** argv) {
         tell_failure(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(),
                      error.exit_code());
         return error.exit_code();
-    } catch (const std::bad_alloc&) {
-        return say_out_of_memory();
-    } catch (const std::system_error& error) {  // fmt, where a stream of the C library fails
-        if (for_want_of_memory(error)) return say_out_of_memory();
-        tell_failure(
-            fmt::format("sidewall: standard output: cannot write: {}; check space on the device it goes to\n",
-                        error.code().message())
-                .c_str(),
-            5);
-        return 5;
     } catch (const std::exception& error) {
-        if (for_want_of_memory(error)) return say_out_of_memory();
+        if (const char* message = message_of_limit(error)) {
+            tell_failure(message, 4);
+            return 4;
+        }
+        if (const auto* stream = dynamic_cast<const std::system_error*>(&error)) {  // fmt's, of the C library
+            tell_failure(
+                fmt::format("sidewall: standard output: cannot write: {}; check space on the device it "
+                            "goes to\n",
+                            stream->code().message())
+                    .c_str(),
+                5);
+            return 5;
+        }
         tell_failure(fmt::format("sidewall: internal error: {}\n", error.what()).c_str(), 4);
         return 4;
     }
@@ -170,16 +179,21 @@ void keep_freed_memory() {
 
 }  // namespace
 
+void end_by_message() {
+    std::set_terminate(end_in_terminate);
+}
+
 int run_program(int argc, char** argv) {
     keep_freed_memory();
-    std::set_terminate(end_in_terminate);
+    end_by_message();
     secure_standard_streams();
     begin_rank();
     std::signal(SIGXFSZ, SIG_IGN);  // a file over the user's limit is a failed write
     try {
         return end_rank(run(argc, argv));
     } catch (const std::bad_alloc&) {  // while the commands were put together, or for the message itself
-        return end_rank(say_out_of_memory());
+        tell_failure(kNoMemory, 4);
+        return end_rank(4);
     } catch (...) {  // not even a message got through
         return end_rank(4);
     }

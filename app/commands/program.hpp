@@ -6,4 +6,8 @@ namespace sidewall::app {
 /// \return the exit code
 int run_program(int argc, char** argv);
 
+/// From now on, memory or a thread that the system refuses where a library may not throw ends the program by a message and
+/// exit code 4.
+void end_by_message();
+
 }  // namespace sidewall::app

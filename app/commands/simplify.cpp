@@ -16,6 +16,7 @@
 #include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/quality.hpp"
+#include "surface/repair.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -110,7 +111,9 @@ void print_summary(const Json& json, const SimplifyArguments& arguments) {
 void run(const SimplifyArguments& arguments) {
     simplify::Options options = resolve(arguments);
     surface::MeshMetadata metadata;
-    const TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
+    TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
+    const std::string words = surface::words_on(surface::repair(mesh, {.face_gas = false}));
+    if (!words.empty()) fmt::print(stderr, "sidewall simplify: {}: {}\n", arguments.input, words);
 
     const double start = now();
     const double spacing = simplify::base_length(mesh, {}, options.grid_spacing);

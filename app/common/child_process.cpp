@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/auxv.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -28,6 +29,10 @@ namespace {
     ::dup2(output, STDOUT_FILENO);
     ::dup2(output, STDERR_FILENO);
     ::execv("/proc/self/exe", words.data());
+    // Where /proc is not mounted. The kernel gives the address of the program's name as a number.
+    const auto* name =
+        reinterpret_cast<const char*>(::getauxval(AT_EXECFN));  // NOLINT(performance-no-int-to-ptr)
+    ::execv(name, words.data());
     ::_exit(kNoProgram);
 }
 

@@ -8,7 +8,6 @@
 namespace sidewall::app {
 
 void write_file(const std::filesystem::path& path, std::string_view text) {
-    if (path.has_parent_path()) make_folder(path.parent_path(), "choose another output folder");
     surface::write_whole_file(path, text);
 }
 

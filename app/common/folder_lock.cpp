@@ -33,25 +33,31 @@ std::string holder(int file) {
 }
 
 // The file that was opened may be gone from the folder by the time it is locked: its holder removed it.
-bool still_there(int file, const std::filesystem::path& path) {
+bool still_there(int file, int folder, const char* name) {
     struct stat opened {
     }, named{};
-    return ::fstat(file, &opened) == 0 && ::stat(path.c_str(), &named) == 0 &&
+    return ::fstat(file, &opened) == 0 && ::fstatat(folder, name, &named, AT_SYMLINK_NOFOLLOW) == 0 &&
            opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
 }
 
 }  // namespace
 
-FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : path_(folder / file) {
+FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : folder_(folder), name_(file) {
     constexpr int kMostTries = 100;  // some network file systems give a file another number each time
     constexpr int kAsked = 12;       // lock_holder holds it while it asks, of many ranks one after the other
     for (int tries = 0;; ++tries) {
-        file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        surface::place_of(folder / name_);  // no link, no pipe
+        constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+        const int in = folder_.descriptor();
+        file_ = ::openat(in, name_, O_RDWR | O_CREAT | kFlags, 0666);
         // A killed run of another user may have left one that only he may write to.
-        if (file_ < 0 && errno == EACCES) file_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+        if (file_ < 0 && errno == EACCES) {
+            file_ = ::openat(in, name_, O_RDONLY | kFlags);
+            errno = EACCES;  // what keeps a new one from being made
+        }
         if (file_ < 0)
-            throw IoError(fmt::format("{}: cannot write: {}; check space and permissions", path_.string(),
-                                      std::strerror(errno)));
+            throw IoError(fmt::format("{}: cannot write: {}; check space and permissions",
+                                      (folder / name_).string(), std::strerror(errno)));
         const bool locked = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
         if (!locked && errno == EWOULDBLOCK) {
             const std::string who = holder(file_);
@@ -65,7 +71,7 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : 
                             "folder with -o",
                             folder.string(), who));
         }
-        if (!locked || still_there(file_, path_) || tries >= kMostTries) break;
+        if (!locked || still_there(file_, in, name_) || tries >= kMostTries) break;
         ::close(file_);
     }
     const std::string text = this_process();
@@ -74,12 +80,13 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : 
 }
 
 FolderLock::~FolderLock() {
-    ::unlink(path_.c_str());
+    ::unlinkat(folder_.descriptor(), name_, 0);
     ::close(file_);
 }
 
 std::optional<std::string> lock_holder(const std::filesystem::path& folder) {
-    const int file = ::open((folder / FolderLock::kFile).c_str(), O_RDONLY | O_CLOEXEC);
+    const int file =
+        ::open((folder / FolderLock::kFile).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (file < 0) return std::nullopt;
     std::optional<std::string> who;
     if (::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) who = holder(file);

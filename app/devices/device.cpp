@@ -29,6 +29,7 @@ constexpr double kShift = 0.06;      // that fronts are offset by at most so tha
 constexpr double kVolume = 0.0048, kSmall = 1.0, kFiner = 0.7;
 constexpr double kScrap = 20.0;  // cells that have few vertices off contact lines
 constexpr int kAttempts = 3;
+constexpr double kLonger = 1.2;  // edges become by steps, until there are few enough
 
 /// Volume of material under a surface that ends on the box, from its bottom.
 double volume_below(const TriangleMesh& mesh, double bottom) {
@@ -98,8 +99,14 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     tets.size = options.size.value_or(kSize * spacing);
     if (!(tets.size > 0.0) || !std::isfinite(tets.size))
         throw RecipeError(fmt::format("--size {}: must be a length above 0", tets.size));
+    if (options.most == 0) throw RecipeError("--most 0: must be at least 1");
     tets.box = box_of(result, spacing, options);
-    const double fine = std::min(1.0, tets.size / (kSize * spacing));
+    const double longest = tets.box.size().maxCoeff();
+    while (!options.size && tets.size < longest &&
+           expected_count(result, tets.box, tets.size) > static_cast<double>(options.most))
+        tets.size *= kLonger;
+    // A size that was asked for leaves curves and films as fine as they are.
+    const double ratio = tets.size / (kSize * spacing), fine = options.size ? std::min(1.0, ratio) : ratio;
     tets.least = fine * kLeast * spacing;
     tets.tolerance = fine * kTolerance * spacing;
     tets.thin = kThin * spacing;
@@ -121,7 +128,22 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
             "larger one",
             tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit));
     tets.most = static_cast<std::size_t>(std::min(1e9, free.bytes / kBytes));
+    constexpr double kCut = 0.7;  // cutting the fronts adds the rest
+    if (!options.size)
+        tets.most =
+            std::min(tets.most, static_cast<std::size_t>(kCut * static_cast<double>(options.most)) + 1);
     return tets;
+}
+
+// Tetrahedra within the most, with longer edges where the size may be chosen.
+TetMesh mesh_within(const std::vector<surface::Front>& fronts, surface::TetOptions& tets,
+                    const DeviceOptions& options) {
+    for (;;) try {
+            return surface::tetrahedralize(fronts, tets);
+        } catch (const surface::TooManyTetrahedra&) {
+            if (options.size || tets.size > tets.box.size().maxCoeff()) throw;
+            for (double* length : {&tets.size, &tets.least, &tets.tolerance, &tets.shift}) *length *= kLonger;
+        }
 }
 
 /// A face of a tetrahedron, out of it.
@@ -224,14 +246,13 @@ Device make_device(const Result& result, double spacing, const DeviceOptions& op
         regions.names.emplace_back("gas");
     }
     Device device;
-    device.size = tets.size;
     device.bottom = tets.box.min.z();
     device.volume = enclosed_volumes(regions, tets);
     tets.material = regions.of_layer;
     tets.volume = device.volume;
     const double small = kSmall * spacing * spacing * spacing;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-        device.mesh = surface::tetrahedralize(fronts, tets);
+        device.mesh = mesh_within(fronts, tets, options);
         for (int& region : device.mesh.region) region = regions.of_layer[static_cast<std::size_t>(region)];
         device.mesh.regions = regions.names;
         constexpr double kGrowth = 4.0;  // at most, by the next attempt
@@ -241,6 +262,7 @@ Device make_device(const Result& result, double spacing, const DeviceOptions& op
         tets.least *= kFiner;
         tets.tolerance *= kFiner * kFiner;
     }
+    device.size = tets.size;
     add_boundaries(device.mesh, tets.box, options.gas ? static_cast<int>(regions.names.size()) - 1 : -1);
     return device;
 }

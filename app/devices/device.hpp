@@ -9,7 +9,9 @@
 namespace sidewall::app {
 
 struct DeviceOptions {
-    std::optional<double> size;  ///< longest edge at fronts; else 2 grid spacings
+    /// Longest edge at fronts; else 2 grid spacings, or what makes no more than \p most tetrahedra.
+    std::optional<double> size;
+    std::size_t most = 200'000;
     std::optional<double>
         bottom;        ///< z of the underside; else a quarter of the larger extent below all fronts
     bool gas = false;  ///< mesh what is above and in voids, too

@@ -62,7 +62,7 @@ double flux_figure(const TriangleMesh& mesh, const ReferenceFigure& figure, cons
 
 // Mean distance of a measured profile's points from that of a run.
 double profile_figure(const std::string& file, const Recipe& recipe, const fs::path& run) {
-    const MeasuredProfile profile = read_measured_profile(file);
+    const MeasuredProfile profile = read_measured_profile(file, recipe.domain.length_unit);
     const auto distance = distance_to(contour_of(run, recipe, profile.time), profile.points, {});
     return distance ? distance->signed_distances.cwiseAbs().mean() : kNone;
 }

@@ -170,7 +170,9 @@ Recipe case_recipe(const ValidationCase& one, const std::vector<std::string>& ch
         if (figure.is_flux()) {
             require_flux(recipe, figure);
         } else if (figure.is_profile()) {
-            require_wafer_size(read_measured_profile((one.folder / figure.figure).string()), recipe);
+            require_wafer_size(
+                read_measured_profile((one.folder / figure.figure).string(), recipe.domain.length_unit),
+                recipe);
         } else {
             want_figure(recipe, figure.figure, figure.place + ": figure", figure.figure);
         }

@@ -173,7 +173,10 @@ Fit read_fit(const FitOptions& options) {
             point[k] = end;
             check_point(fit, point);
         }
-    fit.set = {.folder = options.output, .jobs = options.jobs, .resume_command = options.resume_command};
+    fit.set = {.folder = options.output,
+               .jobs = options.jobs,
+               .resume_command = options.resume_command,
+               .needs_all = true};
     return fit;
 }
 
@@ -256,8 +259,9 @@ std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vect
         if (good)
             for (const FitRecipe& part : fit.parts) numbers.push_back(part.numbers.back());
     }
-    make_runs(fit.set, numbers, progress,
-              [&] { write_file(fit.options.output / "fit.csv", run_table(fit.columns, fit.rows, fit.set)); });
+    make_runs(fit.set, numbers, progress, [&](std::size_t) {
+        write_file(fit.options.output / "fit.csv", run_table(fit.columns, fit.rows, fit.set));
+    });
     std::vector<Residuals> residuals;
     residuals.reserve(added.size());
     for (const auto& point : added) residuals.push_back(point ? residuals_at(fit, *point) : std::nullopt);
@@ -318,6 +322,9 @@ Json run_fit(const FitOptions& options) {
         throw RecipeError(fmt::format("--max-runs {}: must be from {} to {}", options.max_runs,
                                       options.recipes.size(), kMostRuns));
     Fit fit = read_fit(options);
+    for (const FitRecipe& part : fit.parts)
+        for (const MeasuredProfile& profile : part.targets.profiles)
+            if (!options.quiet) fmt::print(stderr, "{}: note: {}\n", profile.name, profile.understood);
     make_folder(options.output, "choose another with -o");
     const FolderLock lock(options.output);
     Json json = plan_of(fit);

@@ -10,10 +10,10 @@
 
 #include "app/common/text.hpp"
 #include "app/recipe/figure_names.hpp"
+#include "app/recipe/profile_csv.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
-#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -21,41 +21,6 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr std::size_t kMostProfilePoints = 5000;
-
-std::optional<double> number(std::string_view text) {
-    return finite_number(text.substr(text.starts_with('+') ? 1 : 0));
-}
-
-// Fields of a row: blanks separate where nothing else does.
-std::vector<std::string> fields_of(std::string line) {
-    const bool marks = line.find_first_of(",;\t") != std::string::npos;
-    for (char& c : line)
-        if (c == ';' || c == '\t' || (c == ' ' && !marks)) c = ',';
-    std::vector<std::string> fields;
-    for (std::string field : split(line, ',')) {
-        std::erase_if(field, [](char c) { return c == ' ' || c == '"' || c == '\r'; });
-        if (marks || !field.empty()) fields.push_back(std::move(field));
-    }
-    return fields;
-}
-
-// Columns of x (or y) and z by the header, e.g. "x [um],z [um],polyline".
-std::array<std::size_t, 2> columns_of(const std::vector<std::string>& header) {
-    std::array<std::size_t, 2> columns{0, 1};
-    for (std::size_t k = header.size(); k-- > 0;) {
-        const std::string word = header[k].substr(0, header[k].find_first_of("[("));
-        if (word == "x" || word == "X" || word == "y" || word == "Y") columns[0] = k;
-        if (word == "z" || word == "Z") columns[1] = k;
-    }
-    return columns;
-}
-
-// The unit in brackets in a column's name; or "".
-std::string unit_in(const std::string& name) {
-    const auto open = name.find_first_of("[(");
-    if (open == std::string::npos) return "";
-    return name.substr(open + 1, name.find_first_of("])", open) - open - 1);
-}
 
 // Signed distance from the nearest piece and the direction in which it grows.
 struct Nearest {
@@ -168,48 +133,20 @@ void add_beyond(const levelset::Domain& domain, const Vec3& along, Contour& cont
 
 }  // namespace
 
-MeasuredProfile read_measured_profile(const std::string& name) {
+MeasuredProfile read_measured_profile(const std::string& name, const std::string& length_unit) {
     MeasuredProfile profile{.name = name};
     std::string file = name;
     if (const auto at = name.rfind('@'); at != std::string::npos && !std::filesystem::exists(name)) {
         file = name.substr(0, at);
-        profile.time = number(name.substr(at + 1));
+        profile.time = finite_number(name.substr(at + 1));
         if (!profile.time || *profile.time < 0.0)
             throw RecipeError(
                 fmt::format("--target-profile {}: after @ stands a process time, e.g. {}@2.5", name, file));
     }
-    const std::string text = surface::read_whole_file(file);
-    std::array<std::size_t, 2> columns{0, 1};
-    std::size_t line_number = 0;
-    bool first = true;
-    for (std::string line : split(text, '\n')) {
-        ++line_number;
-        line.erase(std::min(line.size(), line.find('#')));
-        const std::vector<std::string> fields = fields_of(line);
-        if (fields.empty() ||
-            std::all_of(fields.begin(), fields.end(), [](const auto& f) { return f.empty(); }))
-            continue;
-        const bool header =
-            first && std::none_of(fields.begin(), fields.end(), [](const auto& f) { return number(f); });
-        first = false;
-        if (header) {
-            columns = columns_of(fields);
-            for (const std::size_t column : columns)
-                if (column < fields.size() && profile.unit.empty()) profile.unit = unit_in(fields[column]);
-            continue;
-        }
-        Vector2d point;
-        for (int k = 0; k < 2; ++k) {
-            const std::size_t column = columns[static_cast<std::size_t>(k)];
-            const auto value = column < fields.size() ? number(fields[column]) : std::nullopt;
-            if (!value)
-                throw FileError(fmt::format("{}:{}: column {} is no number: a profile has rows x,z", file,
-                                            line_number, column + 1));
-            point[k] = *value;
-        }
-        profile.points.push_back(point);
-    }
-    if (profile.points.size() < 3 || profile.points.size() > kMostProfilePoints)
+    const ProfileTable table = read_points(file, length_unit, kMostProfilePoints);
+    profile.understood = table.understood;
+    for (const auto& [x, z] : table.points) profile.points.emplace_back(x, z);
+    if (profile.points.size() < 3)
         throw FileError(fmt::format("{}: has {} points: a profile has 3 to {} rows x,z", file,
                                     profile.points.size(), kMostProfilePoints));
     return profile;

@@ -15,14 +15,12 @@ struct MeasuredProfile {
     std::string name;  ///< FILE.csv or FILE.csv\@TIME, as the user wrote it
     std::vector<Eigen::Vector2d> points;
     std::optional<double> time;  ///< process time; absent: the run's end
-    std::string unit;            ///< as the header says, in brackets; or ""
+    std::string understood;      ///< how the file was read, in words
 };
 
-/// Reads FILE.csv[\@TIME]: a row a point, two numbers with a comma, semicolon, tab or blanks between; of more columns
-/// those named x (or y) and z, or the first two. A first line without numbers is a header; lines after # are left
-/// out.
+/// Reads FILE.csv[\@TIME] as read_points() does (recipe/profile_csv.hpp), 3 to 5000 points.
 /// \throws FileError naming file and line; RecipeError for a time that is none.
-MeasuredProfile read_measured_profile(const std::string& name);
+MeasuredProfile read_measured_profile(const std::string& name, const std::string& length_unit);
 
 /// The box around points of a profile.
 Eigen::AlignedBox2d bounds_of(const std::vector<Eigen::Vector2d>& points);

@@ -56,14 +56,8 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
     if (options.profile_sigma && *options.profile_sigma <= 0.0)
         throw RecipeError("--profile-sigma: must be greater than 0");
     for (const std::string& name : options.profiles) {
-        targets.profiles.push_back(read_measured_profile(name));
+        targets.profiles.push_back(read_measured_profile(name, recipe.domain.length_unit));
         require_saved_time(targets.profiles.back(), recipe);
-        if (const std::string& unit = targets.profiles.back().unit;
-            !unit.empty() && unit != recipe.domain.length_unit)
-            throw FileError(
-                fmt::format("{}: its header says {}, the recipe's lengths are in {}: convert it, or set "
-                            "domain.length_unit",
-                            name, unit, recipe.domain.length_unit));
         require_wafer_size(targets.profiles.back(), recipe);
         known += options.profile_sigma ? 1 : 0;
     }

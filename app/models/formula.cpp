@@ -107,11 +107,11 @@ void read_parameters(const FormulaKeys& p, Names& names, std::set<std::string>& 
     }
 }
 
-void read_tables(const FormulaKeys& p, Names& names, std::set<std::string>& taken) {
+void read_tables(const FormulaKeys& p, const Units& units, Names& names, std::set<std::string>& taken) {
     for (std::size_t k = 0; k < p.tables.size(); ++k) {
         const auto& [name, file] = p.tables[k];
         check_name(fmt::format("tables[{}].name", k), name, taken);
-        names.tables[name] = std::make_shared<const Table>(read_table(file));
+        names.tables[name] = std::make_shared<const Table>(read_table(file, units));
     }
 }
 
@@ -225,12 +225,12 @@ void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sti
     };
 }
 
-Model make_formula(const FormulaKeys& p, const Materials& materials) {
+Model make_formula(const FormulaKeys& p, const Materials& materials, const Units& units) {
     Model model;
     const auto formula = std::make_shared<Formula>();
     std::set<std::string> taken;
     formula->names.materials = materials;
-    read_tables(p, formula->names, taken);
+    read_tables(p, units, formula->names, taken);
     read_parameters(p, formula->names, taken);
     read_all_species(p, model, formula->names, taken);
     read_coverages(p.coverages, p.coverage_rates, *formula, taken);
@@ -281,11 +281,12 @@ std::vector<Key> species_law_keys(SpeciesLaw& p) {
 }
 
 std::vector<Key> table_file_keys(TableFile& table) {
-    return {{"name", &table.name, "", "by which expressions call it, e.g. map(x, y)", required()},
-            {"file", &table.file, "",
-             "CSV beside the recipe: a line of names, then arguments and value, a row for every point "
-             "of a grid; linear between them, constant beyond",
-             required()}};
+    return {
+        {"name", &table.name, "", "by which expressions call it, e.g. map(x, y)", required()},
+        {"file", &table.file, "",
+         "CSV beside the recipe: arguments and value, a row for every point of a grid; linear between them, constant "
+         "beyond. A heading such as \"x [nm]\" has its column converted to the recipe's units",
+         required()}};
 }
 
 std::vector<Key> formula_keys(FormulaKeys& p) {

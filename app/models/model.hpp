@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/schema/keys.hpp"
+#include "app/schema/units.hpp"
 #include "flux/species.hpp"
 #include "surface/vec3.hpp"
 
@@ -121,7 +122,8 @@ struct ModelEntry {
     std::any defaults;  ///< the parameters by default
     std::function<std::vector<Key>(std::any& parameters)> keys;
     /// \throws KeyError where keys that are each right do not fit together.
-    std::function<Model(const std::any& parameters, const Materials& materials)> make = {};
+    std::function<Model(const std::any& parameters, const Materials& materials, const Units& units)> make =
+        {};
     /// Geometric steps have this instead: they take no time and trace nothing.
     std::function<void(const GeometricStep& step, const Materials& materials, const levelset::Shape& pattern,
                        levelset::MaterialStack& stack)>
@@ -132,12 +134,18 @@ struct ModelEntry {
 };
 
 /// The entry of a model whose parameters are a struct P.
-template <class P>
-ModelEntry model_entry(std::string name, std::string doc, std::vector<Key> (*keys)(P&),
-                       Model (*make)(const P&, const Materials&), P defaults = {}) {
+/// \param make  from parameters and materials; from files with units, the recipe's units, too.
+template <class P, class Make>
+ModelEntry model_entry(std::string name, std::string doc, std::vector<Key> (*keys)(P&), Make make,
+                       P defaults = {}) {
     return {std::move(name), std::move(doc), std::move(defaults),
             [keys](std::any& p) { return keys(std::any_cast<P&>(p)); },
-            [make](const std::any& p, const Materials& m) { return make(std::any_cast<const P&>(p), m); }};
+            [make](const std::any& p, const Materials& m, const Units& units) {
+                if constexpr (std::is_invocable_v<Make, const P&, const Materials&, const Units&>)
+                    return make(std::any_cast<const P&>(p), m, units);
+                else
+                    return make(std::any_cast<const P&>(p), m);
+            }};
 }
 
 /// All models, in the order they are listed.

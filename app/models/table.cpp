@@ -8,8 +8,8 @@
 #include <limits>
 #include <numbers>
 
-#include "app/common/csv.hpp"
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -40,31 +40,39 @@ std::size_t index_on(const std::vector<double>& axis, double x) {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 
-const std::vector<double>& column_of(const CsvColumns& csv, const std::filesystem::path& path,
-                                     const char* name, const char* all) {
-    const auto found = std::find(csv.names.begin(), csv.names.end(), name);
-    if (found == csv.names.end())
-        throw FileError(fmt::format("{}: has no column {}; a source has {}, and this file {}", path.string(),
-                                    name, all, fmt::join(csv.names, ", ")));
-    return csv.columns[static_cast<std::size_t>(found - csv.names.begin())];
+// The column of that name, of angles in degree, energies in eV or plain numbers; \p all names the columns for
+// messages.
+const std::vector<double>& column_of(const CsvTable& csv, const char* name, const char* all) {
+    const auto found = std::ranges::find(csv.columns, name, &CsvColumn::name);
+    if (found == csv.columns.end()) {
+        std::vector<std::string> names;
+        names.reserve(csv.columns.size());
+        for (const CsvColumn& column : csv.columns) names.push_back(surface::printable(column.name));
+        throw FileError(fmt::format("{}: has no column {}; a source has {}, and this file {}", csv.file, name,
+                                    all, fmt::join(names, ", ")));
+    }
+    constexpr std::string_view kUnits[] = {"", "eV", "deg", "degree", "degrees", "\xc2\xb0"};
+    if (std::ranges::find(kUnits, found->unit) == std::end(kUnits))
+        throw FileError(fmt::format("{}: {} is in {}: give angles in degree and energies in eV", csv.file,
+                                    name, surface::printable(found->unit)));
+    return numbers_of(*found);
 }
 
 // Makes shares of running sums of weights, whose last is `total`.
 std::vector<flux::SourceBin> shared_out(std::vector<flux::SourceBin> bins, double total,
-                                        const std::filesystem::path& path) {
+                                        const std::string& file) {
     if (!(total > 0.0) || !std::isfinite(total))
-        throw FileError(fmt::format("{}: its weights add up to {:g}", path.string(), total));
+        throw FileError(fmt::format("{}: its weights add up to {:g}", file, total));
     for (flux::SourceBin& bin : bins) bin.until /= total;
     bins.back().until = 1.0;
     return bins;
 }
 
 // A bin a row, of angles and, with \p energies, of energies; \p all names the columns for messages.
-std::vector<flux::SourceBin> bins_of_histogram(const CsvColumns& csv, const std::filesystem::path& path,
-                                               bool energies, const char* all) {
-    const std::vector<double> none(csv.columns[0].size(), 0.0);
+std::vector<flux::SourceBin> bins_of_histogram(const CsvTable& csv, bool energies, const char* all) {
+    const std::vector<double> none(csv.columns[0].values.size(), 0.0);
     const auto column = [&](const char* name, bool wanted = true) -> const std::vector<double>& {
-        return wanted ? column_of(csv, path, name, all) : none;
+        return wanted ? column_of(csv, name, all) : none;
     };
     const auto &energy_from = column("energy_from", energies), &energy_to = column("energy_to", energies),
                &angle_from = column("angle_from"), &angle_to = column("angle_to"), &weight = column("weight");
@@ -77,13 +85,13 @@ std::vector<flux::SourceBin> bins_of_histogram(const CsvColumns& csv, const std:
         if (!rise || !angles || !(weight[r] >= 0.0))
             throw FileError(fmt::format(
                 "{}: row {} of the bins: {} must rise within [0, 90) degrees, and the weight must be 0 or more",
-                path.string(), r + 1, energies ? "energies must rise within [0, 1e6] eV, angles" : "angles"));
+                csv.file, r + 1, energies ? "energies must rise within [0, 1e6] eV, angles" : "angles"));
         if (weight[r] == 0.0) continue;
         total += weight[r];
         bins.push_back(
             {kRadians * angle_from[r], kRadians * angle_to[r], energy_from[r], energy_to[r], total});
     }
-    return shared_out(std::move(bins), total, path);
+    return shared_out(std::move(bins), total, csv.file);
 }
 
 }  // namespace
@@ -99,36 +107,40 @@ double Table::operator()(double a, double b) const {
     return p.part == 0.0 ? row(p.lower) : (1.0 - p.part) * row(p.lower) + p.part * row(p.lower + 1);
 }
 
-Table read_table(const std::filesystem::path& path) {
-    const CsvColumns csv = read_csv(path);
+Table read_table(const std::filesystem::path& path, const Units& units) {
+    CsvTable csv = read_csv(path);
+    convert_columns(csv, units);
     if (csv.columns.size() != 2 && csv.columns.size() != 3)
         throw FileError(
             fmt::format("{}: has {} columns; a table has one or two of arguments and one of values",
                         path.string(), csv.columns.size()));
     Table table;
-    table.first = axis_of(csv.columns[0]);
-    if (csv.columns.size() == 3) table.second = axis_of(csv.columns[1]);
-    const std::size_t stride = std::max<std::size_t>(table.second.size(), 1), rows = csv.columns[0].size();
+    table.first = axis_of(numbers_of(csv.columns[0]));
+    if (csv.columns.size() == 3) table.second = axis_of(numbers_of(csv.columns[1]));
+    const std::size_t stride = std::max<std::size_t>(table.second.size(), 1),
+                      rows = csv.columns[0].values.size();
     if (table.first.size() > rows || table.first.size() * stride != rows)
         throw FileError(fmt::format("{}: has {} rows for a grid of {} by {}: every combination once",
                                     path.string(), rows, table.first.size(), stride));
     table.values.assign(rows, std::numeric_limits<double>::quiet_NaN());
     for (std::size_t r = 0; r < rows; ++r) {
-        const std::size_t i = index_on(table.first, csv.columns[0][r]);
-        const std::size_t k = table.second.empty() ? 0 : index_on(table.second, csv.columns[1][r]);
+        const std::size_t i = index_on(table.first, csv.columns[0].values[r]);
+        const std::size_t k = table.second.empty() ? 0 : index_on(table.second, csv.columns[1].values[r]);
         double& value = table.values[i * stride + k];
         if (!std::isnan(value))
             throw FileError(fmt::format(
-                "{}: has two values at {} = {:.6g}{}", path.string(), csv.names[0], csv.columns[0][r],
-                table.second.empty() ? "" : fmt::format(", {} = {:.6g}", csv.names[1], csv.columns[1][r])));
-        value = csv.columns.back()[r];
+                "{}: has two values at {} = {:.6g}{}", path.string(), surface::printable(csv.columns[0].name),
+                csv.columns[0].values[r],
+                table.second.empty() ? ""
+                                     : fmt::format(", {} = {:.6g}", surface::printable(csv.columns[1].name),
+                                                   csv.columns[1].values[r])));
+        value = numbers_of(csv.columns.back())[r];
     }
     return table;
 }
 
 std::vector<flux::SourceBin> read_source(const std::filesystem::path& path) {
-    return bins_of_histogram(read_csv(path), path, true,
-                             "energy_from, energy_to, angle_from, angle_to and weight");
+    return bins_of_histogram(read_csv(path), true, "energy_from, energy_to, angle_from, angle_to and weight");
 }
 
 namespace {
@@ -138,17 +150,17 @@ double sine_integral(double p, double q, double a) {
     return q * std::sin(a) - (p + q * a) * std::cos(a);
 }
 
-std::vector<flux::SourceBin> bins_of_intensity(const CsvColumns& csv, const std::filesystem::path& path) {
+std::vector<flux::SourceBin> bins_of_intensity(const CsvTable& csv) {
     constexpr double kWidest = 0.25 * kRadians, kRight = 90.0 * kRadians - 1e-8;
-    std::vector<double> angle = column_of(csv, path, "angle", "angle and intensity"),
-                        intensity = column_of(csv, path, "intensity", "angle and intensity");
+    std::vector<double> angle = column_of(csv, "angle", "angle and intensity"),
+                        intensity = column_of(csv, "intensity", "angle and intensity");
     for (std::size_t r = 0; r < angle.size(); ++r)
         if (!(angle[r] >= 0.0 && angle[r] <= 90.0) || !(intensity[r] >= 0.0) ||
             (r > 0 && angle[r] <= angle[r - 1]))
             throw FileError(
                 fmt::format("{}: row {}: angles must rise within [0, 90] degrees, and the intensity must "
                             "be 0 or more",
-                            path.string(), r + 1));
+                            csv.file, r + 1));
     if (!angle.empty() && angle.front() > 0.0) {
         angle.insert(angle.begin(), 0.0);
         intensity.insert(intensity.begin(), intensity.front());
@@ -168,22 +180,22 @@ std::vector<flux::SourceBin> bins_of_intensity(const CsvColumns& csv, const std:
             bins.push_back({low, high, 0.0, 0.0, total});
         }
     }
-    return shared_out(std::move(bins), total, path);
+    return shared_out(std::move(bins), total, csv.file);
 }
 
 }  // namespace
 
 std::vector<flux::SourceBin> read_source_angles(const std::filesystem::path& path) {
-    const CsvColumns csv = read_csv(path);
+    const CsvTable csv = read_csv(path);
     const auto has = [&](const char* name) {
-        return std::find(csv.names.begin(), csv.names.end(), name) != csv.names.end();
+        return std::ranges::find(csv.columns, name, &CsvColumn::name) != csv.columns.end();
     };
     if (has("energy_from") || has("energy_to"))
         throw FileError(
             fmt::format("{}: has energies, which only ions have; drop these columns, or set kind = \"ion\"",
                         path.string()));
-    if (has("intensity")) return bins_of_intensity(csv, path);
-    return bins_of_histogram(csv, path, false, "angle_from, angle_to and weight, or angle and intensity");
+    if (has("intensity")) return bins_of_intensity(csv);
+    return bins_of_histogram(csv, false, "angle_from, angle_to and weight, or angle and intensity");
 }
 
 }  // namespace sidewall::app

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/schema/units.hpp"
 #include "flux/species.hpp"
 
 // Measured or computed numbers that a recipe reads from files.
@@ -16,9 +17,9 @@ struct Table {
 };
 
 /// Reads `a,value` or `a,b,value` from a CSV file, whatever its columns are called: the last one is the value, and every
-/// combination of the others stands there once, in any order.
+/// combination of the others stands there once, in any order. Columns whose headings have units are converted to \p units.
 /// \throws FileError naming the file and what is missing.
-Table read_table(const std::filesystem::path& path);
+Table read_table(const std::filesystem::path& path, const Units& units = {});
 
 /// Reads a joint histogram of ions' energies (eV) and angles from the source's axis (degree) from a CSV file with the
 /// columns energy_from, energy_to, angle_from, angle_to, weight, in any order: a bin a row.

@@ -75,7 +75,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What all libraries need; extraction and levelset need OpenVDB, too, surface, flux and these two Embree.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev, libfmt-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
-    "cmake, libembree-dev, libopenvdb-dev, libboost-iostreams-dev, zlib1g-dev, libexpat1-dev")
+    "cmake, libembree-dev, libopenvdb-dev, libboost-iostreams-dev, zlib1g-dev, libexpat1-dev, libpolyclipping-dev")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION
     "The program, its manual page, and recipes to begin with in /usr/share/sidewall/configs.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION

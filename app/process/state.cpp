@@ -146,6 +146,8 @@ RunState state_from_json(const Json& json) {
     json.at("time_step").get_to(state.time_step);
     json.at("saved").get_to(state.saved);
     json.at("rows").get_to(state.rows);
+    state.timeline = json.value("timeline", "");  // since version 0.3
+    state.manifest = json.value("manifest", "");
     json.at("time_steps").get_to(state.time_steps);
     state.carried = surface_field_from_json(json.at("coverage"));
     json.at("reuse").at("left").get_to(state.reuse.left);
@@ -233,6 +235,8 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"time_step", state.time_step},
                     {"saved", state.saved},
                     {"rows", state.rows},
+                    {"timeline", state.timeline},
+                    {"manifest", state.manifest},
                     {"time_steps", state.time_steps},
                     {"coverage", to_json(state.carried)},
                     {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},

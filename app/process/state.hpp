@@ -39,12 +39,13 @@ struct RunState {
     /// Process time from which step_start and time count: 0, but set anew by a step too short to be resolved in
     /// the process time before it (begin_step).
     double epoch = 0.0;
-    double step_start = 0.0;              ///< since the epoch, when the step at hand began
-    double time = 0.0;                    ///< since the epoch
-    std::vector<double> starts;           ///< process times at which the steps so far began
-    std::uint32_t time_step = 0;          ///< over the whole run
-    std::size_t saved = 0;                ///< surfaces written
-    std::size_t rows = 0;                 ///< of the timeline
+    double step_start = 0.0;         ///< since the epoch, when the step at hand began
+    double time = 0.0;               ///< since the epoch
+    std::vector<double> starts;      ///< process times at which the steps so far began
+    std::uint32_t time_step = 0;     ///< over the whole run
+    std::size_t saved = 0;           ///< surfaces written
+    std::size_t rows = 0;            ///< of the timeline
+    std::string timeline, manifest;  ///< digests of the two files; empty in earlier versions' checkpoints
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
     SurfaceField carried;                 ///< what the last trace left on the surface
     FluxReuse reuse;                      ///< of its fluxes

@@ -13,8 +13,8 @@
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
 #include "flux/radiosity/single_flux.hpp"
-#include "flux/tracer/repair.hpp"
 #include "surface/error.hpp"
+#include "surface/repair.hpp"
 
 // Functions of the Python module that trace particles: flux, mend.
 namespace sidewall::python {
@@ -161,7 +161,8 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
 
 std::shared_ptr<TriangleMesh> repaired(const py::object& points, const py::object& triangles) {
     auto mesh = mesh_of(points, triangles);
-    interruptible([&](const std::function<bool()>&) { return flux::repair(*mesh); });
+    flux::require_traceable(*mesh);
+    interruptible([&](const std::function<bool()>&) { return surface::repair(*mesh); });
     return mesh;
 }
 
@@ -236,8 +237,8 @@ Raises GeometryError for a surface that cannot be traced, NumericsError if parti
     module.def("mend", &repaired, "points"_a, "triangles"_a,
                R"(A mesh of another program made fit for flux(), where only one repair is right.
 
-Points of the very same position become one, points without triangle go, a triangle that is listed again goes, and all
-triangles face the source or outwards. Triangles keep their order.
+Points of the very same position become one, points without triangle go, a triangle that is listed again or has two corners
+in one point goes, and all triangles face the source or outwards. Triangles keep their order.
 
 Returns a Mesh. Raises GeometryError for a one-sided surface.)");
 }

@@ -13,8 +13,11 @@ double width_of_strip(const Recipe& recipe);
 /// The unit of a volume after that division.
 std::string volume_unit(const Recipe& recipe);
 
-/// Checks that a layer or a pattern does not end along y.
+/// How far outlines reach along y, in grid spacings, that a profile takes to have no end there.
+inline constexpr double kFarAlongY = 50.0;
+
+/// Checks that a layer or a pattern does not end along y, on a grid of that \p spacing.
 /// \throws KeyError naming the shape to use instead.
-void refuse_ends_along_y(const Layer& layer);
+void refuse_ends_along_y(const Layer& layer, double spacing);
 
 }  // namespace sidewall::app

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <optional>
 
-#include "surface/files/mesh_io.hpp"
+#include "levelset/shapes/mesh_body.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
@@ -216,22 +216,8 @@ void check_edges(const Layer& layer) {
             fmt::format("the edges are rounder than the box is wide or high; use less than {:.4g}", most));
 }
 
-}  // namespace
-
-void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
-                 const std::string& path, std::vector<std::string>& notes) {
-    note_thin(thickness, domain, path, notes);
-    const std::optional<Walls> walls = walls_of(layer, thickness);
-    if (!walls) return;
-    check_place(layer, *walls, domain);
-    check_taper(layer, *walls, domain);
-    check_width(layer, *walls, domain, path, notes);
-    check_thickness(layer, *walls, domain, path, notes);
-    check_edges(layer);
-}
-
-void check_mesh(const Layer& layer, const levelset::Domain& domain, double most) {
-    const TriangleMesh mesh = surface::read_mesh(layer.file);
+// Whether a mesh reaches no farther than \p most from z = 0 and meets the domain.
+void check_mesh_place(const TriangleMesh& mesh, const levelset::Domain& domain, double most) {
     const Box3 bounds = bounding_box(mesh);
     if (std::max(std::abs(bounds.min.z()), std::abs(bounds.max.z())) > most)
         throw KeyError("file",
@@ -247,16 +233,31 @@ void check_mesh(const Layer& layer, const levelset::Domain& domain, double most)
                             "{:g}; check its unit and place",
                             "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
     }
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-        const auto a = static_cast<Eigen::Index>(axis);
-        const bool ends_inside = bounds.min[a] > domain.min[axis] + domain.spacing ||
-                                 bounds.max[a] < domain.max[axis] - domain.spacing;
-        if (ends_inside && !surface::edge_table(mesh).closed())
-            throw KeyError(
-                "file",
-                fmt::format("the mesh is not closed and spans {} = {:g} to {:g} of the domain's {:g} to "
-                            "{:g}: close it, or let it reach the domain's sides",
-                            "xy"[axis], bounds.min[a], bounds.max[a], domain.min[axis], domain.max[axis]));
+}
+
+}  // namespace
+
+void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
+                 const std::string& path, std::vector<std::string>& notes) {
+    note_thin(thickness, domain, path, notes);
+    const std::optional<Walls> walls = walls_of(layer, thickness);
+    if (!walls) return;
+    check_place(layer, *walls, domain);
+    check_taper(layer, *walls, domain);
+    check_width(layer, *walls, domain, path, notes);
+    check_thickness(layer, *walls, domain, path, notes);
+    check_edges(layer);
+}
+
+void check_mesh(const Layer& layer, const levelset::Domain& domain, double most, const std::string& path,
+                std::vector<std::string>& notes) {
+    try {
+        const levelset::ImportedMesh imported = levelset::import_mesh(layer.file, domain);
+        check_mesh_place(imported.mesh, domain, most);
+        if (const std::string words = surface::words_on(imported.repairs); !words.empty())
+            notes.push_back(fmt::format("{}.file: {}", path, words));
+    } catch (const GeometryError& error) {
+        throw KeyError("file", error.what());
     }
 }
 

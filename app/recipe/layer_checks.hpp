@@ -25,10 +25,12 @@ inline constexpr double kRounding = 1e-9;
 void check_shape(const Layer& layer, double thickness, const levelset::Domain& domain,
                  const std::string& path, std::vector<std::string>& notes);
 
-/// Checks that the file of a mesh layer is a mesh that meets the domain.
+/// Checks that the file of a mesh layer is a mesh that meets the domain and can be mended.
 ///
-/// \param most  height above or below z = 0 that it may reach.
-/// \throws FileError if it is none, KeyError if it lies elsewhere.
-void check_mesh(const Layer& layer, const levelset::Domain& domain, double most);
+/// \param most   height above or below z = 0 that it may reach.
+/// \param notes  takes what was mended.
+/// \throws FileError if it is none, KeyError if it lies elsewhere or does not tell gas from material.
+void check_mesh(const Layer& layer, const levelset::Domain& domain, double most, const std::string& path,
+                std::vector<std::string>& notes);
 
 }  // namespace sidewall::app

@@ -18,8 +18,9 @@ std::vector<Key> outline_keys(Outline& outline) {
 void add_polygons(Layer& layer, std::vector<Key>& list) {
     list.push_back({"polygons", table_list(layer.polygons, outline_keys), "",
                     "outlines, which must not cross or lie in one another; or give a file"});
-    list.push_back({"file", &layer.file, "",
-                    "GDSII, beside the recipe, instead of polygons; outlines that overlap are united"});
+    list.push_back(
+        {"file", &layer.file, "",
+         "a layout, GDSII or OASIS, plain or in gzip, beside the recipe, instead of polygons; outlines that overlap are united"});
     list.push_back({"cell", &layer.cell, "", "of the file; default its only top cell"});
     list.push_back({"gds_layer", &layer.gds_layer, "", "of the file", within(0.0, 65535.0)});
     list.push_back({"gds_datatype", &layer.gds_datatype, "", "of the file", within(0.0, 65535.0)});
@@ -68,8 +69,8 @@ void add_free(Layer& layer, std::vector<Key>& list) {
 void add_profile(Layer& layer, std::vector<Key>& list) {
     list.push_back(
         {"file", &layer.file, "",
-         "CSV of x and z, a point a line: a curve with material below it, or a closed outline whose last "
-         "point is the first",
+         "CSV of x and z, a point a line, a unit in the heading is converted: a curve with material below it, or a "
+         "closed outline whose last point is the first",
          required()});
     list.push_back(
         {"sweep", &layer.sweep, "",

@@ -106,16 +106,20 @@ void check_height(const Layer& layer, double top, double spacing) {
 void check_layer(const Layer& layer, double below, const toml::table& table, const std::string& path,
                  Recipe& recipe) {
     const levelset::Domain domain = domain_of(recipe);
-    if (is_flat(recipe.domain)) refuse_ends_along_y(layer);
+    if (is_flat(recipe.domain)) refuse_ends_along_y(layer, domain.spacing);
     try {
         if (layer.shape == "mesh")
-            check_mesh(layer, domain, kMostCells * domain.spacing);
-        else if (layer.shape == "profile")
-            check_profile(layer, read_profile(layer.file), std::isinf(below), domain);
-        else if (drawn(layer))
-            check_polygons(layer, drawn_outlines(layer, recipe.domain.length_unit), domain, path,
-                           recipe.notes);
-        else if (layer.shape != "stack")
+            check_mesh(layer, domain, kMostCells * domain.spacing, path, recipe.notes);
+        else if (layer.shape == "profile") {
+            const ProfileTable profile = read_profile(layer.file, recipe.domain.length_unit);
+            recipe.notes.push_back(fmt::format("{}.file: {}", path, profile.understood));
+            check_profile(layer, profile.points, std::isinf(below), domain);
+        } else if (drawn(layer)) {
+            std::string note;
+            const auto outlines = drawn_outlines(layer, recipe.domain.length_unit, &note);
+            if (!note.empty()) recipe.notes.push_back(fmt::format("{}.file: {}", path, note));
+            check_polygons(layer, outlines, domain, path, recipe.notes);
+        } else if (layer.shape != "stack")
             check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
                         recipe.notes);
     } catch (const FileError& error) {  // names the layer's file

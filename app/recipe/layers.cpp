@@ -8,12 +8,20 @@
 #include <map>
 
 #include "app/common/interrupt.hpp"
-#include "app/recipe/gds_flatten.hpp"
+#include "app/recipe/layout/flatten.hpp"
+#include "app/recipe/layout/layout_file.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
+
+// Names for a message: ten at most.
+std::string first_of(const auto& names) {
+    const auto count = std::min<std::ptrdiff_t>(std::ssize(names), 10);
+    return fmt::format("{}{}", fmt::join(names.begin(), std::next(names.begin(), count), ", "),
+                       std::ssize(names) > count ? ", ..." : "");
+}
 
 // The blur of a mask's outlines; nothing if they are as drawn.
 std::optional<levelset::Blur> blur_of(const Layer& layer) {
@@ -63,7 +71,7 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
     if (layer.shape == "gap") shape.width = layer.span.value_or(kThrough);
     shape.axis = layer.axis[0] - 'x';
     shape.revolved = layer.sweep == "revolution";
-    if (layer.shape == "profile") shape.profile = read_profile(layer.file);
+    if (layer.shape == "profile") shape.profile = read_profile(layer.file, recipe.domain.length_unit).points;
     if (drawn(layer)) outline(layer, recipe, shape);
     return shape;
 }
@@ -108,10 +116,11 @@ void find_file(Layer& layer, const std::filesystem::path& folder) {
                        fmt::format("no such file: {}; the name is relative to the recipe", layer.file));
 }
 
-std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit) {
+std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit,
+                                              std::string* note) {
     std::vector<levelset::Polygon> polygons;
     if (layer.file.empty() == layer.polygons.empty())
-        throw KeyError("polygons", "give either polygons or a GDSII file, not both or neither");
+        throw KeyError("polygons", "give either polygons or the file of a layout, not both or neither");
     for (std::size_t k = 0; k < layer.polygons.size(); ++k) {
         const std::vector<double>& points = layer.polygons[k].points;
         if (points.size() < 6 || points.size() % 2 != 0)
@@ -121,18 +130,16 @@ std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::str
         for (std::size_t p = 0; p < points.size(); p += 2) polygon.push_back({points[p], points[p + 1]});
     }
     if (layer.file.empty()) return polygons;
-    const GdsLibrary library = read_gds(layer.file);
-    const std::vector<std::string> tops = top_cells(library);
-    const bool known = layer.cell.empty() ? tops.size() == 1 : library.cells.contains(layer.cell);
-    if (!known)
-        throw KeyError(
-            "cell",
-            fmt::format(
-                "must be one of the file's cells, whose top ones are: {}{}",
-                fmt::join(tops.begin(), tops.begin() + std::min<std::ptrdiff_t>(std::ssize(tops), 10), ", "),
-                tops.size() > 10 ? ", ..." : ""));
-    polygons = flatten(library, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
-                       static_cast<int>(layer.gds_datatype));
+    const Layout layout = read_layout(layer.file);
+    const std::vector<std::string> tops = top_cells(layout);
+    if (layer.cell.empty() ? tops.size() != 1 : !layout.cells.contains(layer.cell))
+        throw KeyError("cell", "must be one of the file's cells, whose top ones are: " + first_of(tops));
+    std::set<std::string> missing;
+    polygons = flatten(layout, layer.cell.empty() ? tops[0] : layer.cell, static_cast<int>(layer.gds_layer),
+                       static_cast<int>(layer.gds_datatype), missing);
+    if (note != nullptr && !missing.empty())
+        *note =
+            "the layout refers to cells that are not in the file, and is drawn without: " + first_of(missing);
     if (polygons.empty())
         throw KeyError("gds_layer", fmt::format("the cell has no polygon on layer {}, datatype {}",
                                                 layer.gds_layer, layer.gds_datatype));

@@ -34,8 +34,10 @@ bool drawn(const Layer& layer);
 void find_file(Layer& layer, const std::filesystem::path& folder);
 
 /// The outlines that a mask names, in \p length_unit, without its position.
+/// \param note  takes what there is to say of its file, if given.
 /// \throws KeyError, FileError.
-std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit);
+std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::string& length_unit,
+                                              std::string* note = nullptr);
 
 /// The outlines that lithography makes of a mask's, which are at their place.
 ///

@@ -4,12 +4,17 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <optional>
+#include <tuple>
 
+#include "app/recipe/flat.hpp"
 #include "app/recipe/layer_keys.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/sections.hpp"
+#include "levelset/shapes/polygon_clipping.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -50,49 +55,205 @@ void collect(toml::table& parent, std::string_view key, const std::string& path,
     }
 }
 
-// A list of two numbers that names \p source as its place.
-void write_pair(toml::table& table, const char* key, const std::array<double, 2>& pair,
-                const std::string& source) {
-    toml::table parsed =
-        toml::parse(fmt::format("v = [{}, {}]", toml_text(pair[0]), toml_text(pair[1])), source);
+// "gds:63/0" and the like, less the \p prefix; nothing for another text.
+std::optional<std::array<std::int64_t, 2>> layer_in(std::string_view text, std::string_view prefix) {
+    if (!text.starts_with(prefix)) return std::nullopt;
+    text.remove_prefix(prefix.size());
+    std::array<std::int64_t, 2> numbers{};
+    const char* const end = text.data() + text.size();
+    const auto layer = std::from_chars(text.data(), end, numbers[0]);
+    if (layer.ec != std::errc() || layer.ptr == end || *layer.ptr != '/') return std::nullopt;
+    const auto type = std::from_chars(layer.ptr + 1, end, numbers[1]);
+    const auto bad = [](std::int64_t number) { return number < 0 || number > 65535; };
+    if (type.ec != std::errc() || type.ptr != end || bad(numbers[0]) || bad(numbers[1])) return std::nullopt;
+    return numbers;
+}
+
+// The masks of a recipe whose outlines are in layouts; \p asking is a key that needs them.
+std::vector<Placed> masks_in_layouts(toml::table& root, const Reading& reading, const toml::node& asking,
+                                     std::string_view path) {
+    std::vector<Placed> masks;
+    collect(root, "layer", "layer", reading, masks);
+    collect(root, "step", "step", reading, masks);
+    if (masks.empty())
+        fail(asking, path, "needs a layer or a step whose mask is a layout's file; or give two lengths");
+    return masks;
+}
+
+// The outlines of a mask at its place, or of another layer of its cell, which \p asking names.
+std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, const std::string& unit,
+                                           const std::optional<std::array<std::int64_t, 2>>& other,
+                                           const toml::node& asking, std::string_view path) {
+    std::vector<levelset::Polygon> outlines = located(*mask.table, mask.path, [&] {
+        try {
+            find_file(mask.layer, std::filesystem::path(recipe.file).parent_path());
+            Layer layer = mask.layer;
+            if (other) std::tie(layer.gds_layer, layer.gds_datatype) = std::tie((*other)[0], (*other)[1]);
+            return drawn_outlines(layer, unit);
+        } catch (const FileError& error) {  // names the layout
+            throw FileError(
+                fmt::format("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what()));
+        } catch (const KeyError& error) {
+            if (other && error.key == "gds_layer") fail(asking, path, error.rule);
+            throw;
+        }
+    });
+    for (levelset::Polygon& outline : outlines)
+        for (auto& p : outline)
+            for (std::size_t a = 0; a < 2; ++a) p[a] += mask.layer.position[a];
+    return outlines;
+}
+
+// Reads those keys of [domain] that a layout's extent needs.
+DomainSection domain_keys(const toml::table& table, const Reading& reading) {
+    DomainSection domain;
+    if (!table.contains("grid_spacing"))
+        fail_missing(table, "domain.grid_spacing", "missing: the domain needs it");
+    read_some(table, "domain", keys_of(domain), {"grid_spacing", "length_unit", "padding"}, reading);
+    return domain;
+}
+
+// A length in whole cells.
+double whole_cells(double length, double spacing) {
+    return std::max(1.0, std::ceil(length / spacing - kExtentRounding)) * spacing;
+}
+
+// A value that names \p source as its place.
+void write_value(toml::table& table, const char* key, const std::string& text, const std::string& source) {
+    toml::table parsed = toml::parse("v = " + text, source);
     table.insert_or_assign(key, std::move(*parsed.get("v")->as_array()));
 }
 
+// A line of a layout, drawn as a path of two points or a thin rectangle, from the left to the right or
+// upward.
+struct Line {
+    Eigen::Vector2d from, to;
+};
+
+// The lines that polygons are: through the middles of the shorter pair of opposite edges.
+std::vector<Line> lines_of(const std::vector<levelset::Polygon>& polygons) {
+    std::vector<Line> lines;
+    for (const levelset::Polygon& polygon : polygons) {
+        if (polygon.size() != 4)
+            throw KeyError("layer",
+                           "holds a shape that is no straight line: draw each as a path of two points");
+        std::array<Eigen::Vector2d, 4> p;
+        for (std::size_t k = 0; k < 4; ++k) p[k] = {polygon[k][0], polygon[k][1]};
+        const std::size_t k =
+            (p[1] - p[0]).norm() + (p[3] - p[2]).norm() < (p[2] - p[1]).norm() + (p[0] - p[3]).norm() ? 0 : 1;
+        Line line{0.5 * (p[k] + p[k + 1]), 0.5 * (p[k + 2] + p[(k + 3) % 4])};
+        const Eigen::Vector2d along = line.to - line.from;
+        if (along.isZero()) throw KeyError("layer", "holds a line without length: drop it");
+        const double tiny = kExtentRounding * along.norm();
+        if (along.x() < -tiny || (along.x() <= tiny && along.y() < 0.0)) std::swap(line.from, line.to);
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+// Ends of the intervals in which the line through \p centre along \p axis lies in the outlines, as distances
+// from the centre.
+std::vector<double> crossings(const std::vector<levelset::Polygon>& outlines, const Eigen::Vector2d& centre,
+                              const Eigen::Vector2d& axis) {
+    std::vector<double> at;
+    for (const levelset::Polygon& outline : outlines)
+        for (std::size_t k = 0, j = outline.size() - 1; k < outline.size(); j = k++) {
+            const Eigen::Vector2d a = Eigen::Vector2d(outline[j][0], outline[j][1]) - centre,
+                                  b = Eigen::Vector2d(outline[k][0], outline[k][1]) - centre;
+            const double left = axis.x() * a.y() - axis.y() * a.x(),
+                         right = axis.x() * b.y() - axis.y() * b.x();
+            if ((left > 0.0) == (right > 0.0)) continue;
+            at.push_back(axis.dot(a) + axis.dot(b - a) * left / (left - right));
+        }
+    std::sort(at.begin(), at.end());
+    return at;
+}
+
 }  // namespace
+
+void take_cut_from_layout(toml::table& root, Recipe& recipe) {
+    const toml::node* node = root.get("cut");
+    if (node == nullptr) return;
+    const toml::table* cut = node->as_table();
+    if (cut == nullptr) fail(*node, "cut", "must be a section: write [cut], and the layer of the line below");
+    const Reading reading{recipe.materials, recipe.notes};
+    CutSection section;
+    read_keys(*cut, "cut", "a cut", keys_of(section), reading);
+    const toml::node& asking = *cut->get("layer");
+    const auto layer = layer_in(section.layer, "");
+    if (!layer) fail(asking, "cut.layer", "must be a layer and a datatype, such as \"63/0\"");
+    toml::table* table = root["domain"].as_table();
+    if (table == nullptr) fail_missing(root, "domain", "missing: add [domain] with grid_spacing");
+    if (const toml::node* extent = table->get("extent"))
+        fail(*extent, "domain.extent", "is the length of the line that [cut] names: drop one of them");
+    const DomainSection domain = domain_keys(*table, reading);
+    std::vector<Placed> masks = masks_in_layouts(root, reading, asking, "cut.layer");
+    const Line line = located(*cut, "cut", [&] {
+        Placed unmoved = masks.front();
+        unmoved.layer.position = {};
+        const auto lines =
+            lines_of(outlines_at(unmoved, recipe, domain.length_unit, layer, asking, "cut.layer"));
+        const auto count = static_cast<std::int64_t>(lines.size());
+        if (section.line > count || (section.line == 0 && count > 1))
+            throw KeyError("line",
+                           fmt::format("the layer holds {} lines: choose one, from 1 to {}", count, count));
+        return lines[static_cast<std::size_t>(std::max<std::int64_t>(section.line, 1) - 1)];
+    });
+    const Eigen::Vector2d centre = 0.5 * (line.from + line.to), axis = (line.to - line.from).normalized();
+    const double length = whole_cells((line.to - line.from).norm() + 2.0 * domain.padding.value_or(0.0),
+                                      domain.grid_spacing),
+                 far = kFarAlongY * domain.grid_spacing;
+    for (Placed& mask : masks) {
+        const toml::node& file = *mask.table->get("file");
+        std::vector<double> ends;
+        try {
+            ends = crossings(
+                levelset::united(outlines_at(mask, recipe, domain.length_unit, std::nullopt, asking, "")),
+                centre, axis);
+        } catch (const GeometryError& error) {
+            fail(file, mask.path + ".file", error.what());
+        }
+        std::string list;
+        for (std::size_t k = 0; k + 1 < ends.size(); k += 2)
+            if (ends[k] < 0.5 * length && ends[k + 1] > -0.5 * length)
+                list +=
+                    fmt::format("{{ points = [{0}, {2}, {1}, {2}, {1}, {3}, {0}, {3}] }}, ",
+                                toml_text(ends[k]), toml_text(ends[k + 1]), toml_text(-far), toml_text(far));
+        if (list.empty())
+            fail(file, mask.path + ".file",
+                 "its outlines do not meet the line of [cut]: the mask would be all open or all closed; drop "
+                 "it, or choose another line");
+        const std::string source = place_of(file);
+        for (const char* key : {"file", "cell", "gds_layer", "gds_datatype", "position"})
+            mask.table->erase(key);
+        write_value(*mask.table, "polygons", "[" + list + "]", source);
+    }
+    write_value(*table, "extent", fmt::format("[{}]", toml_text(length)), place_of(asking));
+    table->erase("padding");
+    recipe.notes.push_back(fmt::format(
+        "cut.layer: the profile of {:g} {} along the line from ({:g}, {:g}) to ({:g}, {:g}), whose middle is at "
+        "x = 0",
+        length, domain.length_unit, line.from.x(), line.from.y(), line.to.x(), line.to.y()));
+    root.erase("cut");
+}
 
 void take_extent_from_layout(toml::table& root, Recipe& recipe) {
     toml::table* table = root["domain"].as_table();
     const toml::node* extent = table != nullptr ? table->get("extent") : nullptr;
     if (extent == nullptr || !extent->is_string()) return;
-    if (extent->as_string()->get() != "gds")
-        fail(*extent, "domain.extent", "must be one or two lengths, or \"gds\"");
-    const Reading reading{recipe.materials, recipe.notes};
-    DomainSection domain;
-    if (!table->contains("grid_spacing"))
-        fail_missing(*table, "domain.grid_spacing", "missing: the domain needs it");
-    read_some(*table, "domain", keys_of(domain), {"grid_spacing", "length_unit", "padding"}, reading);
-
-    std::vector<Placed> masks;
-    collect(root, "layer", "layer", reading, masks);
-    collect(root, "step", "step", reading, masks);
-    if (masks.empty())
+    const std::string text = extent->as_string()->get();
+    const auto layer = layer_in(text, "gds:");
+    if (text != "gds" && !layer)
         fail(*extent, "domain.extent",
-             "needs a layer or a step whose mask is a GDSII file; or give two lengths");
+             "must be one or two lengths, \"gds\", or a layer such as \"gds:63/0\"");
+    const Reading reading{recipe.materials, recipe.notes};
+    const DomainSection domain = domain_keys(*table, reading);
+    std::vector<Placed> masks = masks_in_layouts(root, reading, *extent, "domain.extent");
     Eigen::AlignedBox2d box;
-    for (Placed& mask : masks) {
-        const auto outlines = located(*mask.table, mask.path, [&] {
-            try {
-                find_file(mask.layer, std::filesystem::path(recipe.file).parent_path());
-                return drawn_outlines(mask.layer, domain.length_unit);
-            } catch (const FileError& error) {  // names the layout
-                throw FileError(fmt::format("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path,
-                                            error.what()));
-            }
-        });
-        for (const levelset::Polygon& outline : outlines)
-            for (const auto& [x, y] : outline)
-                box.extend(Eigen::Vector2d(x + mask.layer.position[0], y + mask.layer.position[1]));
-    }
+    for (Placed& mask : masks)
+        for (const levelset::Polygon& outline :
+             outlines_at(mask, recipe, domain.length_unit, layer, *extent, "domain.extent"))
+            for (const auto& [x, y] : outline) box.extend(Eigen::Vector2d(x, y));
     std::array<double, 2> size{}, centre{};
     const double around = 2.0 * domain.padding.value_or(0.0), longer = box.sizes().maxCoeff() + around;
     // The extent in whole cells of so large a spacing is far more than the layout's, which advice must go by.
@@ -104,21 +265,21 @@ void take_extent_from_layout(toml::table& root, Recipe& recipe) {
                  longer, domain.length_unit, kFewestAlong, longer / (2.0 * kFewestAlong)));
     for (std::size_t a = 0; a < 2; ++a) {
         const auto i = static_cast<Eigen::Index>(a);
-        const double cells = (box.sizes()[i] + around) / domain.grid_spacing;
-        size[a] = std::max(1.0, std::ceil(cells - kExtentRounding)) * domain.grid_spacing;
+        size[a] = whole_cells(box.sizes()[i] + around, domain.grid_spacing);
         centre[a] = box.center()[i];
     }
 
+    const auto pair = [](double x, double y) { return fmt::format("[{}, {}]", toml_text(x), toml_text(y)); };
     for (const Placed& mask : masks)
-        write_pair(*mask.table, "position",
-                   {mask.layer.position[0] - centre[0], mask.layer.position[1] - centre[1]},
-                   place_of(*mask.table));
-    write_pair(*table, "extent", size, place_of(*extent));
+        write_value(*mask.table, "position",
+                    pair(mask.layer.position[0] - centre[0], mask.layer.position[1] - centre[1]),
+                    place_of(*mask.table));
+    write_value(*table, "extent", pair(size[0], size[1]), place_of(*extent));
     table->erase("padding");
     recipe.notes.push_back(
-        fmt::format("domain.extent = \"gds\" is {:g} x {:g} {}: the layout's ({:g}, {:g}) is at the "
+        fmt::format("domain.extent = \"{}\" is {:g} x {:g} {}: the layout's ({:g}, {:g}) is at the "
                     "centre",
-                    size[0], size[1], domain.length_unit, centre[0], centre[1]));
+                    text, size[0], size[1], domain.length_unit, centre[0], centre[1]));
 }
 
 }  // namespace sidewall::app

@@ -13,7 +13,6 @@ namespace sidewall::app {
 ///
 /// \param layer  the mask, whose position is not yet added to \p polygons.
 /// \throws KeyError naming the key that is to be changed.
-/// \note O(corners squared) where outlines lie close to one another.
 void check_polygons(const Layer& layer, const std::vector<levelset::Polygon>& polygons,
                     const levelset::Domain& domain, const std::string& path, std::vector<std::string>& notes);
 

@@ -1,72 +1,78 @@
 #include "app/recipe/profile_csv.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "app/common/text.hpp"
 #include "app/recipe/layer_checks.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/polygon_checks.hpp"
+#include "app/schema/units.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
 
-constexpr std::uintmax_t kMostCsvBytes = 100'000'000;
-constexpr std::size_t kMostPoints = 1'000'000;
-
-// Whether the text is one finite number of a sensible size.
-bool read(std::string_view text, double& number) {
-    text = trimmed(text);
-    const auto value = finite_number(text.substr(text.starts_with('+') ? 1 : 0));
-    number = value.value_or(0.0);
-    return value && std::abs(number) <= kHuge;
+// Columns of x (or y, or r) and z by their headings, or the first two.
+std::array<std::size_t, 2> profile_columns(const CsvTable& table) {
+    std::array<std::size_t, 2> columns{0, 1};
+    for (std::size_t k = table.columns.size(); table.headed && k-- > 0;) {
+        const std::string& name = table.columns[k].name;
+        if (name.size() != 1) continue;
+        if (std::string_view("xXyYrR").find(name[0]) != std::string_view::npos) columns[0] = k;
+        if (name[0] == 'z' || name[0] == 'Z') columns[1] = k;
+    }
+    return columns;
 }
 
 }  // namespace
 
-levelset::Polygon read_profile(const std::filesystem::path& path) {
-    std::error_code failure;
-    if (std::filesystem::file_size(path, failure) > kMostCsvBytes && !failure)
-        throw FileError(fmt::format("{}: larger than {} MB: give fewer points", path.string(),
-                                    kMostCsvBytes / 1'000'000));
-    const std::string text = surface::read_whole_file(path);
-    levelset::Polygon points;
-    bool names_allowed = true;
-    std::size_t number = 0;
-    for (std::size_t begin = 0; begin < text.size(); ++number) {
-        const std::size_t end = std::min(text.find('\n', begin), text.size());
-        std::string_view line(text.data() + begin, end - begin);
-        begin = end + 1;
-        line = trimmed(line.substr(0, line.find('#')));
-        if (line.empty()) continue;
-        const std::size_t comma = line.find_first_of(",;");
-        std::array<double, 2> point{};
-        const bool good = comma != std::string_view::npos && read(line.substr(0, comma), point[0]) &&
-                          read(line.substr(comma + 1), point[1]);
-        // A first line whose words are no numbers names the columns.
-        double ignored = 0.0;
-        const bool names = names_allowed && !read(line.substr(0, comma), ignored);
-        names_allowed = false;
-        if (!good && names) continue;
-        if (!good)
-            throw FileError(fmt::format(
-                "{}:{}: \"{}\": must be two numbers, x and z with a comma between them, at most "
-                "{:g}",
-                path.string(), number + 1, surface::printable(std::string(line.substr(0, 40))), kHuge));
-        if (points.empty() || points.back() != point) points.push_back(point);
-        if (points.size() > kMostPoints)
-            throw FileError(
-                fmt::format("{}:{}: over {} points: give fewer", path.string(), number + 1, kMostPoints));
+ProfileTable read_points(const std::filesystem::path& path, const std::string& length_unit,
+                         std::size_t most) {
+    const CsvTable table = read_csv(path, most);
+    if (table.columns.size() < 2 || (table.columns.size() > 2 && !table.headed))
+        throw FileError(fmt::format("{}: has {} columns{}: a profile has rows x,z", table.file,
+                                    table.columns.size(), table.headed ? "" : " without headings"));
+    const std::array<std::size_t, 2> columns = profile_columns(table);
+    ProfileTable profile{.points = levelset::Polygon(table.columns[0].values.size()),
+                         .understood = table.understood};
+    const auto line = std::ranges::find(table.columns, "polyline", &CsvColumn::name);
+    if (line != table.columns.end())
+        profile.several = std::ranges::any_of(line->values, [&](double k) { return k != line->values[0]; });
+    for (std::size_t a = 0; a < 2; ++a) {
+        const CsvColumn& column = table.columns[columns[a]];
+        const std::string& unit = column.unit.empty() ? table.columns[columns[1 - a]].unit : column.unit;
+        const auto metres = find_length(unit);
+        if (!unit.empty() && !metres)
+            throw FileError(fmt::format("{}: its heading says {}, which is no length unit: must be {}",
+                                        table.file, surface::printable(unit),
+                                        fmt::join(length_units(), ", ")));
+        const double size = metres ? *metres / metres_in(length_unit) : 1.0;
+        if (a == 0 && metres) profile.understood += fmt::format(", in {} here", length_unit);
+        const std::vector<double>& numbers = numbers_of(column);
+        for (std::size_t r = 0; r < numbers.size(); ++r) {
+            profile.points[r][a] = numbers[r] * size;
+            if (std::abs(profile.points[r][a]) > kHuge)
+                throw FileError(fmt::format("{}: {:g} in {} is over {:g}", table.file, numbers[r],
+                                            surface::printable(column.name), kHuge));
+        }
     }
+    return profile;
+}
+
+ProfileTable read_profile(const std::filesystem::path& path, const std::string& length_unit) {
+    ProfileTable profile = read_points(path, length_unit);
+    if (profile.several)
+        throw FileError(fmt::format("{}: holds several lines by its column polyline: keep the rows of one",
+                                    path.string()));
+    levelset::Polygon& points = profile.points;
+    points.erase(std::unique(points.begin(), points.end()), points.end());
     if (points.size() < 2)
-        throw FileError(
-            fmt::format("{}:{}: holds fewer than two different points: give x and z, a point a line",
-                        path.string(), number));
-    return points;
+        throw FileError(fmt::format("{}: holds fewer than two different points: give x and z, a point a line",
+                                    path.string()));
+    return profile;
 }
 
 void check_profile(const Layer& layer, const levelset::Polygon& points, bool first,

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "surface/files/file.hpp"
+
 namespace sidewall::app {
 namespace {
 
@@ -80,6 +82,9 @@ std::string read_string(const toml::node& node, const std::string& path, const R
     if (!node.is_string()) fail(node, path, "must be a string, in quotes");
     std::string text = node.as_string()->get();
     if (text.empty()) fail(node, path, "must not be empty");
+    if (surface::printable(text, true) != text)
+        fail(node, path,
+             "must hold no line break, tab or control character: it is shown and written to tables");
     if (rule.material) check_material(node, path, text, materials);
     return text;
 }

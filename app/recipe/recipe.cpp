@@ -29,9 +29,9 @@ constexpr double kMostSurfaces = 100'000;  // saved by [output] every
 constexpr std::uintmax_t kMostRecipeBytes = 1 << 24;
 
 void refuse_unknown_sections(const toml::table& root) {
-    static const std::vector<std::string> known = {"domain",    "grid",   "start",    "material",
-                                                   "layer",     "step",   "flux",     "simplify",
-                                                   "advection", "output", "metrology"};
+    static const std::vector<std::string> known = {"domain",    "grid",   "start",     "material",
+                                                   "layer",     "step",   "flux",      "simplify",
+                                                   "advection", "output", "metrology", "cut"};
     for (const auto& [key, node] : root)
         if (std::find(known.begin(), known.end(), key.str()) == known.end())
             fail(node, key.str(),
@@ -90,7 +90,7 @@ void read_domain(const toml::table& root, Recipe& recipe) {
     const DomainSection& domain = recipe.domain;
     read_section(root, "domain", recipe.domain, reading_for(recipe), [&] {
         if (domain.padding)
-            throw KeyError("padding", "is of extent = \"gds\": drop it, or that extent's numbers");
+            throw KeyError("padding", "is of extent = \"gds\" or [cut]: drop it, or that extent's numbers");
         for (const double extent : domain.extent)
             if (extent / domain.grid_spacing > kMostAlong)
                 throw KeyError("grid_spacing",
@@ -273,6 +273,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     Recipe recipe;
     recipe.file = file;
     read_material_tables(root, recipe);
+    take_cut_from_layout(root, recipe);
     take_extent_from_layout(root, recipe);
     read_domain(root, recipe);
     read_section(root, "grid", recipe.grid, reading_for(recipe),

@@ -66,16 +66,28 @@ std::vector<Key> keys_of(DomainSection& domain) {
          "lateral x and y size, centred on 0; x alone, as [10.0]: a profile in x and z, the same at all y, one cell "
          "wide and as cheap, its volumes areas. Not for what is round or ends along y, nor where a rough edge or a "
          "grain of noise shall not be the same all along a line. \"gds\": the box around the layouts' layers that masks "
-         "name, in whole cells, whose centre the masks are moved to 0 by",
+         "name, in whole cells, whose centre the masks are moved to 0 by; \"gds:63/0\": around layer 63, datatype 0 of "
+         "these layouts instead",
          required({.min = 0.0, .above_min = true, .size = 1})},
         {"grid_spacing", &domain.grid_spacing, kLength,
          "rounded so that both extents are whole numbers of cells", required(kPositive)},
         {"padding", &domain.padding, kLength,
-         "with extent = \"gds\": around the layouts, on every side; default 0", kNotNegative},
+         "with extent = \"gds\" or [cut]: around the layouts, on every side; default 0", kNotNegative},
         {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "",
          "sides across x and across y; of a profile across x, the others are periodic"},
         {"length_unit", &domain.length_unit, "", "unit of every length", one_of(length_units())},
         {"time_unit", &domain.time_unit, "", "unit of every time", one_of(time_units())},
+    };
+}
+
+std::vector<Key> keys_of(CutSection& cut) {
+    return {
+        {"layer", &cut.layer, "",
+         "\"63/0\", say: the layer and the datatype of the masks' layout that hold the line, a path of two points or a "
+         "thin box; it becomes the extent, from left to right or upward",
+         required()},
+        {"line", &cut.line, "",
+         "which of the layer's lines, from 1 in the file's order; default the only one", within(0.0, 1e9)},
     };
 }
 
@@ -212,6 +224,9 @@ std::vector<Key> keys_of(MetrologySection& metrology) {
 std::vector<SectionDoc> recipe_documentation() {
     std::vector<SectionDoc> docs;
     docs.push_back(section<DomainSection>("domain", "[domain]", "the simulated box and the units"));
+    docs.push_back(section<CutSection>(
+        "cut line", "[cut]",
+        "a profile along a line drawn in the layout of the masks, instead of domain.extent"));
     docs.push_back(section<GridSection>("grid", "[grid]", "where the grid is fine"));
     docs.push_back(section<StartSection>(
         "start", "[start]", "begins with the wafer of an earlier run; takes the place of layers"));

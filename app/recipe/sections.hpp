@@ -5,7 +5,14 @@
 // documents them. Those of layers are in layer_keys.hpp, those of steps in steps.hpp.
 namespace sidewall::app {
 
+/// A line of a layout along which a profile is simulated. A parsed recipe has its extent and outlines instead.
+struct CutSection {
+    std::string layer;      ///< "63/0": where it is drawn, as layer and datatype
+    std::int64_t line = 0;  ///< which of the layer's, from 1; 0: the only one
+};
+
 std::vector<Key> keys_of(DomainSection& domain);
+std::vector<Key> keys_of(CutSection& cut);
 std::vector<Key> keys_of(GridSection& grid);
 std::vector<Key> keys_of(StartSection& start);
 std::vector<Key> keys_of(Material& material);

@@ -58,7 +58,7 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
     const ModelEntry* entry = find_model(step.model);
     if (entry == nullptr) throw KeyError("model", "must be one of the models that `sidewall models` lists");
     if (!entry->make) return {};
-    Model model = entry->make(step.parameters, materials);
+    Model model = entry->make(step.parameters, materials, {domain.length_unit, domain.time_unit});
     refuse_mirrored_beams(model, domain);
     settle_free_paths(model, domain);
     if (model.in_nm_per_s) {

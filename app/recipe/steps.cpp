@@ -13,6 +13,7 @@
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
 #include "app/recipe/step_model.hpp"
+#include "app/schema/units.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -51,13 +52,14 @@ std::vector<Step> read_list(const toml::table& parent, std::string_view key, con
     return steps;
 }
 
-// Keys that name files count from the recipe's folder.
-void find_files(const toml::table& table, const std::string& path, const std::string& inner,
-                const std::filesystem::path& folder, const std::vector<Key>& keys) {
+// Keys that name files, tables all of them, count from the recipe's folder.
+void find_files(const toml::table& table, const std::string& path, const std::string& inner, Recipe& recipe,
+                const std::vector<Key>& keys) {
+    const std::filesystem::path folder = std::filesystem::path(recipe.file).parent_path();
     for (const Key& key : keys) {
         if (const auto* tables = std::get_if<TableList>(&key.target))
             for (std::size_t i = 0; i < tables->size(); ++i)
-                find_files(table, path, fmt::format("{}{}[{}].", inner, key.name, i), folder,
+                find_files(table, path, fmt::format("{}{}[{}].", inner, key.name, i), recipe,
                            tables->keys(i));
         std::string* const* target = std::get_if<std::string*>(&key.target);
         if (target == nullptr || (*target)->empty() || (key.name != "file" && !key.name.ends_with("_file")))
@@ -70,6 +72,14 @@ void find_files(const toml::table& table, const std::string& path, const std::st
                 throw KeyError(inner + key.name,
                                fmt::format("no such file: {}; the name is relative to the recipe", name));
             });
+        try {
+            CsvTable csv = read_csv(name);
+            convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
+            recipe.notes.push_back(fmt::format("{}.{}{}: {}", path, inner, key.name, csv.understood));
+        } catch (const FileError& error) {
+            throw FileError(
+                fmt::format("{}: {}.{}{}: {}", place_of(table), path, inner, key.name, error.what()));
+        }
     }
 }
 
@@ -96,7 +106,7 @@ Step read_step(const toml::table& table, const std::string& path, Recipe& recipe
     step.parameters = model.defaults;
     if (model.patterned) read_key(table, path, pattern_keys(step.pattern)[0], reading);  // so does its shape
     read_keys(table, path, "a step of model " + step.model, keys_of(step), reading);
-    find_files(table, path, "", std::filesystem::path(recipe.file).parent_path(), model_keys(step));
+    find_files(table, path, "", recipe, model_keys(step));
     if (model.patterned) place_pattern(table, path, step, recipe);
     if (model.make)
         step.built = located(table, path, [&] {

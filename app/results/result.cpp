@@ -147,6 +147,17 @@ std::optional<std::string> missing_in_summary(const Json& summary) {
     return std::nullopt;
 }
 
+// The texts of a list, fit to be shown; none if there is no such list.
+std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, const std::string& name) {
+    std::vector<std::string> list;
+    for (const auto& [key, text] : metadata.texts)
+        if (key == name && !text.empty() && list.empty())
+            // Former versions wrote one text with commas.
+            for (const std::string& part : split(text, text.find('\0') == std::string::npos ? ',' : '\0'))
+                list.push_back(surface::printable(part, true));
+    return list;
+}
+
 }  // namespace
 
 std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
@@ -247,7 +258,7 @@ Json read_summary(const std::filesystem::path& folder) {
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,
                           const std::string& otherwise) {
     for (const auto& [key, text] : metadata.texts)
-        if (key == name) return text;
+        if (key == name) return surface::printable(text, true);
     return otherwise;
 }
 
@@ -258,11 +269,11 @@ std::optional<double> metadata_number(const surface::MeshMetadata& metadata, con
 }
 
 Materials materials_of(const surface::MeshMetadata& metadata) {
-    const std::string names = metadata_text(metadata, "materials", "");
+    const auto names = metadata_list(metadata, "materials"),
+               colours = metadata_list(metadata, "material_colours");
     if (names.empty()) return default_materials();
-    const auto colours = split(metadata_text(metadata, "material_colours", ""), ',');
     Materials materials;
-    for (const std::string& name : split(names, ',')) {
+    for (const std::string& name : names) {
         Material material;
         material.name = name;
         const auto known = material_id(default_materials(), name);

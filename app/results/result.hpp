@@ -55,15 +55,15 @@ std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface
 /// \throws FileError if it is missing or no JSON.
 Json read_summary(const std::filesystem::path& folder);
 
-/// A text of the metadata, or \p otherwise.
+/// A text of the metadata, or \p otherwise. It is fit to be shown on a line of a terminal.
 std::string metadata_text(const surface::MeshMetadata& metadata, const std::string& name,
                           const std::string& otherwise);
 
 /// A number of the metadata, such as "time"; none if it has none of that name.
 std::optional<double> metadata_number(const surface::MeshMetadata& metadata, const std::string& name);
 
-/// Names and colours by id: from the metadata's `materials` and `material_colours` (comma separated) where a
-/// file has them, else the built-in table.
+/// Names and colours by id: from the metadata's lists `materials` and `material_colours` where a file has them, else the
+/// built-in table. Control characters in them become `\xNN`.
 Materials materials_of(const surface::MeshMetadata& metadata);
 
 /// Whether a summary says another version than this program's.

@@ -34,7 +34,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kProgram = 1e8;  // bytes of a process before it has a wafer
-constexpr int kInterrupted = 130, kSignalled = 128;
+constexpr int kCannotWrite = 5, kInterrupted = 130, kSignalled = 128;
 constexpr auto kPause = std::chrono::milliseconds(10), kSharedPause = std::chrono::milliseconds(50);
 
 // The folder may have been a run's of other keys.
@@ -105,7 +105,7 @@ struct Running {
 class Pool {
   public:
     Pool(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
-         const std::function<void()>& ended)
+         const std::function<void(std::size_t number)>& ended)
         : set_(set), progress_(progress), ended_(ended), waiting_(numbers.begin(), numbers.end()) {
         const auto threads = static_cast<std::size_t>(thread_count());
         const std::size_t share =
@@ -133,7 +133,7 @@ class Pool {
             const SetRun& run = set_.runs[number - 1];
             if (shared_ && read_any_end(set_, number)) {
                 waiting_.erase(next);
-                end_one();
+                end_one(number);
                 return true;
             }
             if (!running_.empty() && memory_ + run.memory > free_) return false;
@@ -145,7 +145,7 @@ class Pool {
             }
             waiting_.erase(next);
             if (read_end(set_, number) || (shared_ && read_any_end(set_, number))) {
-                end_one();
+                end_one(number);
                 return true;
             }
             write_run_recipe(set_, number);
@@ -171,18 +171,23 @@ class Pool {
             running_.erase(running_.begin() + static_cast<std::ptrdiff_t>(i));
             memory_ -= run.memory;
             if (end->exit_code == kInterrupted) stop();
+            if (end->exit_code == kCannotWrite && set_.needs_all) {
+                stop_all();
+                throw IoError(fmt::format("run {:04}: {}; then go on with: {}", number, reason(*end),
+                                          set_.resume_command));
+            }
             if (end->exit_code != 0 || !read_end(set_, number)) {
                 run.status = reason(*end);
                 run.ended = true;
                 if (shared_) write_file(folder_of(set_, number) / kFailed, run.status);
                 progress_.line(fmt::format("run {:04} failed: {}", number, run.status));
             }
-            end_one();
+            end_one(number);
         }
     }
 
-    void end_one() {
-        ended_();
+    void end_one(std::size_t number) {
+        ended_(number);
         progress_.update(static_cast<double>(count_ended(set_)), fmt::format("{} running", running_.size()));
     }
 
@@ -192,19 +197,23 @@ class Pool {
         progress_.line(text);
     }
 
-    [[noreturn]] void stop() {
+    void stop_all() {
         for (const Running& run : running_) run.process.ask_to_stop();
         while (!running_.empty()) {
             std::erase_if(running_, [](Running& run) { return run.process.end().has_value(); });
             std::this_thread::sleep_for(kPause);
         }
+    }
+
+    [[noreturn]] void stop() {
+        stop_all();
         throw Interrupted(
             fmt::format("stopped with {} runs made; go on with: {}", count_ended(set_), set_.resume_command));
     }
 
     RunSet& set_;
     ProgressBar& progress_;
-    const std::function<void()>& ended_;
+    const std::function<void(std::size_t number)>& ended_;
     std::deque<std::size_t> waiting_;
     std::vector<Running> running_;
     std::vector<std::string> told_;
@@ -251,7 +260,9 @@ fs::path folder_of(const RunSet& set, std::size_t number) {
 
 std::vector<std::string> run_arguments(const RunSet& set, std::size_t number) {
     const fs::path folder = folder_of(set, number);
-    std::vector<std::string> arguments{"run", (folder / "recipe.toml").string(), "-o", folder.string()};
+    std::string path = folder.string();
+    if (path.starts_with('-')) path.insert(0, "./");  // no option
+    std::vector<std::string> arguments{"run", path + "/recipe.toml", "-o", path};
     if (is_there(folder / kManifest)) arguments.push_back("--resume");
     return arguments;
 }
@@ -265,7 +276,7 @@ void write_run_recipe(const RunSet& set, std::size_t number) {
 }
 
 void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
-               const std::function<void()>& ended) {
+               const std::function<void(std::size_t number)>& ended) {
     std::vector<std::size_t> left;
     for (const std::size_t number : std::set<std::size_t>(numbers.begin(), numbers.end()))
         if (!set.runs[number - 1].ended && !read_end(set, number)) left.push_back(number);
@@ -274,7 +285,7 @@ void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar
         fs::remove(folder_of(set, number) / kFailed, failure);  // it is tried again
         if (ranks().count > 1) write_run_recipe(set, number);   // for all ranks to see
     }
-    ended();
+    ended(0);
     if (!left.empty()) Pool(set, left, progress, ended).make_all();
 }
 
@@ -291,7 +302,7 @@ void help_with_runs(const fs::path& folder, std::size_t jobs) {
         if (interrupted() || pauses == kPatience || is_new("sweep.json") || is_new("fit.json")) return;
         std::this_thread::sleep_for(kSharedPause);
     }
-    RunSet set{.folder = folder, .jobs = jobs};
+    RunSet set{.folder = folder, .jobs = jobs, .needs_all = is_there(folder / "fit.json")};
     ProgressBar silent("", 1.0, "", false);
     while (lock_holder(folder) && !interrupted()) {
         const std::size_t known = set.runs.size();
@@ -299,7 +310,7 @@ void help_with_runs(const fs::path& folder, std::size_t jobs) {
         std::vector<std::size_t> fresh;
         for (std::size_t number = known + 1; number <= set.runs.size(); ++number)
             if (!read_any_end(set, number)) fresh.push_back(number);
-        if (!fresh.empty()) Pool(set, fresh, silent, [] {}).make_all();
+        if (!fresh.empty()) Pool(set, fresh, silent, [](std::size_t) {}).make_all();
         std::this_thread::sleep_for(kSharedPause);
     }
 }

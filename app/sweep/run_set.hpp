@@ -25,6 +25,7 @@ struct RunSet {
     std::filesystem::path folder;                ///< DIR
     std::size_t jobs = 0;                        ///< at the same time; 0: as many as there are threads
     std::string resume_command;                  ///< what an interrupted user goes on with
+    bool needs_all = false;                      ///< a run that cannot write its files ends all, as in a fit
     std::vector<SetRun> runs;                    ///< number 1 first
     std::map<std::string, std::size_t> numbers;  ///< by effective recipe
 };
@@ -48,13 +49,13 @@ void write_run_recipe(const RunSet& set, std::size_t number);
 
 /// Makes the runs that have not ended, several at once: no more than jobs, and no more than the free
 /// memory holds. A run whose folder holds its result is read; one that was begun goes on from its checkpoint;
-/// one that another process still writes is waited for. A run that fails stops no other. Ranks of mpirun that
+/// one that another process still writes is waited for. A run that fails stops no other, but see needs_all. Ranks of mpirun that
 /// help_with_runs take runs, too, one at a time for each of their jobs; a run whose rank dies is made by another.
 /// \param progress  counts all runs of the set that have ended.
-/// \param ended     called in this thread after each.
-/// \throws Interrupted after all runs have stopped at their checkpoints; IoError.
+/// \param ended     called in this thread with the number of each that has ended; with 0 first, for those that had before.
+/// \throws Interrupted after all runs have stopped at their checkpoints; IoError, then, too, if needs_all asks for it.
 void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar& progress,
-               const std::function<void()>& ended);
+               const std::function<void(std::size_t number)>& ended);
 
 /// The part of a rank of `mpirun -n N sidewall sweep|fit` other than the first: makes runs that DIR/runs holds and that
 /// nobody makes, until the process that gathers them, which holds DIR, has ended. None of it needs MPI; the ranks share

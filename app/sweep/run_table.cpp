@@ -10,20 +10,19 @@
 namespace sidewall::app {
 namespace {
 
-// Figures of any run, those of the first one first.
-std::vector<std::string> figures(const std::vector<RunPoint>& points, const RunSet& set) {
-    std::vector<std::string> names;
-    for (const RunPoint& point : points) {
-        const SetRun& run = set.runs[point.number - 1];
-        if (!run.summary.contains("metrology")) continue;
-        for (const auto& [name, value] : run.summary["metrology"].items())
-            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    }
-    return names;
-}
-
 std::string number_field(const Json& json) {
     return json.is_number() ? fmt::format(",{:.9g}", json.get<double>()) : ",";
+}
+
+std::string row_of(const std::vector<std::string>& columns, const RunPoint& point, const SetRun& run) {
+    std::string row = fmt::format("{:04}", point.number);
+    for (const std::string& value : point.values) row += fmt::format(",{}", csv_field(value));
+    const auto field = [&](const char* part, const std::string& name) {
+        row += number_field(run.summary.contains(part) ? run.summary[part].value(name, Json()) : Json());
+    };
+    for (const std::string& name : columns) field("metrology", name);
+    field("timing", "total");
+    return row + fmt::format(",{}\n", csv_field(run.status));
 }
 
 }  // namespace
@@ -56,24 +55,40 @@ Recipe recipe_changed(const std::string& effective, const std::string& file,
 
 std::string run_table(const std::vector<std::string>& keys, const std::vector<RunPoint>& points,
                       const RunSet& set) {
-    const std::vector<std::string> names = figures(points, set);
+    const std::vector<std::string> names = figures_of(points, set);
     std::string table = "run";
     for (const auto* columns : {&keys, &names})
         for (const std::string& name : *columns) table += fmt::format(",{}", csv_field(name));
     table += ",seconds,status\n";
     for (const RunPoint& point : points) {
         const SetRun& run = set.runs[point.number - 1];
-        if (!run.ended) continue;
-        table += fmt::format("{:04}", point.number);
-        for (const std::string& value : point.values) table += fmt::format(",{}", csv_field(value));
-        const Json& summary = run.summary;
-        for (const std::string& name : names)
-            table += number_field(summary.contains("metrology") ? summary["metrology"].value(name, Json())
-                                                                : Json());
-        table += number_field(summary.contains("timing") ? summary["timing"].value("total", Json()) : Json());
-        table += fmt::format(",{}\n", csv_field(run.status));
+        if (run.ended) table += row_of(names, point, run);
     }
     return table;
+}
+
+std::optional<std::string> run_rows(const std::vector<std::string>& columns,
+                                    const std::vector<RunPoint>& points, const RunSet& set,
+                                    std::size_t number) {
+    std::string rows;
+    for (const RunPoint& point : points) {
+        if (point.number != number) continue;
+        for (const std::string& name : figures_of({point}, set))
+            if (std::find(columns.begin(), columns.end(), name) == columns.end()) return std::nullopt;
+        rows += row_of(columns, point, set.runs[number - 1]);
+    }
+    return rows;
+}
+
+std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const RunSet& set) {
+    std::vector<std::string> names;
+    for (const RunPoint& point : points) {
+        const SetRun& run = set.runs[point.number - 1];
+        if (!run.summary.contains("metrology")) continue;
+        for (const auto& [name, value] : run.summary["metrology"].items())
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+    return names;
 }
 
 Json units_of(const RunSet& set) {

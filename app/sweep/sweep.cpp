@@ -16,6 +16,7 @@
 #include "app/sweep/vary.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
+#include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -79,10 +80,22 @@ SweepEnd run_sweep(const SweepOptions& options) {
     const auto before = static_cast<double>(read_ended(sweep.set));
     ProgressBar progress("sweep", static_cast<double>(end.runs), "runs", !options.quiet,
                          {.from = before, .tenths = true});
-    make_runs(sweep.set, numbers, progress, [&] {
+    // A row is added for each run; the whole table is written at both ends, at last in the order of the
+    // points.
+    std::vector<std::string> columns;
+    const auto write_table = [&] {
+        columns = figures_of(sweep.points, sweep.set);
         end.table = run_table(sweep.keys, sweep.points, sweep.set);
         write_file(options.output / "sweep.csv", end.table);
+    };
+    make_runs(sweep.set, numbers, progress, [&](std::size_t number) {
+        const auto rows = number == 0 ? std::nullopt : run_rows(columns, sweep.points, sweep.set, number);
+        if (rows)
+            surface::append_to_file(options.output / "sweep.csv", *rows);
+        else
+            write_table();
     });
+    write_table();
     sweep.plan["units"] = units_of(sweep.set);
     write_plan(options, sweep);
     for (const SetRun& run : sweep.set.runs) end.failed += run.status == "ok" ? 0 : 1;
@@ -94,6 +107,10 @@ SweepEnd run_sweep(const SweepOptions& options) {
 
 std::string plan_sweep(const SweepOptions& options) {
     const Sweep sweep = read_sweep(options);
+    if (options.output.string().find('\n') != std::string::npos)
+        throw RecipeError(fmt::format(
+            "-o {}: --plan prints a command a line, and this folder's name has a line break: choose another one",
+            options.output.string()));
     make_folder(options.output, "choose another with -o");
     const FolderLock lock(options.output);
     open_batch_folder(options.output, "sweep.json", "sweep", sweep.plan, options.resume);

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "levelset/shapes/outline.hpp"
+#include "levelset/shapes/polygon_clipping.hpp"
 #include "levelset/shapes/raster.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
@@ -43,7 +44,6 @@ Raster make_raster(const Blur& blur, const Domain& domain) {
 
 struct Edge {
     std::array<double, 2> low, high;  // ends by y
-    std::size_t polygon;
 };
 
 // Adds the part of the interval [from, to] to the pixels of a row, in pixels along x.
@@ -58,40 +58,26 @@ void add_interval(float* row, int count, double from, double to, double weight) 
             static_cast<float>(weight * (std::min(to, i + 1.0) - std::max(from, static_cast<double>(i))));
 }
 
-// The union of all polygons at height y: even-odd in each, in intervals along x.
+// What the outlines enclose at height y, in intervals along x.
 void add_line(const std::vector<Edge>& edges, double y, double weight, const Raster& raster, double min_x,
-              float* row, std::vector<std::pair<double, double>>& intervals) {
-    intervals.clear();
-    std::vector<double> at;
-    for (std::size_t k = 0; k < edges.size();) {
-        const std::size_t polygon = edges[k].polygon;
-        at.clear();
-        for (; k < edges.size() && edges[k].polygon == polygon; ++k) {
-            const auto& [a, b, number] = edges[k];
-            if (a[1] <= y && y < b[1]) at.push_back(a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
-        }
-        std::sort(at.begin(), at.end());
-        for (std::size_t i = 0; i + 1 < at.size(); i += 2) intervals.emplace_back(at[i], at[i + 1]);
-    }
-    std::sort(intervals.begin(), intervals.end());
-    double end = -kInfinity;
-    for (const auto& [from, to] : intervals) {
-        const double begin = std::max(from, end);
-        if (to > begin)
-            add_interval(row, raster.count[0], (begin - min_x) / raster.size[0],
-                         (to - min_x) / raster.size[0], weight);
-        end = std::max(end, to);
-    }
+              float* row, std::vector<double>& at) {
+    at.clear();
+    for (const auto& [a, b] : edges)
+        if (a[1] <= y && y < b[1])
+            at.push_back((a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) - min_x) / raster.size[0]);
+    std::sort(at.begin(), at.end());
+    for (std::size_t i = 0; i + 1 < at.size(); i += 2)
+        add_interval(row, raster.count[0], at[i], at[i + 1], weight);
 }
 
-// The share of every pixel under the polygons.
-void cover(Raster& raster, const std::vector<Polygon>& polygons, const Domain& domain) {
+// The share of every pixel within the outlines.
+void cover(Raster& raster, const std::vector<Polygon>& outlines, const Domain& domain) {
     std::vector<Edge> edges;
-    for (std::size_t p = 0; p < polygons.size(); ++p)
-        for (std::size_t k = 0, j = polygons[p].size() - 1; k < polygons[p].size(); j = k++) {
-            const auto& [a, b] = std::minmax(polygons[p][j], polygons[p][k],
-                                             [](const auto& u, const auto& v) { return u[1] < v[1]; });
-            if (a[1] < b[1] && b[1] > domain.min[1] && a[1] < domain.max[1]) edges.push_back({a, b, p});
+    for (const Polygon& outline : outlines)
+        for (std::size_t k = 0, j = outline.size() - 1; k < outline.size(); j = k++) {
+            const auto& [a, b] =
+                std::minmax(outline[j], outline[k], [](const auto& u, const auto& v) { return u[1] < v[1]; });
+            if (a[1] < b[1] && b[1] > domain.min[1] && a[1] < domain.max[1]) edges.push_back({a, b});
         }
     raster.values.assign(
         static_cast<std::size_t>(raster.count[0]) * static_cast<std::size_t>(raster.count[1]), 0.0f);
@@ -107,11 +93,11 @@ void cover(Raster& raster, const std::vector<Polygon>& polygons, const Domain& d
                 if (y > low && y < high) cuts.push_back(y);
         }
         std::sort(cuts.begin(), cuts.end());
-        std::vector<std::pair<double, double>> intervals;
+        std::vector<double> at;
         for (std::size_t s = 0; s + 1 < cuts.size() && !here.empty(); ++s)
             if (cuts[s + 1] > cuts[s])
                 add_line(here, 0.5 * (cuts[s] + cuts[s + 1]), (cuts[s + 1] - cuts[s]) / raster.size[1],
-                         raster, domain.min[0], raster.row(j), intervals);
+                         raster, domain.min[0], raster.row(j), at);
     });
 }
 
@@ -237,8 +223,8 @@ std::pair<bool, bool> fate(const Polygon& polygon, const Raster& raster, const D
     for (int j = low[1]; j <= high[1]; ++j)
         for (int i = low[0]; i <= high[0]; ++i)
             if (raster.at(i, j) > threshold &&
-                polygon_distance(polygon, domain.min[0] + (i + 0.5) * raster.size[0],
-                                 domain.min[1] + (j + 0.5) * raster.size[1]) < 0.0)
+                signed_distance({&polygon, 1}, domain.min[0] + (i + 0.5) * raster.size[0],
+                                domain.min[1] + (j + 0.5) * raster.size[1]) < 0.0)
                 return {true, true};
     return {true, false};
 }
@@ -251,7 +237,7 @@ ResistContours resist_contours(const std::vector<Polygon>& polygons, const Blur&
         if (stop && stop()) throw Interrupted("stopped while outlines were blurred");
     };
     Raster covered = make_raster(blur, domain);
-    cover(covered, repeated(polygons, domain), domain);
+    cover(covered, united(repeated(polygons, domain)), domain);
     Raster blurred = covered;
     std::fill(blurred.values.begin(), blurred.values.end(), 0.0f);
     std::vector<double> weights = blur.weights;

@@ -8,11 +8,10 @@
 #include <numbers>
 #include <vector>
 
+#include "levelset/shapes/mesh_body.hpp"
 #include "levelset/shapes/outline.hpp"
 #include "levelset/shapes/solids.hpp"
 #include "surface/error.hpp"
-#include "surface/files/mesh_io.hpp"
-#include "surface/signed_distance.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -21,6 +20,12 @@ using Vec2 = Eigen::Vector2d;
 
 void require(bool good, const Shape& shape, const char* what) {
     if (!good) throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
+}
+
+// Beyond any wafer, and small enough for the grid spacing beside it: lengths may be in m.
+double far_away(const Domain& domain) {
+    constexpr double kCells = 1e9;
+    return std::min(kFar, kCells * domain.spacing);
 }
 
 // Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric
@@ -39,11 +44,12 @@ double profile_distance(const std::vector<Vec2>& profile, double s, double z, bo
 // A recess of half-width `half` at the top whose walls lean inwards by `slope` (length per length).
 Body recess(const Shape& shape, double half, bool round, const Domain& domain) {
     const double slope = std::tan(shape.taper_deg * std::numbers::pi / 180.0);
-    double depth = std::min(shape.depth, kFar);
+    const double far = far_away(domain);
+    double depth = std::min(shape.depth, far);
     if (slope > 0.0) depth = std::min(depth, half / slope);  // the walls meet: a V
     const double bottom = shape.top - depth, half_bottom = std::max(0.0, half - slope * depth);
     const std::vector<Vec2> profile{
-        {kFar, shape.top}, {half, shape.top}, {half_bottom, bottom}, {-kFar, bottom}};
+        {far, shape.top}, {half, shape.top}, {half_bottom, bottom}, {-far, bottom}};
     return {[=, top = shape.top, position = shape.position](const Vec3& p) {
                 const double x = wrapped(p.x() - position[0], domain, 0);
                 const double s = round ? std::hypot(x, wrapped(p.y() - position[1], domain, 1)) : std::abs(x);
@@ -57,9 +63,9 @@ Body recess(const Shape& shape, double half, bool round, const Domain& domain) {
 Body fin(const Shape& shape, const Domain& domain) {
     const double half = 0.5 * shape.width, slope = std::tan(shape.taper_deg * std::numbers::pi / 180.0);
     const double height = slope > 0.0 ? std::min(shape.height, half / slope) : shape.height;
-    const double ridge = shape.top + height, half_ridge = std::max(0.0, half - slope * height);
-    const std::vector<Vec2> profile{
-        {-kFar, ridge}, {half_ridge, ridge}, {half, shape.top}, {kFar, shape.top}};
+    const double far = far_away(domain), ridge = shape.top + height,
+                 half_ridge = std::max(0.0, half - slope * height);
+    const std::vector<Vec2> profile{{-far, ridge}, {half_ridge, ridge}, {half, shape.top}, {far, shape.top}};
     return {[=, top = shape.top, position = shape.position](const Vec3& p) {
                 const double s = std::abs(wrapped(p.x() - position[0], domain, 0)), z = p.z();
                 const bool gas = z > ridge || (z > top && s > half - slope * (z - top));
@@ -99,13 +105,6 @@ Body mask(const Shape& shape, const Domain& domain) {
             base, shape.top, true};
 }
 
-Body mesh_body(const Shape& shape) {
-    const TriangleMesh mesh = surface::read_mesh(shape.file);
-    const Box3 bounds = bounding_box(mesh);
-    const auto surface = std::make_shared<const surface::SignedDistance>(mesh);
-    return {[=](const Vec3& p) { return surface->at(p).distance; }, bounds.min.z(), bounds.max.z()};
-}
-
 }  // namespace
 
 Body make_body(const Shape& shape, const Domain& domain) {
@@ -131,7 +130,7 @@ Body make_body(const Shape& shape, const Domain& domain) {
                     "a box needs a positive size and height");
             return box(shape, domain);
         case ShapeKind::mesh:
-            return mesh_body(shape);
+            return mesh_body(shape, domain);
         case ShapeKind::mask:
             return mask(shape, domain);
         default:

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "levelset/shapes/polygon_clipping.hpp"
 #include "levelset/shapes/polygon_index.hpp"
 #include "surface/error.hpp"
 
@@ -17,11 +18,8 @@ Outline polygons(const Shape& shape, const Domain& domain) {
     for (Polygon& polygon : polygons)
         for (auto& p : polygon)
             for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
-    if (shape.contours) {
-        const auto index = std::make_shared<const PolygonIndex>(std::move(polygons));
-        return [index](double x, double y) { return index->oriented_distance(x, y); };
-    }
-    const auto index = std::make_shared<const PolygonIndex>(repeated(polygons, domain));
+    if (!shape.contours) polygons = united(repeated(polygons, domain));
+    const auto index = std::make_shared<const PolygonIndex>(polygons);
     return [index](double x, double y) { return index->signed_distance(x, y); };
 }
 

@@ -19,20 +19,15 @@ bool crosses(const std::array<double, 2>& a, const std::array<double, 2>& b, dou
     return (a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]);
 }
 
-double polygon_distance(const Polygon& polygon, double x, double y) {
+double signed_distance(std::span<const Polygon> polygons, double x, double y) {
     double squared = std::numeric_limits<double>::infinity();
     bool inside = false;
-    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++) {
-        squared = std::min(squared, squared_distance(polygon[j], polygon[k], x, y));
-        inside ^= crosses(polygon[j], polygon[k], x, y);
-    }
+    for (const Polygon& polygon : polygons)
+        for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++) {
+            squared = std::min(squared, squared_distance(polygon[j], polygon[k], x, y));
+            inside ^= crosses(polygon[j], polygon[k], x, y);
+        }
     return inside ? -std::sqrt(squared) : std::sqrt(squared);
-}
-
-double signed_distance(const std::vector<Polygon>& polygons, double x, double y) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Polygon& polygon : polygons) nearest = std::min(nearest, polygon_distance(polygon, x, y));
-    return nearest;
 }
 
 }  // namespace sidewall::levelset

@@ -9,7 +9,6 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr std::size_t kFewCorners = 32;  // are measured one by one
 constexpr std::uint32_t kLeaf = 8;
 
 using Point = std::array<double, 2>;
@@ -21,12 +20,6 @@ Rectangle around(std::initializer_list<Rectangle> parts) {
             box.low[a] = std::min(box.low[a], part.low[a]);
             box.high[a] = std::max(box.high[a], part.high[a]);
         }
-    return box;
-}
-
-Rectangle around(const Polygon& polygon) {
-    Rectangle box{{kInfinity, kInfinity}, {-kInfinity, -kInfinity}};
-    for (const Point& p : polygon) box = around({box, {p, p}});
     return box;
 }
 
@@ -92,7 +85,7 @@ template <class Visit>
 void visit_ray(const RectangleTree& tree, double x, double y, double rounding, const Visit& visit) {
     std::array<std::uint32_t, 64> open;
     std::size_t count = 0;
-    open[count++] = 0;
+    if (!tree.nodes.empty()) open[count++] = 0;
     while (count > 0) {
         const std::uint32_t n = open[--count];
         const RectangleTree::Node& node = tree.nodes[n];
@@ -106,71 +99,30 @@ void visit_ray(const RectangleTree& tree, double x, double y, double rounding, c
     }
 }
 
-bool runs_clockwise(const Polygon& polygon) {
-    double twice = 0.0;
-    for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
-        twice += (polygon[j][0] - polygon[0][0]) * (polygon[k][1] - polygon[0][1]) -
-                 (polygon[k][0] - polygon[0][0]) * (polygon[j][1] - polygon[0][1]);
-    return twice < 0.0;
-}
-
 }  // namespace
 
-PolygonIndex::PolygonIndex(std::vector<Polygon> polygons) : polygons_(std::move(polygons)) {
+PolygonIndex::PolygonIndex(std::span<const Polygon> polygons) {
     std::vector<Rectangle> boxes;
-    boxes.reserve(polygons_.size());
-    for (const Polygon& polygon : polygons_) {
-        boxes.push_back(around(polygon));
-        for (const Point& p : polygon)
-            rounding_ = std::max({rounding_, 1e-12 * std::abs(p[0]), 1e-12 * std::abs(p[1])});
-        std::vector<Rectangle> edges;
-        if (polygon.size() > kFewCorners)
-            for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++)
-                edges.push_back(around({{polygon[j], polygon[j]}, {polygon[k], polygon[k]}}));
-        edges_.push_back(make_tree(edges));
-        clockwise_.push_back(runs_clockwise(polygon) ? 1 : 0);
-    }
+    for (const Polygon& polygon : polygons)
+        for (std::size_t k = 0, j = polygon.size() - 1; k < polygon.size(); j = k++) {
+            edges_.push_back({polygon[j], polygon[k]});
+            boxes.push_back(around({{polygon[j], polygon[j]}, {polygon[k], polygon[k]}}));
+            for (const double x : polygon[k]) rounding_ = std::max(rounding_, 1e-12 * std::abs(x));
+        }
     tree_ = make_tree(boxes);
 }
 
-double PolygonIndex::of_polygon(std::uint32_t k, double x, double y) const {
-    const Polygon& polygon = polygons_[k];
-    const RectangleTree& edges = edges_[k];
-    if (edges.nodes.empty()) return polygon_distance(polygon, x, y);
-    const auto corner = [&](std::uint32_t edge) { return polygon[edge > 0 ? edge - 1 : polygon.size() - 1]; };
+double PolygonIndex::signed_distance(double x, double y) const {
     double squared = kInfinity;
     visit_near(
-        edges, x, y, [&] { return std::sqrt(squared) * (1.0 + 1e-9) + rounding_; },
+        tree_, x, y, [&] { return std::sqrt(squared) * (1.0 + 1e-9) + rounding_; },
         [&](std::uint32_t edge) {
-            squared = std::min(squared, squared_distance(corner(edge), polygon[edge], x, y));
+            squared = std::min(squared, squared_distance(edges_[edge][0], edges_[edge][1], x, y));
         });
     bool inside = false;
-    visit_ray(edges, x, y, rounding_,
-              [&](std::uint32_t edge) { inside ^= crosses(corner(edge), polygon[edge], x, y); });
+    visit_ray(tree_, x, y, rounding_,
+              [&](std::uint32_t edge) { inside ^= crosses(edges_[edge][0], edges_[edge][1], x, y); });
     return inside ? -std::sqrt(squared) : std::sqrt(squared);
-}
-
-double PolygonIndex::signed_distance(double x, double y) const {
-    double nearest = kInfinity;
-    // Only a polygon whose rectangle holds the point can be nearer than one that the point is in.
-    visit_near(
-        tree_, x, y, [&] { return std::max(nearest, 0.0) * (1.0 + 1e-9) + rounding_; },
-        [&](std::uint32_t k) { nearest = std::min(nearest, of_polygon(k, x, y)); });
-    return nearest;
-}
-
-double PolygonIndex::oriented_distance(double x, double y) const {
-    double nearest = kInfinity, signed_one = kInfinity;
-    // The way to the nearest of all boundaries crosses no other.
-    visit_near(
-        tree_, x, y, [&] { return nearest * (1.0 + 1e-9) + rounding_; },
-        [&](std::uint32_t k) {
-            const double distance = of_polygon(k, x, y);
-            if (std::abs(distance) >= nearest) return;
-            nearest = std::abs(distance);
-            signed_one = clockwise_[k] != 0 ? -distance : distance;
-        });
-    return signed_one;
 }
 
 }  // namespace sidewall::levelset

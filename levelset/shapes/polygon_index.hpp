@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "levelset/shapes/polygon.hpp"
@@ -29,23 +30,15 @@ struct RectangleTree {
 class PolygonIndex {
   public:
     /// O(n log n) in the corners.
-    explicit PolygonIndex(std::vector<Polygon> polygons);
+    explicit PolygonIndex(std::span<const Polygon> polygons);
 
     /// signed_distance() of all polygons. Safe to call in parallel.
     double signed_distance(double x, double y) const;
 
-    /// Signed distance of a point from what lies left of all polygons, which neither cross nor touch one another; negative
-    /// in it. Safe to call in parallel.
-    double oriented_distance(double x, double y) const;
-
   private:
-    double of_polygon(std::uint32_t k, double x, double y) const;
-
-    std::vector<Polygon> polygons_;
-    std::vector<std::uint8_t> clockwise_;  ///< of each polygon
+    std::vector<std::array<std::array<double, 2>, 2>> edges_;
     RectangleTree tree_;
-    std::vector<RectangleTree> edges_;  ///< of each polygon; empty for small ones
-    double rounding_ = 0.0;             ///< what distances of coordinates this large are rounded by, and more
+    double rounding_ = 0.0;  ///< what distances of coordinates this large are rounded by, and more
 };
 
 }  // namespace sidewall::levelset

@@ -62,10 +62,11 @@ std::string lower_extension(const std::filesystem::path& path) {
     return extension;
 }
 
-std::string printable(std::string_view text) {
+std::string printable(std::string_view text, bool one_line) {
     std::string result;
     while (!text.empty()) {
-        const std::size_t length = character_length(text);
+        const bool blank = text[0] == '\n' || text[0] == '\t';
+        const std::size_t length = one_line && blank ? 0 : character_length(text);
         if (length == 0) result += fmt::format("\\x{:02x}", static_cast<unsigned char>(text[0]));
         result += text.substr(0, length);
         text.remove_prefix(length == 0 ? 1 : length);

@@ -14,6 +14,7 @@ std::string lower_extension(const std::filesystem::path& path);
 
 /// Text that a terminal can be given: characters of UTF-8, line breaks and tabs stay, every other byte and
 /// control character becomes `\xNN`. For texts that may quote a damaged file.
-std::string printable(std::string_view text);
+/// \param one_line  line breaks and tabs become `\x0a` and `\x09`, too, as suits a name.
+std::string printable(std::string_view text, bool one_line = false);
 
 }  // namespace sidewall::surface

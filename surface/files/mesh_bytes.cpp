@@ -1,6 +1,34 @@
 #include "surface/files/mesh_bytes.hpp"
 
+#include <cctype>
+#include <charconv>
+
+#include "surface/files/file.hpp"
+
 namespace sidewall::surface {
+
+std::string_view without_mark(std::string_view text, const std::string& name) {
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+        throw FileError(fmt::format("{}: is UTF-16 text: save it as UTF-8", name));
+    return text.substr(text.starts_with("\xef\xbb\xbf") ? 3 : 0);
+}
+
+std::optional<double> next_number(const char*& at, const char* end) {
+    const auto is_space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
+    const char* begin = at;
+    if (begin != end && *begin == '+') ++begin;
+    double value = 0.0;
+    const auto [stop, failure] = std::from_chars(begin, end, value);
+    if (failure != std::errc{} || (begin != at && *begin == '-') || (stop != end && !is_space(*stop)))
+        return std::nullopt;
+    at = stop;
+    return value;
+}
+
+std::string excerpt(const char* at, const char* end) {
+    constexpr std::ptrdiff_t kCharacters = 12;
+    return printable(std::string_view(at, static_cast<std::size_t>(std::min(end - at, kCharacters))));
+}
 
 void check_read_mesh(const TriangleMesh& mesh, const std::string& name) {
     if (mesh.triangles.empty())

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -75,6 +76,16 @@ inline void append_scalar(std::string& bytes, Scalar type, double value) {
     if (type == Scalar::int32) append_value(bytes, to_int32(value));
 }
 
+/// The text without a UTF-8 byte order mark.
+/// \throws FileError for UTF-16.
+std::string_view without_mark(std::string_view text, const std::string& name);
+
+/// Reads the number at \p at and steps past it; nothing if what stands there up to the next white space is no number alone.
+std::optional<double> next_number(const char*& at, const char* end);
+
+/// What stands at \p at in a text, for messages: a few characters that a terminal can be given.
+std::string excerpt(const char* at, const char* end);
+
 /// What a file may become in memory: values that compress well, or one cell's that many triangles repeat, make
 /// gigabytes of a few kilobytes. Counted before it is taken.
 class MemoryBudget {
@@ -110,10 +121,11 @@ struct CellTriangles {
     }
     template <class Indices>
     void add_strip(const Indices& v, std::uint32_t cell_index) {
-        // Every other triangle of a strip is oriented backwards.
+        // Every other triangle of a strip is oriented backwards. Corners are repeated to turn it.
         for (std::size_t k = 2; k < v.size(); ++k)
-            add(k % 2 == 0 ? Triangle{v[k - 2], v[k - 1], v[k]} : Triangle{v[k - 1], v[k - 2], v[k]},
-                cell_index);
+            if (v[k - 2] != v[k - 1] && v[k - 1] != v[k] && v[k] != v[k - 2])
+                add(k % 2 == 0 ? Triangle{v[k - 2], v[k - 1], v[k]} : Triangle{v[k - 1], v[k - 2], v[k]},
+                    cell_index);
     }
     void add(const Triangle& triangle, std::uint32_t cell_index) {
         triangles.push_back(triangle);

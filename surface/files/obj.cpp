@@ -6,6 +6,7 @@
 #include <set>
 
 #include "surface/files/mesh_bytes.hpp"
+#include "surface/files/polygons.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -50,7 +51,9 @@ std::string_view next_word(std::string_view& line) {
 
 template <class Number>
 bool parse(std::string_view word, Number& value) {
-    if (!word.empty() && word.front() == '+') word.remove_prefix(1);
+    const bool plus = word.starts_with("+");
+    if (plus) word.remove_prefix(1);
+    if (word.starts_with("-") && plus) return false;
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
     return failure == std::errc{} && end == word.data() + word.size() && !word.empty();
 }
@@ -73,21 +76,36 @@ struct Reader {
         throw FileError(fmt::format("{}:{}: {}: export the surface again", name, lines.number(), what));
     }
 
+    // The numbers of a line, at least \p least of them.
+    std::vector<double> numbers(std::string_view rest, std::size_t least) const {
+        std::vector<double> all;
+        for (auto word = next_word(rest); !word.empty() || all.size() < least; word = next_word(rest))
+            if (!parse(word, all.emplace_back()))
+                refuse(fmt::format("'{}' instead of a coordinate",
+                                   excerpt(word.data(), word.data() + word.size())));
+        return all;
+    }
+
     void vertex(std::string_view rest) {
-        Vec3 p;
-        for (int k = 0; k < 3; ++k)
-            if (const auto word = next_word(rest); !parse(word, p[k]))
-                refuse(fmt::format("'{}' instead of a coordinate", word.substr(0, 12)));
-        if (!next_word(rest).empty() && !next_word(rest).empty()) ++dropped["vertex colours"];
-        mesh.vertices.push_back(p);
+        const std::vector<double> p = numbers(rest, 3);
+        if (p.size() > 4) ++dropped["vertex colours"];
+        mesh.vertices.emplace_back(p[0], p[1], p[2]);
     }
 
     void face(std::string_view rest) {
         std::vector<std::uint32_t> polygon;
         for (auto word = next_word(rest); !word.empty(); word = next_word(rest)) {
-            std::int64_t index = 0;
-            if (!parse(word.substr(0, word.find('/')), index))
-                refuse(fmt::format("'{}' instead of a vertex number", word.substr(0, 12)));
+            std::int64_t index = 0, other = 0;
+            const std::size_t slash = std::min(word.find('/'), word.size());
+            bool good = parse(word.substr(0, slash), index);
+            for (std::size_t at = slash; at < word.size();) {  // of a texture and a normal, or nothing
+                const std::size_t next = std::min(word.find('/', at + 1), word.size());
+                good &= next == at + 1 || parse(word.substr(at + 1, next - at - 1), other);
+                at = next;
+            }
+            if (!good)
+                refuse(fmt::format("'{}' instead of a vertex number",
+                                   excerpt(word.data(), word.data() + word.size())));
             // Negative numbers count back from the last vertex so far.
             const auto count = static_cast<std::int64_t>(mesh.vertices.size());
             const std::int64_t vertex = index < 0 ? count + index : index - 1;
@@ -140,14 +158,13 @@ struct Reader {
                 face(rest);
             else if (key == "usemtl")
                 use_material(rest);
-            else if (key == "vn")
-                ++dropped["normals"];
-            else if (key == "vt")
-                ++dropped["texture coordinates"];
-            else if (key == "l" || key == "p" || key == "curv" || key == "surf")
+            else if (key == "vn" || key == "vt") {
+                numbers(rest, 1);
+                ++dropped[key == "vn" ? "normals" : "texture coordinates"];
+            } else if (key == "l" || key == "p" || key == "curv" || key == "surf")
                 ++dropped["points, lines and free-form surfaces"];
             else if (!key.empty() && !std::isalpha(static_cast<unsigned char>(key.front())))
-                refuse(fmt::format("'{}' is no OBJ statement", key.substr(0, 12)));
+                refuse(fmt::format("'{}' is no OBJ statement", excerpt(key.data(), key.data() + key.size())));
         }
     }
 };
@@ -155,9 +172,10 @@ struct Reader {
 }  // namespace
 
 TriangleMesh decode_obj(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
-    Reader reader(bytes, name);
+    Reader reader(without_mark(bytes, name), name);
     reader.read();
     TriangleMesh& mesh = reader.mesh;
+    triangulate_polygons(reader.cells, mesh.vertices, name);
     mesh.triangles = std::move(reader.cells.triangles);
     const std::vector<int> ids = reader.material_ids();
     if (ids.size() > 1) {

@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
+#include "surface/files/held_folder.hpp"
 
 namespace sidewall::surface {
 
@@ -172,63 +174,67 @@ void verify(const fs::path& name, const Descriptor& file, const Buffer& written)
             "{}: cannot write: the disk holds other bytes than it was given; check the disk", name.string()));
 }
 
-void sync_folder(const fs::path& path) {
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-    const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+void sync_folder(const fs::path& path, const FilePlace& place) {
+    const fs::path folder = place.name.has_parent_path() ? place.name.parent_path() : fs::path(".");
+    const int file = ::openat(place.folder, folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (file < 0) return;  // one that may be written to but not read
     Descriptor(path, file).sync("sync folder");
 }
 
+int open_place(const fs::path& path, const FilePlace& place, int flags) {
+    if (!allowed("open", path)) return -1;
+    return ::openat(place.folder, place.name.c_str(), flags | O_CLOEXEC | place.no_links(), 0666);
+}
+
 // A new file beside \p target, of a name that no other process or thread uses.
-int open_partial(const fs::path& target, fs::path& partial) {
+int open_partial(const fs::path& path, const FilePlace& target, fs::path& partial) {
     for (int attempt = 0;; ++attempt) {
-        partial = target;
+        partial = target.name;
         partial += attempt == 0 ? fmt::format(".{}.partial", getpid())
                                 : fmt::format(".{}-{}.partial", getpid(), attempt);
-        const int file = allowed("open", target)
-                             ? ::open(partial.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666)
-                             : -1;
+        const int file = open_place(path, {target.folder, partial}, O_RDWR | O_CREAT | O_EXCL);
         if (file >= 0 || errno != EEXIST) return file;
     }
 }
 
-void write_beside(const fs::path& path, const fs::path& target,
+void write_beside(const fs::path& path, const FilePlace& target,
                   const std::function<void(std::ostream& out)>& write, const Trailer& trailer) {
     const EndsWriting ends;
     fs::path partial;
-    Descriptor file(path, open_partial(target, partial));
+    Descriptor file(path, open_partial(path, target, partial));
     try {
         Buffer buffer(file);
         fill(buffer, write, trailer);
         file.sync("sync");
         verify(path, file, buffer);
         file.close();
-        if (!allowed("rename", path) || ::rename(partial.c_str(), target.c_str()) != 0)
+        if (!allowed("rename", path) ||
+            ::renameat(target.folder, partial.c_str(), target.folder, target.name.c_str()) != 0)
             throw refused(path, errno);
     } catch (...) {
-        if (allowed("remove", path)) ::unlink(partial.c_str());
+        if (allowed("remove", path)) ::unlinkat(target.folder, partial.c_str(), 0);
         throw;
     }
-    sync_folder(target);
+    sync_folder(path, target);
 }
 
 }  // namespace
 
 void write_file(const fs::path& path, const std::function<void(std::ostream& out)>& write,
                 const Trailer& trailer) {
+    FilePlace place = place_of(path);
     std::error_code failure;
-    if (path.has_parent_path() && !fs::is_directory(path.parent_path(), failure)) {
+    if (!place.held() && path.has_parent_path() && !fs::is_directory(path.parent_path(), failure)) {
         if (!allowed("folder", path)) throw refused(path, errno);
         fs::create_directories(path.parent_path(), failure);
         if (failure) throw refused(path, failure.value());
     }
-    fs::path target = path;
-    if (fs::is_symlink(path, failure)) target = fs::weakly_canonical(path, failure);
-    if (failure) target = path;
-    const fs::file_status status = fs::status(target, failure);
-    if (!fs::exists(status) || fs::is_regular_file(status) || fs::is_directory(status))
-        return write_beside(path, target, write, trailer);
-    Descriptor device(path, allowed("open", path) ? ::open(target.c_str(), O_WRONLY | O_CLOEXEC) : -1);
+    if (!place.held() && fs::is_symlink(path, failure)) place.name = fs::weakly_canonical(path, failure);
+    if (failure) place.name = path;
+    const fs::file_status status = fs::status(place.name, failure);
+    if (place.held() || !fs::exists(status) || fs::is_regular_file(status) || fs::is_directory(status))
+        return write_beside(path, place, write, trailer);
+    Descriptor device(path, open_place(path, place, O_WRONLY));
     Buffer buffer(device);
     fill(buffer, write, trailer);
     device.close();
@@ -241,25 +247,35 @@ void write_whole_file(const fs::path& path, std::string_view bytes) {
 }
 
 void append_to_file(const fs::path& path, std::string_view bytes) {
-    Descriptor file(path, allowed("open", path)
-                              ? ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666)
-                              : -1);
+    const FilePlace place = place_of(path);
+    Descriptor file(path, open_place(path, place, O_WRONLY | O_APPEND | O_CREAT));
     const off_t before = ::lseek(file.file(), 0, SEEK_END);
     try {
         file.write(bytes);
         file.close();
     } catch (...) {
         // Should this fail, too, a reader meets half a line at the end; the error is reported all the same.
-        [[maybe_unused]] const int ignored = ::truncate(path.c_str(), before);
+        const int again = ::openat(place.folder, place.name.c_str(), O_WRONLY | O_CLOEXEC | place.no_links());
+        [[maybe_unused]] const int ignored = ::ftruncate(again, before);
+        ::close(again);
         throw;
     }
 }
 
 void sync_file(const fs::path& path) {
-    Descriptor file(path, allowed("open", path) ? ::open(path.c_str(), O_WRONLY | O_CLOEXEC) : -1);
+    const FilePlace place = place_of(path);
+    Descriptor file(path, open_place(path, place, O_WRONLY));
     file.sync("sync");
     file.close();
-    sync_folder(path);
+    sync_folder(path, place);
+}
+
+std::string read_back(const fs::path& path) {
+    try {
+        return read_whole_file(path);
+    } catch (const FileError& error) {
+        throw IoError(error.what());
+    }
 }
 
 }  // namespace sidewall::surface

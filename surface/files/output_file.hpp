@@ -15,8 +15,8 @@ using Trailer = std::function<std::string(std::uint64_t size, std::uint32_t chec
 ///
 /// \p write fills a file beside it, `NAME.PROCESS.partial`, which is then synced to the disk, read back,
 /// compared by checksum and renamed; at last the folder is synced. If anything fails, the partial file is
-/// removed and the old one stays. Missing folders are made, links are followed. A device or a pipe is written
-/// to directly. A signal that would end the program at once (Ctrl-C) ends it when the partial file is removed or whole.
+/// removed and the old one stays. Missing folders are made, links are followed, and a device or a pipe is written
+/// to directly, except in a HeldFolder, where all three are errors. A signal that would end the program at once (Ctrl-C) ends it when the partial file is removed or whole.
 ///
 /// \param write    gets a stream that throws as soon as the disk refuses; what it throws itself comes through.
 /// \param trailer  written after what \p write wrote, if given.
@@ -35,6 +35,10 @@ void append_to_file(const std::filesystem::path& path, std::string_view bytes);
 /// Syncs a file and its folder's entry of it to the disk: a millisecond or more.
 /// \throws IoError naming the path and the system's reason.
 void sync_file(const std::filesystem::path& path);
+
+/// Reads a file that this program wrote and that must be there.
+/// \throws IoError naming the path and the reason.
+std::string read_back(const std::filesystem::path& path);
 
 /// Called, where it is set, before every operation on a file that is written: "folder", "open", "write",
 /// "sync", "verify", "close", "rename", "sync folder", "remove". A number other than 0 becomes the error

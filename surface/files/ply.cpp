@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "surface/files/mesh_bytes.hpp"
+#include "surface/files/polygons.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -133,15 +134,11 @@ class Values {
     double next_word(const Element& element, std::uint64_t row) {
         while (at_ != end_ && std::isspace(static_cast<unsigned char>(*at_))) ++at_;
         if (at_ == end_) cut_off(element, row);
-        if (*at_ == '+') ++at_;
-        double value = 0.0;
-        const auto [next, failure] = std::from_chars(at_, end_, value);
-        if (failure != std::errc{} || (next != end_ && !std::isspace(static_cast<unsigned char>(*next))))
+        const auto value = next_number(at_, end_);
+        if (!value)
             throw FileError(fmt::format("{}: {} {} has '{}' instead of a number: export the surface again",
-                                        name_, element.name, row,
-                                        std::string(at_, std::min(end_, at_ + 12))));
-        at_ = next;
-        return value;
+                                        name_, element.name, row, excerpt(at_, end_)));
+        return *value;
     }
 
     bool ascii_, big_endian_;
@@ -155,6 +152,8 @@ struct Columns {
     std::vector<std::vector<double>> values;  ///< per property; empty for lists
     CellTriangles cells;
 };
+
+constexpr std::string_view kStrips = "tristrips";
 
 bool is_face_list(const Property& p) {
     return p.list_count && (p.name == "vertex_indices" || p.name == "vertex_index");
@@ -181,20 +180,27 @@ Columns read_element(Values& source, const Element& element, bool keep, const st
             }
             const double count = source.next(*property.list_count, element, row);
             if (!(count >= 0.0) || count > static_cast<double>(source.left())) source.cut_off(element, row);
-            const bool face = keep && is_face_list(property);
+            const bool face = keep && is_face_list(property), strip = face && element.name == kStrips;
             polygon.clear();
             for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
                 const double index = source.next(property.type, element, row);
                 if (!face) continue;
+                if (strip && index == -1.0) {  // ends one strip and begins another
+                    columns.cells.add_strip(polygon, static_cast<std::uint32_t>(row));
+                    polygon.clear();
+                    continue;
+                }
                 if (!(index >= 0.0) || index > 4294967294.0)
                     throw FileError(
                         fmt::format("{}: face {} names vertex {}: the file is damaged", name, row, index));
                 polygon.push_back(static_cast<std::uint32_t>(index));
             }
-            if (face && polygon.size() < 3)
+            if (strip) columns.cells.add_strip(polygon, static_cast<std::uint32_t>(row));
+            if (!face || strip) continue;
+            if (polygon.size() < 3)
                 throw FileError(fmt::format("{}: face {} has {} vertices: must have at least 3", name, row,
                                             polygon.size()));
-            if (face) columns.cells.add_polygon(polygon, static_cast<std::uint32_t>(row));
+            columns.cells.add_polygon(polygon, static_cast<std::uint32_t>(row));
         }
     return columns;
 }
@@ -243,26 +249,30 @@ void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh,
 }  // namespace
 
 TriangleMesh decode_ply(std::string_view bytes, const std::string& name) {
+    bytes = without_mark(bytes, name);
     const Header header = parse_header(bytes, name);
     Values source(header, bytes, name);
     MemoryBudget budget(name, bytes.size());
     TriangleMesh mesh;
-    bool vertices_seen = false, faces_seen = false;
+    CellTriangles cells;
+    bool vertices_seen = false;
     for (const Element& element : header.elements) {
         const bool vertex = element.name == "vertex" && !vertices_seen,
-                   face = element.name == "face" && !faces_seen;
+                   face = (element.name == "face" || element.name == kStrips) && cells.triangles.empty();
         if (element.count > 0xfffffffeu && !element.properties.empty())
             throw FileError(
                 fmt::format("{}: declares {} of '{}': too many", name, element.count, element.name));
         Columns columns = read_element(source, element, vertex || face, name);
         if (vertex) take_vertices(element, columns, mesh, name, budget);
         if (face) {
-            mesh.triangles = std::move(columns.cells.triangles);
-            take_attributes(element, columns, mesh.triangle_attributes, &columns.cells.cell, budget);
+            cells = std::move(columns.cells);
+            mesh.triangle_attributes.clear();
+            take_attributes(element, columns, mesh.triangle_attributes, &cells.cell, budget);
         }
         vertices_seen |= vertex;
-        faces_seen |= face;
     }
+    triangulate_polygons(cells, mesh.vertices, name);
+    mesh.triangles = std::move(cells.triangles);
     check_read_mesh(mesh, name);
     return mesh;
 }

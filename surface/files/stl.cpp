@@ -1,7 +1,6 @@
 #include "surface/files/stl.hpp"
 
 #include <cctype>
-#include <charconv>
 #include <unordered_map>
 
 #include "surface/files/mesh_bytes.hpp"
@@ -54,19 +53,35 @@ class Soup {
     std::unordered_map<Key, std::uint32_t, Hash> index_;
 };
 
-/// The numbers of a line after its keyword.
-/// \throws FileError unless there are three.
+void skip_space(std::string_view& line) {
+    while (!line.empty() && std::isspace(static_cast<unsigned char>(line.front()))) line.remove_prefix(1);
+}
+
+// The line's first word in lower case, which is taken off; "" if it begins with no letter.
+std::string next_keyword(std::string_view& line) {
+    skip_space(line);
+    std::string word;
+    while (!line.empty() && std::isalpha(static_cast<unsigned char>(line.front()))) {
+        word += static_cast<char>(std::tolower(static_cast<unsigned char>(line.front())));
+        line.remove_prefix(1);
+    }
+    return word;
+}
+
+// The numbers of a line after its keyword.
+// Throws FileError unless there are three and nothing else.
 Vec3 parse_point(std::string_view line, const std::string& where) {
     Vec3 p;
-    const char *at = line.data(), *end = at + line.size();
-    for (int k = 0; k < 3; ++k) {
-        while (at != end && std::isspace(static_cast<unsigned char>(*at))) ++at;
-        if (at != end && *at == '+') ++at;
-        const auto [next, failure] = std::from_chars(at, end, p[k]);
-        if (failure != std::errc{})
-            throw FileError(fmt::format("{}: '{}' instead of a number: export the surface again", where,
-                                        std::string(at, std::min(end, at + 12))));
-        at = next;
+    for (int k = 0; k <= 3; ++k) {
+        skip_space(line);
+        if (k == 3 && line.empty()) break;
+        const char *at = line.data(), *end = at + line.size();
+        const auto number = next_number(at, end);
+        if (k == 3 || !number)
+            throw FileError(fmt::format("{}: '{}' instead of {}: export the surface again", where,
+                                        excerpt(line.data(), end), k == 3 ? "the line's end" : "a number"));
+        p[k] = *number;
+        line.remove_prefix(static_cast<std::size_t>(at - line.data()));
     }
     return p;
 }
@@ -79,18 +94,16 @@ void read_ascii(std::string_view bytes, const std::string& name, Soup& soup) {
         std::string_view line = bytes.substr(begin, end - begin);
         begin = end + 1;
         ++line_number;
-        while (!line.empty() && std::isspace(static_cast<unsigned char>(line.front()))) line.remove_prefix(1);
-        std::size_t length = 0;
-        std::string word;
-        while (length < line.size() && std::isalpha(static_cast<unsigned char>(line[length])))
-            word += static_cast<char>(std::tolower(static_cast<unsigned char>(line[length++])));
+        std::string word = next_keyword(line);
+        if (word == "end") word += next_keyword(line);
         const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
         if (word == "vertex") {
             if (corner == 3)
                 throw FileError(where() + ": a fourth corner of a facet: split it into triangles");
-            corners[corner++] = parse_point(line.substr(length), where());
+            corners[corner++] = parse_point(line, where());
         } else if (word == "facet") {
             corner = 0;
+            if (next_keyword(line) == "normal") parse_point(line, where());
         } else if (word == "endfacet") {
             if (corner != 3)
                 throw FileError(
@@ -122,16 +135,19 @@ void read_binary(std::string_view bytes, std::uint64_t facets, Soup& soup) {
 
 TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMetadata* metadata) {
     Soup soup;
-    // Binary files may begin with `solid`, too: their size decides.
+    // Binary files may begin with `solid`, too: their size decides, or that their count holds a zero, as no
+    // text does.
     std::uint64_t facets = 0;
     if (bytes.size() >= kHeader + 4) facets = load<std::uint32_t>(bytes.data() + kHeader, false);
     const std::uint64_t whole = kHeader + 4 + facets * kFacet;
-    const bool solid = bytes.substr(0, 5) == "solid";
+    std::string_view text = without_mark(bytes, name), start = text.substr(0, kHeader);
+    const bool solid =
+        next_keyword(start) == "solid" && bytes.substr(0, kHeader + 4).find('\0') == bytes.npos;
     const bool trailed = bytes.size() > whole && facets > 0;  // some programs append a trailer
     if (bytes.size() == whole || (!solid && trailed)) {
         read_binary(bytes, facets, soup);
     } else if (solid) {
-        read_ascii(bytes, name, soup);
+        read_ascii(text, name, soup);
     } else {
         throw FileError(
             fmt::format("{}: {} bytes for {} facets of binary STL, and no ascii STL either: it is cut "

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "surface/files/mesh_bytes.hpp"
@@ -97,9 +98,9 @@ void VtkWriter::field_data(const MeshMetadata& metadata) {
     xml += "    <FieldData>\n";
     for (const auto& [name, text] : metadata.texts) {
         // VTK stores strings as the codes of their characters, each string ended by a zero.
-        xml +=
-            fmt::format("      <DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">",
-                        xml_escape(name));
+        xml += fmt::format(
+            "      <DataArray type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">",
+            xml_escape(name), 1 + std::count(text.begin(), text.end(), '\0'));
         for (const char c : text) xml += fmt::format("{} ", static_cast<unsigned char>(c));
         xml += "0</DataArray>\n";
     }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "surface/files/mesh_bytes.hpp"
+#include "surface/files/polygons.hpp"
 #include "surface/files/vtk_writer.hpp"
 #include "surface/files/vtp_document.hpp"
 
@@ -108,6 +109,7 @@ TriangleMesh read_piece(const Document& document, const Piece& piece) {
     for (std::size_t i = 0; i < strips.size(); ++i) cells.add_strip(strips[i], static_cast<std::uint32_t>(i));
     for (std::size_t i = 0; i < polys.size(); ++i)
         cells.add_polygon(polys[i], static_cast<std::uint32_t>(strips.size() + i));
+    triangulate_polygons(cells, mesh.vertices, document.name);
     mesh.triangles = std::move(cells.triangles);
     mesh.vertex_attributes = read_attributes(document, piece.arrays[vtp::kPointData], piece.points, nullptr);
     mesh.triangle_attributes =
@@ -144,14 +146,15 @@ void append(TriangleMesh& all, const TriangleMesh& piece, const std::string& nam
 MeshMetadata read_metadata(const Document& document) {
     MeshMetadata metadata;
     for (const DataArray& array : document.field_data) {
-        if (array.components != 1 || array.tuples != 1) continue;
+        if (array.components != 1) continue;
         if (array.type == "String" && array.format == "ascii") {
             std::istringstream codes(array.text);
             std::string text;
-            for (int code = 0; codes >> code && code > 0 && code < 256;)
+            for (int code = 0; codes >> code && code >= 0 && code < 256;)
                 text += static_cast<char>(static_cast<unsigned char>(code));
+            if (text.ends_with('\0')) text.pop_back();  // of the last one
             metadata.texts.emplace_back(array.name, text);
-        } else if (vtp::scalar_type(array.type)) {
+        } else if (array.tuples == 1 && vtp::scalar_type(array.type)) {
             metadata.numbers.emplace_back(array.name, vtp::read_values(document, array, 1).front());
         }
     }

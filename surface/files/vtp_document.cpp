@@ -203,15 +203,9 @@ struct Decoder {
             while (at != end && std::isspace(static_cast<unsigned char>(*at))) ++at;
         };
         for (skip_space(); at != end; skip_space()) {
-            if (*at == '+') ++at;
-            double value = 0.0;
-            const auto [next, failure] = std::from_chars(at, end, value);
-            if (failure == std::errc::invalid_argument)
-                fail(fmt::format("has '{}' for value {}", std::string(at, std::min(end, at + 12)),
-                                 values.size()));
-            if (failure == std::errc::result_out_of_range) fail("has a value that is out of range");
-            values.push_back(value);
-            at = next;
+            const auto value = next_number(at, end);
+            if (!value) fail(fmt::format("has '{}' for value {}", excerpt(at, end), values.size()));
+            values.push_back(*value);
         }
         if (values.size() != count) fail(fmt::format("has {} values, not {}", values.size(), count));
         return values;

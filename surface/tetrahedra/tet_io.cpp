@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <type_traits>
 #include <utility>
 
 #include "surface/files/file.hpp"
@@ -14,24 +16,52 @@
 namespace sidewall::surface {
 namespace {
 
-std::string joined(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
-    return text;
+void add_list(MeshMetadata& metadata, const char* name, const std::vector<std::string>& texts) {
+    std::string list;
+    for (std::size_t k = 0; k < texts.size(); ++k) list += (k == 0 ? "" : std::string(1, '\0')) + texts[k];
+    metadata.texts.emplace_back(name, list);
 }
 
-void append_cells(VtkWriter& writer, const TetMesh& mesh) {
-    constexpr std::uint8_t kTriangle = 5, kTetra = 10;  // VTK's numbers
+// Numbers of cells, -1 for none, and the names that they stand for beside them.
+void append_named(VtkWriter& writer, const std::string& name, const std::vector<int>& cells,
+                  const std::vector<std::string>& names) {
+    std::string numbers, texts;
+    for (const int cell : cells) {
+        append_value(numbers, cell);
+        if (cell >= 0) texts += names[static_cast<std::size_t>(cell)];
+        texts += '\0';
+    }
+    writer.array("Int32", name, 1, std::move(numbers));
+    writer.array("String", name + "_name", 1, std::move(texts));
+}
+
+// What has regions, and what lies between them.
+const auto& cells(const TetMesh& mesh) {
+    return mesh.tetrahedra;
+}
+const auto& cells(const PlaneMesh& mesh) {
+    return mesh.triangles;
+}
+const auto& borders(const TetMesh& mesh) {
+    return mesh.triangles;
+}
+const auto& borders(const PlaneMesh& mesh) {
+    return mesh.edges;
+}
+
+template <class Mesh>
+void append_cells(VtkWriter& writer, const Mesh& mesh) {
+    constexpr std::array<std::uint8_t, 5> kTypes{0, 0, 3, 5, 10};  // VTK's numbers by corners
     std::string connectivity, offsets, types;
     std::int64_t end = 0;
-    const auto add = [&](const auto& corners, std::uint8_t type) {
+    const auto add = [&](const auto& corners) {
         for (const std::uint32_t v : corners) append_value(connectivity, static_cast<std::int64_t>(v));
         end += static_cast<std::int64_t>(corners.size());
         append_value(offsets, end);
-        append_value(types, type);
+        append_value(types, kTypes[corners.size()]);
     };
-    for (const Tetrahedron& t : mesh.tetrahedra) add(t, kTetra);
-    for (const Triangle& t : mesh.triangles) add(t, kTriangle);
+    for (const auto& cell : cells(mesh)) add(cell);
+    for (const auto& border : borders(mesh)) add(border);
     writer.xml += "      <Cells>\n";
     writer.array("Int64", "connectivity", 1, std::move(connectivity));
     writer.array("Int64", "offsets", 1, std::move(offsets));
@@ -39,67 +69,87 @@ void append_cells(VtkWriter& writer, const TetMesh& mesh) {
     writer.xml += "      </Cells>\n";
 }
 
-}  // namespace
-
-std::string encode_vtu(const TetMesh& mesh, const MeshMetadata& metadata) {
+template <class Mesh>
+std::string vtu_of(const Mesh& mesh, const MeshMetadata& metadata) {
     MeshMetadata named = metadata;
-    named.texts.emplace_back("regions", joined(mesh.regions));
-    named.texts.emplace_back("boundaries", joined(mesh.boundaries));
+    add_list(named, "regions", mesh.regions);
+    add_list(named, "boundaries", mesh.boundaries);
     VtkWriter writer("UnstructuredGrid");
     writer.field_data(named);
-    writer.xml += fmt::format("    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-                              mesh.vertices.size(), mesh.tetrahedra.size() + mesh.triangles.size());
-    std::vector<double> region(mesh.region.begin(), mesh.region.end()),
-        boundary(mesh.tetrahedra.size(), -1.0);
-    region.resize(mesh.tetrahedra.size() + mesh.triangles.size(), -1.0);
+    const std::size_t inner = cells(mesh).size(), all = inner + borders(mesh).size();
+    writer.xml +=
+        fmt::format("    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", mesh.vertices.size(), all);
+    std::vector<int> region = mesh.region, boundary(inner, -1);
+    region.resize(all, -1);
     boundary.insert(boundary.end(), mesh.boundary.begin(), mesh.boundary.end());
-    writer.attributes("CellData", {{"region", 1, Scalar::int32, std::move(region)},
-                                   {"boundary", 1, Scalar::int32, std::move(boundary)}});
+    writer.xml += "      <CellData>\n";
+    append_named(writer, "region", region, mesh.regions);
+    append_named(writer, "boundary", boundary, mesh.boundaries);
+    writer.xml += "      </CellData>\n";
     writer.points(mesh.vertices);
     append_cells(writer, mesh);
     return writer.file("UnstructuredGrid");
 }
 
-std::string encode_msh(const TetMesh& mesh) {
+template <class Mesh>
+std::string msh_of(const Mesh& mesh) {
     std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n";
     const auto out = std::back_inserter(text);
-    const auto quoted = [](std::string name) {
-        std::replace(name.begin(), name.end(), '"', '\'');
-        return name;
-    };
-    // Groups of triangles are numbered from 1, those of tetrahedra after them.
+    // Groups of borders are numbered from 1, those of cells after them.
     const std::size_t boundaries = mesh.boundaries.size();
+    constexpr std::size_t kDimension = std::is_same_v<Mesh, TetMesh> ? 3 : 2;
     fmt::format_to(out, "{}\n", boundaries + mesh.regions.size());
-    for (std::size_t b = 0; b < boundaries; ++b)
-        fmt::format_to(out, "2 {} \"{}\"\n", b + 1, quoted(mesh.boundaries[b]));
-    for (std::size_t r = 0; r < mesh.regions.size(); ++r)
-        fmt::format_to(out, "3 {} \"{}\"\n", boundaries + r + 1, quoted(mesh.regions[r]));
+    std::size_t group = 0;
+    for (const auto* names : {&mesh.boundaries, &mesh.regions})
+        for (std::string name : *names) {
+            std::replace(name.begin(), name.end(), '"', '\'');
+            ++group;
+            fmt::format_to(out, "{} {} \"{}\"\n", kDimension - (group <= boundaries ? 1 : 0), group, name);
+        }
     fmt::format_to(out, "$EndPhysicalNames\n$Nodes\n{}\n", mesh.vertices.size());
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         fmt::format_to(out, "{} {} {} {}\n", v + 1, mesh.vertices[v].x(), mesh.vertices[v].y(),
                        mesh.vertices[v].z());
-    fmt::format_to(out, "$EndNodes\n$Elements\n{}\n", mesh.triangles.size() + mesh.tetrahedra.size());
+    fmt::format_to(out, "$EndNodes\n$Elements\n{}\n", borders(mesh).size() + cells(mesh).size());
     std::size_t number = 0;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const auto [a, b, c] = mesh.triangles[t];
-        fmt::format_to(out, "{0} 2 2 {1} {1} {2} {3} {4}\n", ++number, mesh.boundary[t] + 1, a + 1, b + 1,
-                       c + 1);
-    }
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t) {
-        const auto [a, b, c, d] = mesh.tetrahedra[t];
-        fmt::format_to(out, "{0} 4 2 {1} {1} {2} {3} {4} {5}\n", ++number,
-                       boundaries + static_cast<std::size_t>(mesh.region[t]) + 1, a + 1, b + 1, c + 1, d + 1);
-    }
-    text += "$EndElements\n";
-    return text;
+    const auto add = [&](const auto& corners, std::size_t of_group) {
+        constexpr std::array<int, 5> kTypes{0, 0, 1, 2, 4};  // Gmsh's numbers by corners
+        fmt::format_to(out, "{0} {1} 2 {2} {2}", ++number, kTypes[corners.size()], of_group);
+        for (const std::uint32_t v : corners) fmt::format_to(out, " {}", v + 1);
+        text += '\n';
+    };
+    for (std::size_t b = 0; b < borders(mesh).size(); ++b)
+        add(borders(mesh)[b], static_cast<std::size_t>(mesh.boundary[b]) + 1);
+    for (std::size_t c = 0; c < cells(mesh).size(); ++c)
+        add(cells(mesh)[c], boundaries + static_cast<std::size_t>(mesh.region[c]) + 1);
+    return text + "$EndElements\n";
 }
 
-void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata) {
+template <class Mesh>
+void write_cells(const std::filesystem::path& path, const Mesh& mesh, const MeshMetadata& metadata) {
     const std::string extension = lower_extension(path);
     if (extension != ".vtu" && extension != ".msh")
         throw FileError(fmt::format("{}: extension '{}' is no format of tetrahedra: use .vtu or .msh",
                                     path.string(), extension));
-    write_whole_file(path, extension == ".vtu" ? encode_vtu(mesh, metadata) : encode_msh(mesh));
+    write_whole_file(path, extension == ".vtu" ? vtu_of(mesh, metadata) : msh_of(mesh));
+}
+
+}  // namespace
+
+std::string encode_vtu(const TetMesh& mesh, const MeshMetadata& metadata) {
+    return vtu_of(mesh, metadata);
+}
+
+std::string encode_msh(const TetMesh& mesh) {
+    return msh_of(mesh);
+}
+
+void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata) {
+    write_cells(path, mesh, metadata);
+}
+
+void write_plane(const std::filesystem::path& path, const PlaneMesh& mesh, const MeshMetadata& metadata) {
+    write_cells(path, mesh, metadata);
 }
 
 void write_vtm(const std::filesystem::path& path,

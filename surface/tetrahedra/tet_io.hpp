@@ -7,8 +7,8 @@
 namespace sidewall::surface {
 
 /// The file's bytes: VTK XML UnstructuredGrid, as encode_vtp writes: the tetrahedra, then the triangles. Cells have
-/// `region` and `boundary`, numbers from 0 and -1 for what is none; field data `regions` and `boundaries` have the names
-/// between commas.
+/// `region` and `boundary`, numbers from 0 and -1 for what is none, and the names that these stand for as strings,
+/// `region_name` and `boundary_name`; the lists of names are field data `regions` and `boundaries`.
 std::string encode_vtu(const TetMesh& mesh, const MeshMetadata& metadata = {});
 
 /// The file's bytes: Gmsh's format 2.2 in ASCII, numbers to the last bit. Boundaries and regions are physical groups.
@@ -17,6 +17,10 @@ std::string encode_msh(const TetMesh& mesh);
 /// Writes tetrahedra; the extension picks the format: .vtu or .msh. The bytes depend on the arguments alone.
 /// \throws FileError for another extension, IoError if the disk refuses.
 void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata = {});
+
+/// Writes triangles of a plane with their edges, as write_tets does tetrahedra with their faces.
+/// \throws FileError for another extension, IoError if the disk refuses.
+void write_plane(const std::filesystem::path& path, const PlaneMesh& mesh, const MeshMetadata& metadata = {});
 
 /// A multi-block file, and its blocks as VTP in a folder of its name beside it.
 /// \throws IoError if the disk refuses.

@@ -195,9 +195,8 @@ TetComplex Bisection::run() {
             }
         first = end;
         if (options_.most > 0 && mesh_.count() > options_.most)
-            throw NumericsError(fmt::format(
-                "more than {} tetrahedra, for which there is memory, are needed: choose a larger size",
-                options_.most));
+            throw TooManyTetrahedra(
+                fmt::format("more than {} tetrahedra are needed: choose a larger size", options_.most));
     }
     // From here on all are oriented.
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t) {

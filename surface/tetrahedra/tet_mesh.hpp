@@ -23,6 +23,17 @@ struct TetMesh {
     std::vector<std::string> boundaries;  ///< names by boundary
 };
 
+/// Triangles of a plane, in which x and y lie, and the edges between their regions and on their outside.
+struct PlaneMesh {
+    std::vector<Vec3> vertices;
+    std::vector<Triangle> triangles;
+    std::vector<int> region;                          ///< by triangle
+    std::vector<std::string> regions;                 ///< names by region
+    std::vector<std::array<std::uint32_t, 2>> edges;  ///< of the triangles
+    std::vector<int> boundary;                        ///< by edge
+    std::vector<std::string> boundaries;              ///< names by boundary
+};
+
 /// Positive if \p d lies on the side to which the normal of a, b, c points.
 double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "surface/error.hpp"
 #include "surface/signed_distance.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -11,6 +12,11 @@ namespace sidewall::surface {
 /// The signed distance to the boundary of a body at a world point within the box, negative inside. Called from many
 /// threads.
 using Front = std::function<DistanceSample(const Vec3&)>;
+
+/// More tetrahedra are needed than the options allow.
+struct TooManyTetrahedra : NumericsError {
+    using NumericsError::NumericsError;
+};
 
 /// How fine tetrahedra are. Lengths are in world units.
 struct TetOptions {

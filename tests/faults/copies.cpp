@@ -57,10 +57,11 @@ void move_into(const fs::path& folder) {
         std::array<char, 4096> name{};
         if (flags < 0 || ::readlink(("/proc/self/fd/" + std::to_string(file)).c_str(), name.data(), 4095) < 0)
             continue;
-        if (!std::string(name.data()).starts_with(work) || fs::is_directory(name.data())) continue;
+        if (!std::string(name.data()).starts_with(work)) continue;
+        if (fs::is_directory(name.data()) && (flags & O_PATH) == 0) continue;
         const fs::path own = folder / (name.data() + work.size());
         const off_t place = ::lseek(file, 0, SEEK_CUR);
-        const int opened = ::open(own.c_str(), flags & (O_ACCMODE | O_APPEND));
+        const int opened = ::open(own.c_str(), flags & (O_ACCMODE | O_APPEND | O_PATH));
         if (opened < 0) ::_exit(99);
         ::lseek(opened, place, SEEK_SET);
         ::dup3(opened, file, O_CLOEXEC);

@@ -84,6 +84,15 @@ int open(const char* path, int flags, ...) {
     return no_file("open", flags & O_CREAT ? ENOSPC : EMFILE) ? -1 : real(path, flags, mode);
 }
 
+int openat(int folder, const char* path, int flags, ...) {
+    static const auto real = hidden(&openat, "openat");
+    va_list rest;
+    va_start(rest, flags);
+    const mode_t mode = flags & O_CREAT ? va_arg(rest, mode_t) : 0;
+    va_end(rest);
+    return no_file("openat", flags & O_CREAT ? ENOSPC : EMFILE) ? -1 : real(folder, path, flags, mode);
+}
+
 FILE* fopen(const char* path, const char* mode) {
     static const auto real = hidden(&fopen, "fopen");
     return no_file("fopen", EMFILE) ? nullptr : real(path, mode);
@@ -111,6 +120,11 @@ int rename(const char* from, const char* to) noexcept {
     return no_file("rename", ENOSPC) ? -1 : real(from, to);
 }
 
+int renameat(int from_folder, const char* from, int to_folder, const char* to) noexcept {
+    static const auto real = hidden(&renameat, "renameat");
+    return no_file("renameat", ENOSPC) ? -1 : real(from_folder, from, to_folder, to);
+}
+
 int mkdir(const char* path, mode_t mode) noexcept {
     static const auto real = hidden(&mkdir, "mkdir");
     return no_file("mkdir", ENOSPC) ? -1 : real(path, mode);
@@ -124,6 +138,11 @@ int ftruncate(int file, off_t size) noexcept {
 int unlink(const char* path) noexcept {
     static const auto real = hidden(&unlink, "unlink");
     return no_file("unlink", EACCES) ? -1 : real(path);
+}
+
+int unlinkat(int folder, const char* path, int flags) noexcept {
+    static const auto real = hidden(&unlinkat, "unlinkat");
+    return no_file("unlinkat", EACCES) ? -1 : real(folder, path, flags);
 }
 
 int flock(int file, int operation) noexcept {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "flux/tracer/repair.hpp"
+#include "surface/repair.hpp"
 #include "tests/flux/flux_meshes.hpp"
 
 namespace sidewall::flux {
@@ -64,7 +64,7 @@ TriangleMesh wrapped(const TriangleMesh& mesh, int axis, double plane) {
             for (std::uint32_t k = 1; k + 1 < polygon.size(); ++k)
                 result.triangles.push_back({first, first + k, first + k + 1});
         }
-    repair(result);  // welds
+    surface::repair(result);  // welds
     return result;
 }
 

@@ -1,4 +1,4 @@
-#include "flux/tracer/repair.hpp"
+#include "surface/repair.hpp"
 
 #include <catch2/catch.hpp>
 #include <numbers>
@@ -11,6 +11,8 @@
 using namespace sidewall;
 using namespace sidewall::flux;
 using Catch::Matchers::Contains;
+using surface::repair;
+using surface::Repairs;
 
 namespace {
 

@@ -2,7 +2,8 @@
 // file, or give finite polygons.
 #include <cmath>
 
-#include "app/recipe/gds_flatten.hpp"
+#include "app/recipe/layout/flatten.hpp"
+#include "app/recipe/layout/layout_file.hpp"
 #include "surface/error.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/fuzz/mutate.hpp"
@@ -14,10 +15,12 @@ namespace {
 
 bool attempt(const std::string& bytes) {
     try {
-        const app::GdsLibrary library = app::parse_gds(bytes, "fuzz.gds");
+        const app::Layout library = app::parse_layout(bytes, "fuzz.gds");
+        std::set<std::string> missing;
         for (const std::string& top : app::top_cells(library))
             for (const auto& [layer, datatype] : {std::pair{1, 0}, std::pair{2, 5}})
-                for (const levelset::Polygon& polygon : app::flatten(library, top, layer, datatype)) {
+                for (const levelset::Polygon& polygon :
+                     app::flatten(library, top, layer, datatype, missing)) {
                     expect(polygon.size() >= 3, "a polygon has three corners");
                     for (const auto& [x, y] : polygon)
                         expect(std::isfinite(x) && std::isfinite(y), "corners are finite");

@@ -81,7 +81,12 @@ int main(int argc, char** argv) {
         "solid part\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n "
         "endfacet\nendsolid part\n",
         "usemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3/1/1 -2//2 \\\n-1\n"};
-    std::vector<std::size_t> format{0, 1, 2, 3, 1, 2, 3};
+    files.emplace_back(
+        "\xef\xbb\xbfv 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 4 0\nv 2 2 0\nv 0 2 0\nv 0 4 0 1 1 1\nf 1/1/1 2 3 4 5 6\nf 6 5 4 7\n");
+    files.emplace_back(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement tristrips "
+        "1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n7 0 1 2 -1 0 2 3\n");
+    std::vector<std::size_t> format{0, 1, 2, 3, 1, 2, 3, 3, 1};
     for (const auto& entry : std::filesystem::directory_iterator(SIDEWALL_SOURCE_DIR "/tests/assets/vtp")) {
         std::ifstream in(entry.path(), std::ios::binary);
         files.emplace_back(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());

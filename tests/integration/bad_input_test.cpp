@@ -146,7 +146,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
                "6: layer[0].shape = \"mask\": ", "stands on a substrate"),
         recipe("mask without polygons",
                layer("material = \"Si\"\n[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 1\n"),
-               "6: layer[1].polygons: ", "or a GDSII file"),
+               "6: layer[1].polygons: ", "or the file of a layout"),
         recipe("two corners",
                layer("material = \"Si\"\n[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 1\n"
                      "polygons = [{ points = [0, 0, 1, 1] }]\n"),
@@ -198,6 +198,13 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
                "10: step[0].sticking.Sillicon = 0.1: ", "[[material]]"),
         recipe("misspelt key", kGood + "stiking = 0.1\nrepaet = 2\n",
                "11: step[0].repaet = 2: ", "did you mean repeat?"),
+        recipe("step whose name would clear the terminal", kGood + "name = \"\\u001b[2Jx\\r\"\n",
+               "10: step[0].name = \"\\u001b[2Jx\\u000d\": ", "control character"),
+        recipe("material whose name has a line break",
+               kGood + "[[material]]\nname = \"a\\nb\"\ndensity = 1\n",
+               "11: material[0].name = ", "line break"),
+        recipe("layout whose name holds a C1 control character", kGood + "name = \"a\\u009b2J\"\n",
+               "10: step[0].name = ", "control character"),
         recipe("no species", step("model = \"multi_particle\"\nduration = 1\nspecies = []\n"),
                "9: step[0].species = ", "must not be empty"),
         recipe("species without a rate",
@@ -297,12 +304,12 @@ TEST_CASE("a recipe whose shapes make no sense is refused with file, line, key a
         recipe("bow tie", mask("{ points = [-1, -1, 1, 1, 1, -1, -1, 1] }"),
                "10: layer[1].polygons[0].points = ", "crosses itself"),
         recipe("crossing outlines", mask(square + ", { points = [0, 0, 1.5, 0, 1.5, 1.5, 0, 1.5] }"),
-               "10: layer[1].polygons[1].points = ", "crosses polygons[0]"),
+               "10: layer[1].polygons[1].points = ", "overlaps polygons[0]"),
         recipe("nested outlines",
                mask(square + ", { points = [-0.5, -0.5, 0.5, -0.5, 0.5, 0.5, -0.5, 0.5] }"),
                "10: layer[1].polygons[1].points = ", "lies inside polygons[0]"),
         recipe("nested outlines, the inner first", mask("{ points = [0, 0, 0.5, 0, 0, 0.5] }, " + square),
-               "10: layer[1].polygons[1].points = ", "encloses or overlaps polygons[0]"),
+               "10: layer[1].polygons[1].points = ", "encloses polygons[0]"),
         recipe("the same outline twice", mask(square + ", " + square),
                "10: layer[1].polygons[1].points = ", "a ring as one with a slit"),
         recipe("outlines that share a part of their edges",
@@ -442,7 +449,8 @@ TEST_CASE("a layer's file that is no mesh or layout is found by check", "[foreig
            "vertex 1 -1 0\nvertex -1 1 0\nendloop\nendfacet\nendsolid\n";
     for (const auto& [file, message] :
          {std::pair{"far", "the mesh lies from x = 100 to 900"},
-          {"small", "the mesh is not closed and spans x = -1 to 1 of the domain's -2 to 2: close it"}}) {
+          {"small",
+           "the mesh is not closed: around (-0.333333, -0.333333, 0) it has an opening, 1 of its area"}}) {
         std::ofstream(folder.path / "bad.toml")
             << kDomain + kLayer + "[[layer]]\nmaterial = \"W\"\nshape = \"mesh\"\nfile = \"" + file +
                    ".stl\"\n" + kStep;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/devices/device.hpp"
@@ -210,6 +211,119 @@ TEST_CASE("the files of tetrahedra hold what was made, and VTK and Gmsh read the
     const std::string back = test::read_bytes(folder.path / "back.msh");
     for (const auto* names : {&mesh.regions, &mesh.boundaries})
         for (const std::string& name : *names) CHECK(back.find('"' + name + '"') != std::string::npos);
+}
+
+TEST_CASE("names of materials with commas, slashes and letters of any script come through every file",
+          "[slow]") {
+    const test::Folder folder;
+    const std::string names[] = {"In0.5,Ga0.5As", "a/b;c&d,", "\u03b1-Al2O3,<x&y>"};
+    std::string recipe = "[domain]\nextent = [1.0, 0.4]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n",
+                materials;
+    for (const std::string& name : names) {
+        materials += "[[material]]\nname = '" + name + "'\ndensity = 4.0\n";
+        recipe += "[[layer]]\nmaterial = '" + name + "'\nthickness = 0.4\n";
+    }
+    recipe += "[[step]]\nname = \"thin, x\"\nmodel = \"isotropic\"\nduration = 0.5\nrate = { '" + names[2] +
+              "' = -0.2 }\n";
+    test::write_bytes(folder.path / "recipe.toml", materials + recipe);
+    const auto run = test::run_program(folder.path, "run recipe.toml -o o --quiet && '" SIDEWALL_PROGRAM
+                                                    "' export o -o o.msh && '" SIDEWALL_PROGRAM
+                                                    "' export o -o o.vtu --json o.json && '" SIDEWALL_PROGRAM
+                                                    "' report o -o o.html");
+    INFO(run.output);
+    REQUIRE(run.exit_code == 0);
+    const json told = json::parse(test::read_bytes(folder.path / "o.json"));
+    REQUIRE(told["regions"].size() == 4);
+    const app::Result result = app::read_result(folder.path / "o");
+    const app::Materials known = app::materials_of(result.metadata);
+    const std::string msh = test::read_bytes(folder.path / "o.msh");
+    for (std::size_t k = 0; k < 3; ++k) {
+        CHECK(told["regions"][k + 1]["name"] == names[k]);
+        // 1 um by 0.4 um; the last film has lost 0.1 of its 0.4 um.
+        CHECK(told["regions"][k + 1]["volume"].get<double>() == Approx(k < 2 ? 0.16 : 0.12).epsilon(1e-3));
+        CHECK(app::material_id(known, names[k]));
+        CHECK(msh.find("\"" + names[k] + "\"\n") != std::string::npos);
+    }
+    const auto timeline = app::read_text_table(folder.path / "o/timeline.csv");
+    CHECK(timeline.rows.front()[1] == "1 thin, x");
+    const std::string html = test::read_bytes(folder.path / "o.html");
+    CHECK(html.find("In0.5,Ga0.5As") != std::string::npos);
+    CHECK(html.find("O3,<x&y>") == std::string::npos);
+    if (const json read = read_by_vtk(folder, "o.vtu"); !read.is_null()) {
+        json expected = json::array({"Si"});
+        for (const std::string& name : names) expected.push_back(name);
+        CHECK(read["regions"] == expected);
+        CHECK(read["materials"].size() == app::default_materials().size() + 3);
+        for (std::size_t r = 0; r < 4; ++r)
+            CHECK(read["names"].dump().find(json::array({r, expected[r]}).dump()) != std::string::npos);
+    }
+}
+
+TEST_CASE("a profile leaves as triangles whose areas and edges are those of its materials") {
+    const test::Folder folder;
+    // 2 um wide: 0.4 of oxide on silicon, of which 0.2 is etched.
+    test::write_bytes(
+        folder.path / "recipe.toml",
+        "[domain]\nextent = [2.0]\ngrid_spacing = 0.1\nboundary = \"periodic\"\n[[layer]]\nmaterial = "
+        "\"Si\"\n[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.4\n[[step]]\nmodel = \"isotropic\"\n"
+        "duration = 0.5\nrate = { SiO2 = -0.4 }\n");
+    const auto run =
+        test::run_program(folder.path, "run recipe.toml -o o --quiet && '" SIDEWALL_PROGRAM
+                                       "' export o -o o.msh --triangles && '" SIDEWALL_PROGRAM
+                                       "' export o -o o.vtu --triangles --bottom=-0.7 --json o.json");
+    INFO(run.output);
+    REQUIRE(run.exit_code == 0);
+    const json told = json::parse(test::read_bytes(folder.path / "o.json"));
+    REQUIRE(told["regions"].size() == 2);
+    CHECK(told["regions"][0]["area"].get<double>() == Approx(2.0 * 0.7).epsilon(1e-3));
+    CHECK(told["regions"][1]["area"].get<double>() == Approx(2.0 * 0.2).epsilon(1e-3));
+    std::map<std::string, double> length;
+    for (const json& boundary : told["boundaries"]) length[boundary["name"]] = boundary["length"];
+    CHECK(length.size() == 5);
+    for (const char* across : {"bottom", "Si/SiO2", "surface"})
+        CHECK(length[across] == Approx(2.0).epsilon(1e-3));
+    for (const char* side : {"x-min", "x-max"}) CHECK(length[side] == Approx(0.9).epsilon(1e-3));
+    const std::string vtu = test::read_bytes(folder.path / "o.vtu");
+    const auto types = vtu_array<std::uint8_t>(vtu, "types");
+    CHECK(static_cast<std::size_t>(std::count(types.begin(), types.end(), 5)) == told["triangles"]);
+    for (const double p : vtu_array<double>(vtu, "Points")) CHECK(std::abs(p) <= 1.0);
+    CHECK(test::read_bytes(folder.path / "o.msh").find(" \"Si/SiO2\"\n") != std::string::npos);
+    test::write_bytes(
+        folder.path / "wide.toml",
+        "[domain]\nextent = [2.0, 0.4]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[step]]\n"
+        "model = \"isotropic\"\nduration = 0.5\nrate = -0.4\n");
+    const auto wide = test::run_program(folder.path, "run wide.toml -o w --quiet && '" SIDEWALL_PROGRAM
+                                                     "' export w -o w.msh --triangles 2>&1");
+    CHECK(wide.exit_code == 2);
+    CHECK(wide.output.find("--triangles: this wafer is 0.4 wide") != std::string::npos);
+}
+
+TEST_CASE("without a size there are no more tetrahedra than asked for, and every material keeps its volume",
+          "[slow]") {
+    const test::Folder folder;
+    test::write_bytes(
+        folder.path / "recipe.toml",
+        "[domain]\nextent = [2.0, 1.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\n"
+        "width = 0.8\ndepth = 0.6\n[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = 0.2\n"
+        "deposit = \"SiO2\"\n");
+    REQUIRE(test::run_program(folder.path, "run recipe.toml -o run --quiet").exit_code == 0);
+    std::size_t last = 1'000'000;
+    for (const char* most : {"20000", "6000", "3000"}) {
+        const auto made =
+            test::run_program(folder.path, std::string("export run -o x.vtu --json - --most ") + most, 60);
+        INFO(made.output);
+        REQUIRE(made.exit_code == 0);
+        const json told = json::parse(made.output);
+        const std::size_t count = told["tetrahedra"];
+        CAPTURE(most, count);
+        CHECK(static_cast<double>(count) < 1.3 * std::stod(most));
+        CHECK(count <= last);
+        last = count;
+        for (const json& region : told["regions"])
+            CHECK(region["volume"].get<double>() ==
+                  Approx(region["volume_by_surfaces"].get<double>()).epsilon(0.01));
+    }
+    CHECK(test::run_program(folder.path, "export run -o x.vtu --most 0").exit_code == 2);
 }
 
 TEST_CASE("surfaces leave as STL, OBJ, PLY and one multi-block file") {

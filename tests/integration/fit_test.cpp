@@ -363,7 +363,7 @@ TEST_CASE("a fit that cannot be made is refused before its first run", "[foreign
              {"--vary flux.method=0:1 --target depth=2", 2, "use sidewall sweep"},
              {vary + "--target depth=2 --max-runs 0", 2, "--max-runs 0"},
              {vary + "--target-profile none.csv", 3, "none.csv"},
-             {vary + "--target-profile bad.csv", 3, "bad.csv:3: column 2 is no number"},
+             {vary + "--target-profile bad.csv", 3, "bad.csv:3: \"abc\" in z is not a finite number"},
              {vary + "--target-profile large.csv", 3, "large.csv: its points span 2000 by 500, the wafer is"},
              {vary + "--target-profile small.csv", 3, "small.csv: its points span 0.002 by 0.0005"},
              {vary + "--target-profile good.csv@0.3", 2, "runs save no surface at time 0.3"}}) {

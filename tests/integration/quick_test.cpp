@@ -86,7 +86,9 @@ const std::map<std::string, std::vector<Bound>> kBounds = {
       {"sidewall_angle", 83.0, 91.0},
       {"undercut", 0.0, 0.15},
       {"removed_volume_Mask", 0.0, 0.004}}},
-    {"gds_masked_etch", {{"depth", 0.5, 0.51}, {"sidewall_angle", 80.0, 90.0}, {"cd_at_0.1", 0.4, 0.6}}},
+    // The lowest point ends it; the floor is even to a hundredth of a cell.
+    {"gds_masked_etch",
+     {{"depth", 0.5 - 0.01 * 0.125, 0.51}, {"sidewall_angle", 80.0, 90.0}, {"cd_at_0.1", 0.4, 0.6}}},
     {"hole_deposition", {{"depth", 5.7, 6.0}, {"added_volume_SiO2", 11.0, 13.0}}},
     // The beam's own direction is 55 degrees from the horizontal; the floor leans less.
     {"ion_beam_trench",

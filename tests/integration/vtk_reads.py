@@ -15,12 +15,20 @@ def read(reader, path):
     return reader.GetOutput()
 
 
+def strings(grid, name):
+    array = grid.GetFieldData().GetAbstractArray(name)
+    return [array.GetValue(k) for k in range(array.GetNumberOfValues())]
+
+
 def tetrahedra(path):
     grid = read(vtkXMLUnstructuredGridReader(), path)
-    region = grid.GetCellData().GetArray("region")
-    volumes, kinds = {}, {VTK_TETRA: 0, VTK_TRIANGLE: 0}
+    region, boundary = (grid.GetCellData().GetArray(name) for name in ("region", "boundary"))
+    region_name, boundary_name = (grid.GetCellData().GetAbstractArray(name) for name in ("region_name", "boundary_name"))
+    volumes, kinds, names = {}, {VTK_TETRA: 0, VTK_TRIANGLE: 0}, set()
     for c in range(grid.GetNumberOfCells()):
         kinds[grid.GetCellType(c)] += 1
+        names.add((int(region.GetTuple1(c)), region_name.GetValue(c)))
+        names.add((int(boundary.GetTuple1(c)), boundary_name.GetValue(c)))
         if grid.GetCellType(c) != VTK_TETRA:
             continue
         points = grid.GetCell(c).GetPoints()
@@ -32,6 +40,9 @@ def tetrahedra(path):
         "tetrahedra": kinds[VTK_TETRA],
         "triangles": kinds[VTK_TRIANGLE],
         "volumes": [volumes[r] for r in sorted(volumes)],
+        "names": sorted(names),
+        "regions": strings(grid, "regions"),
+        "materials": strings(grid, "materials"),
     }
 
 

@@ -14,13 +14,14 @@ using namespace sidewall::levelset;
 TEST_CASE("the distance to a polygon is exact, whichever way round it runs") {
     const Polygon there{{0, 0}, {2, 0}, {2, 1}, {0, 1}}, back{{0, 1}, {2, 1}, {2, 0}, {0, 0}};
     for (const Polygon& box : {there, back}) {
-        CHECK(signed_distance({box}, 1.0, 0.25) == -0.25);
-        CHECK(signed_distance({box}, 5.0, 5.0) == Approx(5.0));
-        CHECK(signed_distance({box}, 1.0, 1.5) == 0.5);
-        CHECK(signed_distance({box}, 2.0, 0.5) == 0.0);
+        const std::vector<Polygon> one{box};
+        CHECK(signed_distance(one, 1.0, 0.25) == -0.25);
+        CHECK(signed_distance(one, 5.0, 5.0) == Approx(5.0));
+        CHECK(signed_distance(one, 1.0, 1.5) == 0.5);
+        CHECK(signed_distance(one, 2.0, 0.5) == 0.0);
     }
     const Polygon other{{4, 0}, {5, 0}, {5, 1}};
-    CHECK(signed_distance({there, other}, 3.5, 0.0) == 0.5);
+    CHECK(signed_distance(std::vector<Polygon>{there, other}, 3.5, 0.0) == 0.5);
     CHECK(signed_distance({}, 0.0, 0.0) == std::numeric_limits<double>::infinity());
 }
 

@@ -59,7 +59,10 @@ std::filesystem::path scratch(const std::string& name) {
 
 TEST_CASE("a mesh written as VTP reads back to the last bit, attributes and units included", "[foreign]") {
     const TriangleMesh mesh = decorated_mesh();
-    const MeshMetadata said{{{"length_unit", "um"}, {"note", "a < b & \"c\""}}, {{"time", 0.1}}};
+    using namespace std::string_literals;
+    const std::string names = "Si\0In0.5,Ga0.5As\0\0a\"b\nc"s;
+    const MeshMetadata said{{{"length_unit", "um"}, {"note", "a < b & \"c\""}, {"names", names}},
+                            {{"time", 0.1}}};
     MeshMetadata heard;
     const auto path = scratch("round.vtp");
     write_mesh(path, mesh, said);

@@ -58,17 +58,6 @@ std::string profile_name(const std::string& number, std::size_t plane) {
                       : fmt::format("profile_{}_{}.csv", number, plane);
 }
 
-// What save() may write; whether an interface has triangles is seen only then.
-std::vector<std::string> saved_names(const std::string& number, std::size_t layers, bool traced,
-                                     std::size_t profiles) {
-    std::vector<std::string> names{"surface_" + number + ".vtp"};
-    for (std::size_t k = 0; k + 1 < layers; ++k)
-        names.push_back(fmt::format("interface_{}_{}.vtp", number, k));
-    if (traced) names.push_back("traced_" + number + ".vtp");
-    for (std::size_t k = 0; k < profiles; ++k) names.push_back(profile_name(number, k));
-    return names;
-}
-
 std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
     const auto& length = recipe.domain.length_unit;
     const auto& time = recipe.domain.time_unit;
@@ -94,9 +83,10 @@ RunFolder::RunFolder(const RunOptions& options, const Recipe& recipe)
 }
 
 void RunFolder::claim() {
-    if (!options_.resume) make_folder(options_.output, "choose another with -o");
-    if (!is_there(options_.output)) return;
+    make_folder(options_.output, "choose another with -o");
     lock_.emplace(options_.output);
+    for (const std::string& name : run_file_names()) surface::place_of(options_.output / name);
+    surface::place_of(options_.output / kManifest);
     std::error_code failure;
     if (fs::equivalent(options_.output, recipe_.start.from, failure))
         throw RecipeError(fmt::format("{}: start.from is the folder to write to: choose another with -o",
@@ -104,8 +94,8 @@ void RunFolder::claim() {
     spare_recipe(recipe_.file, options_.output / "recipe.toml", effective_);
     const std::optional<FileNames> listed = read_manifest(options_.output);
     if (listed) names_ = *listed;
-    // A run that was killed before its first checkpoint goes on at time 0.
-    if (listed && holds() == Held::nothing) goes_on_ = false;
+    // A run that never began, or was killed before its first checkpoint, begins at time 0.
+    if (holds() == Held::nothing) goes_on_ = false;
     if (options_.overwrite) {
         if (!listed) take_over();
         return;
@@ -171,7 +161,7 @@ void RunFolder::refuse_other_runs() const {
                                   held == Held::run ? "this" : "another", ways));
 }
 
-void RunFolder::begin(const RunState& state) {
+void RunFolder::begin(RunState& state) {
     if (!writes_) return;
     remove_partial_files(options_.output, names_);
     if (options_.resume && !goes_on_ && !options_.quiet && options_.warn)
@@ -198,8 +188,12 @@ void RunFolder::begin_anew() {
     write_manifest(folder, names_);
 }
 
-void RunFolder::go_on(const RunState& state) {
+void RunFolder::go_on(RunState& state) {
     const fs::path& folder = options_.output;
+    if (is_there(folder / kManifest) && !state.manifest.empty() &&
+        digest_of_names(state.saved) != state.manifest)
+        refuse_changed(kManifest);
+    cut_timeline(state);
     remove_file(folder / "summary.json");
     write_file(folder / "recipe.toml", effective_);
     for (auto name = names_.begin(); name != names_.end();) {
@@ -211,7 +205,6 @@ void RunFolder::go_on(const RunState& state) {
     names_.insert(run_file_names().begin(), run_file_names().end());
     for (const SavedFile& file : state.files) names_.insert(file.name);
     write_manifest(folder, names_);
-    cut_timeline(state.rows);
     if (!state.files.empty()) write_pvd(state);
 }
 
@@ -219,21 +212,41 @@ fs::path RunFolder::timeline() const {
     return options_.output / "timeline.csv";
 }
 
+void RunFolder::refuse_changed(const char* name) const {
+    throw FileError(fmt::format(
+        "{}: is not what the run wrote before its checkpoint: bring it back, or remove it to go on without",
+        (options_.output / name).string()));
+}
+
+// Digest of the manifest's names, as they were when so many surfaces had been saved.
+std::string RunFolder::digest_of_names(std::size_t saved) const {
+    std::string text;
+    for (const std::string& name : names_)
+        if (const auto number = saved_number(name); !number || *number < saved) text += name + "\n";
+    return digest(text);
+}
+
 // Cuts the timeline to its header and the rows before the checkpoint.
-void RunFolder::cut_timeline(std::size_t rows) const {
+void RunFolder::cut_timeline(RunState& state) const {
+    const std::size_t rows = state.rows;
     if (rows == 0) return remove_file(timeline());
     const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
     std::size_t end = 0, lines = 0;
-    bool quoted = false;  // names of steps may hold line breaks
+    bool quoted = false;  // names of steps held line breaks in earlier versions
     for (std::size_t at = 0; at < text.size() && lines <= rows; ++at) {
         if (text[at] == '"') quoted = !quoted;
         if (text[at] != '\n' || quoted) continue;
         end = at + 1;
         ++lines;
     }
-    if (lines <= rows && options_.warn)
-        options_.warn(fmt::format("{}: lacks {} of the {} rows before the checkpoint", timeline().string(),
-                                  rows + 1 - std::max<std::size_t>(lines, 1), rows));
+    if (is_there(timeline()) && !state.timeline.empty() && digest(text.substr(0, end)) != state.timeline)
+        refuse_changed("timeline.csv");
+    if (lines <= rows) {
+        state.rows = lines == 0 ? 0 : lines - 1;
+        if (options_.warn)
+            options_.warn(fmt::format("{}: lacks {} of the {} rows before the checkpoint",
+                                      timeline().string(), rows - state.rows, rows));
+    }
     if (end != text.size()) write_file(timeline(), text.substr(0, end));
 }
 
@@ -241,6 +254,14 @@ void RunFolder::revise(RunState& state) {
     effective_ = effective_recipe(recipe_);
     if (writes_) write_file(options_.output / "recipe.toml", effective_);
     checkpoint(state);
+}
+
+// Files that are removed while the run goes on are no result: `rm -r` leaves a folder that gets new ones.
+void RunFolder::require_there() const {
+    for (const char* name : {"recipe.toml", kManifest})
+        if (!is_there(options_.output / name))
+            throw IoError(fmt::format("{}: was removed while the run went on: start it again",
+                                      (options_.output / name).string()));
 }
 
 // Lists files in the manifest, before they are made.
@@ -261,8 +282,7 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
         ++state.saved;
         return;
     }
-    list(saved_names(fmt::format("{:04}", state.saved), state.stack.layers.size(),
-                     surface.simplified.has_value(), recipe_.output.profiles.size()));
+    require_there();
     write_meshes(state, model, surface);
     write_profiles(surface.raw, state.saved);
     ++state.saved;
@@ -270,7 +290,7 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     write_pvd(state);
 }
 
-void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const {
+void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface) {
     const auto meta = metadata_of(recipe_, state.process_time());
     int part = 0;
     const auto write = [&](const std::string& name, const TriangleMesh& mesh) {
@@ -279,6 +299,13 @@ void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSu
     };
     const std::string number = fmt::format("{:04}", state.saved);
     levelset::StackMeshes meshes = levelset::extract_materials(state.stack, surface.raw);
+    std::vector<std::string> names{"surface_" + number + ".vtp"};
+    for (std::size_t k = 0; k < meshes.interfaces.size(); ++k)
+        if (!meshes.interfaces[k].triangles.empty())
+            names.push_back(fmt::format("interface_{}_{}.vtp", number, k));
+    if (surface.simplified) names.push_back("traced_" + number + ".vtp");
+    for (std::size_t k = 0; k < recipe_.output.profiles.size(); ++k) names.push_back(profile_name(number, k));
+    list(names);
     write("surface_" + number + ".vtp", result_mesh(model, state.stack, surface, std::move(meshes.surface)));
     for (std::size_t k = 0; k < meshes.interfaces.size(); ++k) {
         const TriangleMesh mesh =
@@ -314,6 +341,7 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
         ++state.rows;
         return;
     }
+    require_there();
     const auto& traced = surface.traced();
     std::uint64_t segments = 0, leaked = 0;
     double error = 0.0;
@@ -340,11 +368,17 @@ void RunFolder::record(RunState& state, const Step& step, const TracedSurface& s
 
 void RunFolder::checkpoint(RunState& state) const {
     if (!writes_) return;
+    require_there();
     const PhaseClock clock(state.timing.output);
     // The checkpoint counts the timeline's rows: they are on the disk before it is. Rows after it come again.
     // Where it is unknown whether there is a timeline, opening it says why.
     std::error_code unknown;
-    if (fs::exists(timeline(), unknown) || unknown) surface::sync_file(timeline());
+    state.timeline.clear();
+    if (fs::exists(timeline(), unknown) || unknown) {
+        surface::sync_file(timeline());
+        state.timeline = digest(surface::read_back(timeline()));
+    }
+    state.manifest = digest_of_names(state.saved);
     save_state(options_.output, recipe_, state);
 }
 
@@ -353,10 +387,8 @@ Json RunFolder::finish(const RunState& state, const std::vector<Step>& steps, co
     if (options_.shares.ranks > 1)
         summary["ranks"] = Json{{"count", options_.shares.ranks}, {"seconds_in_sums", seconds_in_sums()}};
     if (!writes_) return summary;
-    std::erase_if(names_, [&](const std::string& name) {
-        return !run_file_names().contains(name) && !is_there(options_.output / name);
-    });
-    write_manifest(options_.output, names_);
+    require_there();
+    write_manifest(options_.output, names_);  // in order
     write_json((options_.output / "summary.json").string(), summary);
     return summary;
 }

@@ -27,7 +27,8 @@ class RunFolder {
     /// The folder holds a run that has ended.
     bool finished() const { return finished_; }
     /// Removes what an earlier run wrote; of a run that goes on, what it wrote since the checkpoint.
-    void begin(const RunState& state);
+    /// \throws FileError if what is to be gone on with has a timeline or a manifest that it did not write.
+    void begin(RunState& state);
 
     /// The recipe has changed: it and a checkpoint of it are written.
     void revise(RunState& state);
@@ -50,11 +51,14 @@ class RunFolder {
     void refuse_foreign_files(bool has_manifest) const;
     void refuse_other_runs() const;
     void begin_anew();
-    void go_on(const RunState& state);
+    void go_on(RunState& state);
+    [[noreturn]] void refuse_changed(const char* name) const;
+    std::string digest_of_names(std::size_t saved) const;
+    void require_there() const;
     std::filesystem::path timeline() const;
-    void cut_timeline(std::size_t rows) const;
+    void cut_timeline(RunState& state) const;
     void list(std::vector<std::string> names);
-    void write_meshes(RunState& state, const Model& model, const TracedSurface& surface) const;
+    void write_meshes(RunState& state, const Model& model, const TracedSurface& surface);
     void write_profiles(const TriangleMesh& surface, std::size_t number) const;
     void write_pvd(const RunState& state) const;
 

@@ -17,9 +17,10 @@ Attribute material_attribute(std::vector<double> values) {
 surface::MeshMetadata metadata_of(const Recipe& recipe, double time) {
     std::string names, colours;
     for (const Material& m : recipe.materials) {
-        names += (names.empty() ? "" : ",") + m.name;
-        colours += (colours.empty() ? "" : ",") + m.colour;
+        names += m.name + '\0';
+        colours += m.colour + '\0';
     }
+    for (std::string* list : {&names, &colours}) list->pop_back();
     return {{{"length_unit", recipe.domain.length_unit},
              {"time_unit", recipe.domain.time_unit},
              {"materials", names},

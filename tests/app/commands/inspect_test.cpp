@@ -95,4 +95,11 @@ TEST_CASE("a file's own names and colours of materials come before the built-in 
     CHECK(materials[2].density ==
           default_materials()[std::size_t(*material_id(default_materials(), "W"))].density);
     CHECK(materials_of({}) == default_materials());
+    using namespace std::string_literals;
+    const Materials listed = materials_of(
+        {{{"materials", "Si\0In0.5,Ga0.5As\0a\x1b[2J\nb"s}, {"material_colours", "\0#102030\0"s}}, {}});
+    REQUIRE(listed.size() == 3);
+    CHECK(listed[1].name == "In0.5,Ga0.5As");
+    CHECK(listed[1].colour == "#102030");
+    CHECK(listed[2].name == "a\\x1b[2J\\x0ab");
 }

@@ -66,32 +66,37 @@ TEST_CASE("profiles are read whatever separates their columns, and named ones ar
     for (const char* text :
          {"1,2\n3,4\n5,6\n", "x,z\n1,2\n3,4\n5,6",
           "# from the SEM\r\nz [um];x [um]\r\n2;1\r\n4;3\r\n\r\n6;5\r\n", "1 2\n  3   4 # end\n5\t6\n",
+          "z [nm];x [nm]\n2000;1e3\n4000;3e3\n6000;5e3\n",
+          "\xef\xbb\xbfname\tx (nm)\tz\na\t1000\t2000\nb\t3000\t4000\n\t5000\t6000\n",
           "x [um],z [um],polyline\n1,2,0\n3,4,0\n5,6,1\n", "\"n\",\"x\",\"z\"\n7,1,2\n8,3,4\n9,+5,6\n"}) {
-        const MeasuredProfile profile = read_measured_profile(written(folder, text));
+        const MeasuredProfile profile = read_measured_profile(written(folder, text), "um");
         INFO(text);
         REQUIRE(profile.points.size() == 3);
-        CHECK(profile.points[0] == Vector2d(1, 2));
-        CHECK(profile.points[2] == Vector2d(5, 6));
+        CHECK(profile.points[0].isApprox(Vector2d(1, 2), 1e-14));
+        CHECK(profile.points[2].isApprox(Vector2d(5, 6), 1e-14));
         CHECK_FALSE(profile.time);
     }
     const std::string path = written(folder, "1,2\n3,4\n5,6\n");
-    CHECK(read_measured_profile(path + "@2.5").time == 2.5);
-    CHECK_THROWS_AS(read_measured_profile(path + "@soon"), RecipeError);
-    CHECK_THROWS_AS(read_measured_profile(path + "@-1"), RecipeError);
+    CHECK(read_measured_profile(path + "@2.5", "um").time == 2.5);
+    CHECK_THROWS_AS(read_measured_profile(path + "@soon", "um"), RecipeError);
+    CHECK_THROWS_AS(read_measured_profile(path + "@-1", "um"), RecipeError);
 }
 
 TEST_CASE("what is no profile is refused with its line", "[foreign]") {
     const Folder folder;
     for (const auto& [text, message] : std::vector<std::pair<std::string, std::string>>{
-             {"", "has 0 points"},
+             {"", "no row of numbers"},
              {"1,2\n3,4\n", "has 2 points"},
-             {"x,z\n1,2\n3,\n5,6\n", "sem.csv:3: column 2 is no number"},
-             {"1,2\nnan,4\n5,6\n", "sem.csv:2: column 1"},
-             {"1,2\n3,1e999\n5,6\n", "sem.csv:2: column 2"},
-             {"1\n2\n3\n", "sem.csv:1: column 2"},
+             {"1,2,3\n3,4,5\n5,6,7\n", "has 3 columns without headings"},
+             {"x [px],z [px]\n1,2\n3,4\n5,6\n", "says px, which is no length unit"},
+             {"x,z\n1,2\n3,4 nm\n5,6\n", "sem.csv:3: \"4 nm\" in z"},
+             {"x,z\n1,2\n3,\n5,6\n", "sem.csv:3: \"\" in z is not"},
+             {"1,2\nnan,4\n5,6\n", "sem.csv:2: \"nan\" in column 1"},
+             {"1,2\n3,1e999\n5,6\n", "sem.csv:2: \"1e999\" in column 2"},
+             {"1\n2\n3\n", "sem.csv: has 1 columns"},
              {std::string("\0\xff\x80\n,,,\n", 8), "sem.csv"}})
-        CHECK_THROWS_WITH(read_measured_profile(written(folder, text)), Catch::Contains(message));
+        CHECK_THROWS_WITH(read_measured_profile(written(folder, text), "um"), Catch::Contains(message));
     std::string many;
     for (int i = 0; i < 6000; ++i) many += "1,2\n";
-    CHECK_THROWS_WITH(read_measured_profile(written(folder, many)), Catch::Contains("3 to 5000"));
+    CHECK_THROWS_WITH(read_measured_profile(written(folder, many), "um"), Catch::Contains("over 5000 rows"));
 }

@@ -65,7 +65,7 @@ TEST_CASE("a model in one file: keys, species, coverages and speed are all there
     const ModelEntry entry = chlorine();
     std::any parameters = entry.defaults;
     *target_of<ByMaterial>(entry.keys(parameters), "rate") = ByMaterial{0.0, {{"Si", 2.0}}};
-    const Model model = entry.make(parameters, recipe.materials);
+    const Model model = entry.make(parameters, recipe.materials, {});
 
     // An open wafer: flux 1, so theta = 1 / (1 + 0.25), whatever it sticks with.
     const levelset::MaterialStack stack = levelset::make_stack(domain_of(recipe), {{0, levelset::Shape{}}});

@@ -71,6 +71,9 @@ TEST_CASE("a table is linear between the points of its grid and constant beyond,
     CHECK(line(-1) == 3.0);
     CHECK(line(99) == 1.0);
     CHECK(read_table(write(folder, "one.csv", "a,v\n10,7\n"))(3) == 7.0);
+    // The first row counts without headings, too, and units become the recipe's.
+    CHECK(read_table(write(folder, "bare.csv", "-1,0.9\n0,0.1\n1,0.1\n"))(-1) == 0.9);
+    CHECK(read_table(write(folder, "nm.csv", "x [nm];v\n0;1,5\n500;2,5\n"))(0.25) == 2.0);
 }
 
 TEST_CASE("expressions call tables by name, by place and by angle") {
@@ -190,10 +193,10 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     const auto table = [&](const std::string& text) { return read_table(write(folder, "t.csv", text)); };
     const auto source = [&](const std::string& text) { return read_source(write(folder, "s.csv", text)); };
     const std::string head = "energy_from,energy_to,angle_from,angle_to,weight\n";
-    CHECK_THROWS_WITH(table(""), Contains("t.csv: needs a line of names"));
-    CHECK_THROWS_WITH(table("x,y\n"), Contains("rows of numbers"));
-    CHECK_THROWS_WITH(table("x,y\n1,2\n3\n"), Contains("t.csv:3: 1 values under 2 names"));
-    CHECK_THROWS_WITH(table("x,y\n1,two\n"), Contains("t.csv:2: \"two\" under y is not a finite number"));
+    CHECK_THROWS_WITH(table(""), Contains("t.csv: holds no row of numbers"));
+    CHECK_THROWS_WITH(table("x,y\n"), Contains("no row of numbers"));
+    CHECK_THROWS_WITH(table("x,y\n1,2\n3\n"), Contains("t.csv:3: 1 values in a table of 2 columns"));
+    CHECK_THROWS_WITH(table("x,y\n1,two\n"), Contains("t.csv:2: \"two\" in y is not a finite number"));
     CHECK_THROWS_WITH(table("x,y\n1,nan\n"), Contains("not a finite number"));
     CHECK_THROWS_WITH(table("x,y\n1,1e999\n"), Contains("not a finite number"));
     CHECK_THROWS_WITH(table("x\n1\n"), Contains("1 columns"));
@@ -201,7 +204,7 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     CHECK_THROWS_WITH(table("x,v\n1,2\n1,3\n"), Contains("every combination once"));
     CHECK_THROWS_WITH(table("x,y,v\n1,1,2\n1,2,3\n2,1,3\n"), Contains("2 by 2"));
     CHECK_THROWS_WITH(table("x,y,v\n1,1,2\n1,1,3\n2,1,3\n2,2,1\n"), Contains("two values at x = 1, y = 1"));
-    CHECK_THROWS_WITH(read_table(folder.path / "none.csv"), Contains("cannot be read"));
+    CHECK_THROWS_WITH(read_table(folder.path / "none.csv"), Contains("no such file"));
     CHECK_THROWS_WITH(source("energy_from,energy_to,angle_from,angle_too,weight\n1,2,3,4,5\n"),
                       Contains("no column angle_to"));
     CHECK_THROWS_WITH(source(head + "10,5,0,1,1\n"), Contains("row 1"));
@@ -217,6 +220,7 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     CHECK_THROWS_WITH(angles("intensity,degree\n1,2\n"), Contains("no column angle;"));
     CHECK_THROWS_WITH(angles("angle_from,angle_to,weight\n0,90,1\n"), Contains("row 1"));
     CHECK_THROWS_WITH(angles("angle_from,angle_to,weight\n0,9,0\n"), Contains("add up to 0"));
+    CHECK_THROWS_WITH(angles("angle [rad],intensity\n0,1\n1,1\n"), Contains("angle is in rad"));
     CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n50,1\n40,1\n"), Contains("row 3: angles must rise"));
     CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n50,-1\n"), Contains("row 2"));
     CHECK_THROWS_WITH(angles("angle,intensity\n0,1\n95,1\n"), Contains("row 2"));
@@ -243,5 +247,7 @@ TEST_CASE("files that are no tables or sources are refused by name and line", "[
     write(folder, "map.csv", "x,v\n0,1\n1,2\n");
     CHECK_THROWS_WITH(formula(map + "rate = \"-map(x, y)\"\n"), Contains("too many parameters"));
     CHECK_THROWS_WITH(formula(map + "rate = \"-mapp(x)\"\n"), Contains("did you mean map?"));
+    CHECK(parsed(folder, "model = \"formula\"\n" + map + "rate = \"-map(x)\"\n").notes ==
+          std::vector<std::string>{"step[0].tables[0].file: 2 rows of 2 between commas, headings x, v"});
     CHECK_THROWS_WITH(formula(map + "rate = -1\nparameters = { map = 1 }\n"), Contains("name of another"));
 }

@@ -130,9 +130,14 @@ TEST_CASE("layers that make no sense are refused with line, key and remedy", "[f
         {profile, "6: layer[1].file: missing", "CSV"},
         {profile + "file = \"none.csv\"\n", "9: layer[1].file = ", "no such file"},
         {profile + file("a.csv", "0, 1\n1; 2\nx, y\n"),
-         "9: layer[1].file: ", "a.csv:3: \"x, y\": must be two numbers"},
+         "9: layer[1].file: ", "a.csv:2: 1 values in a table of 2 columns"},
         {profile + file("b.csv", "0, 1\n2\n"), "9: layer[1].file: ", "b.csv:2: "},
-        {profile + file("c.csv", "# nothing\n"), "9: layer[1].file: ", "fewer than two"},
+        {profile + file("c.csv", "# nothing\n"), "9: layer[1].file: ", "no row of numbers"},
+        {profile + file("l.csv", "1, 0\n1, 0\n"), "9: layer[1].file: ", "fewer than two"},
+        {profile + file("m.csv", "x [V], z\n1, 0\n2, 0\n"),
+         "9: layer[1].file: ", "says V, which is no length"},
+        {profile + file("n.csv", "x,z,polyline\n1, 0, 0\n2, 0, 0\n1, 1, 1\n"),
+         "9: layer[1].file: ", "several lines"},
         {profile + file("d.csv", "0, 1\n1, nan\n"), "9: layer[1].file: ", "d.csv:2: "},
         {profile + file("e.csv", "-1, 0\n1, 1\n1, 0\n-1, 1\n-1, 0\n"),
          "9: layer[1].file = ", "crosses itself"},
@@ -168,7 +173,7 @@ TEST_CASE("masks and cuts that make no sense are refused with line, key and reme
     };
     const Row rows[] = {
         {"model = \"mask\"\nthickness = 0.5\n", "6: step[0].material: missing", "needs it"},
-        {mask, "6: step[0].polygons: ", "either polygons or a GDSII file"},
+        {mask, "6: step[0].polygons: ", "either polygons or the file"},
         {mask + "shape = \"hole\"\n", "6: step[0].radius: missing", "needs it"},
         {mask + "shape = \"fin\"\n", "10: step[0].shape = \"fin\": ", "one of polygons, trench, hole, box"},
         {mask + "shape = \"hole\"\nradius = 0.05\n", "11: step[0].radius = ", "use a grid_spacing"},
@@ -295,7 +300,9 @@ TEST_CASE("the extent is the layout's with padding, in whole cells, and the layo
         std::string domain, mask, place, remedy;
     };
     const Row rows[] = {
-        {"extent = \"gdsii\"\ngrid_spacing = 0.1", file, "2: domain.extent = \"gdsii\": ", "or \"gds\""},
+        {"extent = \"gdsii\"\ngrid_spacing = 0.1", file, "2: domain.extent = \"gdsii\": ", "\"gds\""},
+        {"extent = \"gds:1\"\ngrid_spacing = 0.1", file, "2: domain.extent = \"gds:1\": ", "gds:63/0"},
+        {"extent = \"gds:9/0\"\ngrid_spacing = 0.1", file, "2: domain.extent = \"gds:9/0\": ", "layer 9"},
         {"extent = \"gds\"", file, "1: domain.grid_spacing: missing", "needs it"},
         {"extent = \"gds\"\ngrid_spacing = 0", file, "3: domain.grid_spacing = 0: ", "greater than 0"},
         {"extent = \"gds\"\ngrid_spacing = 0.1\npadding = -1", file,

@@ -1,8 +1,10 @@
-#include "app/recipe/gds_flatten.hpp"
+#include "app/recipe/layout/gds.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <numbers>
 
+#include "app/recipe/layout/flatten.hpp"
 #include "surface/error.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
 
@@ -18,6 +20,11 @@ double area(const levelset::Polygon& polygon) {
     return std::abs(sum);
 }
 
+std::vector<levelset::Polygon> flat(const Layout& layout, const std::string& cell, int layer, int datatype) {
+    std::set<std::string> missing;
+    return flatten(layout, cell, layer, datatype, missing);
+}
+
 // A square of 100 database units on layer 1/0 and a path on 2/5, in a cell that TOP places as a 3 x 2 array,
 // and once more turned, mirrored and doubled.
 std::string library() {
@@ -31,10 +38,10 @@ std::string library() {
 }  // namespace
 
 TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and scaled", "[foreign]") {
-    const GdsLibrary gds = parse_gds(library(), "memory");
+    const Layout gds = parse_gds(library(), "memory");
     CHECK(gds.metres == Approx(1e-9).epsilon(1e-12));
     CHECK(top_cells(gds) == std::vector<std::string>{"TOP"});
-    const auto squares = flatten(gds, "TOP", 1, 0);
+    const auto squares = flat(gds, "TOP", 1, 0);
     REQUIRE(squares.size() == 7);
     for (std::size_t k = 0; k < 6; ++k) CHECK(area(squares[k]) == Approx(1e-14));
     CHECK(squares[5][0][0] == Approx(600e-9));
@@ -44,15 +51,14 @@ TEST_CASE("a GDSII library gives its polygons back, placed, turned, mirrored and
     CHECK(squares[6][1][0] == Approx(5000e-9));
     CHECK(squares[6][1][1] == Approx(200e-9));
     CHECK(squares[6][3][0] == Approx(5200e-9));
-    CHECK(flatten(gds, "UNIT", 2, 5).size() == 2);
-    CHECK(area(flatten(gds, "UNIT", 2, 5)[0]) == Approx(210 * 20 * 1e-18));
-    CHECK(flatten(gds, "TOP", 7, 0).empty());
-    CHECK_THROWS_AS(flatten(gds, "ELSE", 1, 0), FileError);
-    const GdsLibrary loop =
-        parse_gds(test::gds_library(test::gds_cell("A", test::gds_reference("B", {0, 0})) +
-                                    test::gds_cell("B", test::gds_reference("A", {0, 0}))),
-                  "memory");
-    CHECK_THROWS_AS(flatten(loop, "A", 1, 0), FileError);
+    REQUIRE(flat(gds, "UNIT", 2, 5).size() == 1);
+    CHECK(area(flat(gds, "UNIT", 2, 5)[0]) == Approx(250 * 20 * 1e-18));
+    CHECK(flat(gds, "TOP", 7, 0).empty());
+    CHECK_THROWS_AS(flat(gds, "ELSE", 1, 0), FileError);
+    const Layout loop = parse_gds(test::gds_library(test::gds_cell("A", test::gds_reference("B", {0, 0})) +
+                                                    test::gds_cell("B", test::gds_reference("A", {0, 0}))),
+                                  "memory");
+    CHECK_THROWS_AS(flat(loop, "A", 1, 0), FileError);
 }
 
 TEST_CASE("a damaged GDSII file is refused, wherever the damage is", "[foreign]") {
@@ -66,8 +72,8 @@ TEST_CASE("a damaged GDSII file is refused, wherever the damage is", "[foreign]"
             std::string bad = good;
             bad[k] = static_cast<char>(bad[k] ^ flip);
             try {
-                const GdsLibrary gds = parse_gds(bad, "damaged");
-                for (const auto& [name, cell] : gds.cells) flatten(gds, name, 1, 0);
+                const Layout gds = parse_gds(bad, "damaged");
+                for (const auto& [name, cell] : gds.cells) flat(gds, name, 1, 0);
             } catch (const FileError&) {
                 ++refused;
             }
@@ -83,8 +89,8 @@ TEST_CASE("a layout of any depth is flattened, and one that expands too far is r
     for (int k = 1; k < 100'000; ++k)
         chain +=
             test::gds_cell("C" + std::to_string(k), test::gds_reference("C" + std::to_string(k - 1), {1, 0}));
-    const GdsLibrary deep = parse_gds(test::gds_library(chain), "deep.gds");
-    const auto polygons = flatten(deep, "C99999", 1, 0);
+    const Layout deep = parse_gds(test::gds_library(chain), "deep.gds");
+    const auto polygons = flat(deep, "C99999", 1, 0);
     REQUIRE(polygons.size() == 1);
     CHECK(polygons[0][0][0] == Approx(99999e-9));
 
@@ -93,11 +99,59 @@ TEST_CASE("a layout of any depth is flattened, and one that expands too far is r
     for (int k = 1; k < 10; ++k)
         nested += test::gds_cell("N" + std::to_string(k),
                                  test::gds_array("N" + std::to_string(k - 1), 10, 10, {0, 0, 9, 0, 0, 9}));
-    const GdsLibrary wide = parse_gds(test::gds_library(nested), "wide.gds");
-    CHECK_THROWS_WITH(flatten(wide, "N9", 1, 0),
+    const Layout wide = parse_gds(test::gds_library(nested), "wide.gds");
+    CHECK_THROWS_WITH(flat(wide, "N9", 1, 0),
                       Catch::Matchers::StartsWith("wide.gds: cell N9 becomes 4e+18 corners") &&
                           Catch::Matchers::Contains("2e+07 is the most"));
-    CHECK(flatten(wide, "N9", 2, 0).empty());
-    CHECK(flatten(wide, "N2", 1, 0).size() == 10'000);
-    CHECK_THROWS_WITH(flatten(wide, "ELSE", 1, 0), Catch::Matchers::StartsWith("wide.gds: "));
+    CHECK(flat(wide, "N9", 2, 0).empty());
+    CHECK(flat(wide, "N2", 1, 0).size() == 10'000);
+    CHECK_THROWS_WITH(flat(wide, "ELSE", 1, 0), Catch::Matchers::StartsWith("wide.gds: "));
+}
+
+TEST_CASE("GDSII paths end as their type says, and an absolute width is not magnified", "[foreign]") {
+    const auto path = [](int type, int width, const std::vector<int>& points, const std::string& more = "") {
+        return test::gds_put(0x09, 0) + test::gds_short(0x0d, {1}) + test::gds_short(0x0e, {0}) +
+               test::gds_short(0x21, {type}) + test::gds_long(0x0f, {width}) + more +
+               test::gds_long(0x10, points) + test::gds_end();
+    };
+    const auto drawn = [](const std::string& elements, double magnification = 1.0) {
+        const Layout gds =
+            parse_gds(test::gds_library(
+                          test::gds_cell("A", elements) +
+                          test::gds_cell("TOP", test::gds_reference("A", {0, 0}, false, magnification, 0.0))),
+                      "memory");
+        return 1e18 * levelset::area_of(levelset::united(flat(gds, "TOP", 1, 0)));
+    };
+    const std::vector<int> line{-3000, 0, 2000, 0};
+    const auto ends = [](int begin, int end) {
+        return test::gds_long(0x30, {begin}) + test::gds_long(0x31, {end});
+    };
+    CHECK(drawn(path(0, 1000, line)) == Approx(5e6));
+    CHECK(drawn(path(1, 1000, line)) == Approx(5e6 + 0.25e6 * std::numbers::pi).epsilon(1e-3));
+    CHECK(drawn(path(2, 1000, line)) == Approx(6e6));
+    CHECK(drawn(path(4, 1000, line, ends(0, 2000))) == Approx(7e6));
+    CHECK(drawn(path(4, 1000, line, ends(0, 0))) == Approx(5e6));
+    CHECK(drawn(path(4, 1000, line, ends(-1000, 500))) == Approx(4.5e6));
+    CHECK(drawn(path(2, 2000, {5, 5})) == Approx(4e6));
+    CHECK(drawn(path(1, 2000, {5, 5})) == Approx(std::numbers::pi * 1e6).epsilon(1.5e-3));
+    CHECK(drawn(path(0, 2000, {5, 5})) == 0.0);
+    // Length and width, length alone, length and square ends.
+    CHECK(drawn(path(0, 1000, line), 2.0) == Approx(20e6));
+    CHECK(drawn(path(0, -1000, line), 2.0) == Approx(10e6));
+    CHECK(drawn(path(2, -1000, line), 3.0) == Approx(16e6));
+}
+
+TEST_CASE("KLayout's context cell is no layout, and a cell that the file lacks is told", "[foreign]") {
+    const std::string square = test::gds_boundary(1, 0, {0, 0, 100, 0, 100, 100, 0, 100, 0, 0});
+    const std::string part = test::gds_cell("PART", square),
+                      context = test::gds_cell("$$$CONTEXT_INFO$$$", test::gds_reference("PART", {0, 0}));
+    const std::string top = test::gds_cell(
+        "TOP", test::gds_reference("PART", {300, 300}) + test::gds_reference("ELSEWHERE", {0, 0}) + square);
+    const Layout with_top = parse_gds(test::gds_library(part + top + context), "memory"),
+                 without = parse_gds(test::gds_library(context + part), "memory");
+    CHECK(top_cells(with_top) == std::vector<std::string>{"TOP"});
+    CHECK(top_cells(without) == std::vector<std::string>{"PART"});
+    std::set<std::string> missing;
+    CHECK(flatten(with_top, "TOP", 1, 0, missing).size() == 2);
+    CHECK(missing == std::set<std::string>{"ELSEWHERE"});
 }

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
+#include "tests/app/recipe/gds_bytes.hpp"
+#include "tests/folder.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;
@@ -276,6 +279,18 @@ TEST_CASE("notes tell how many cells a narrow shape has, whatever its side of th
               "is 4 cells wide") != std::string::npos);
     CHECK_THROWS_WITH(notes("periodic", mask + "[{ points = [-2, -1, -1.9, -1, -1.9, 1, -2, 1] }]\n"),
                       Catch::Contains("only 1 cells wide"));
+    // Drawn twice, or overlapping along edges, it is no narrower.
+    for (const int height : {2000, 900}) {
+        const test::Folder folder;
+        std::ofstream(folder.path / "twice.gds", std::ios::binary) << test::gds_library(
+            test::gds_cell("TOP", test::gds_boundary(1, 0, {0, 0, 1000, 0, 1000, 2000, 0, 2000}) +
+                                      test::gds_boundary(1, 0, {0, 0, 1000, 0, 1000, height, 0, height})));
+        CHECK(notes("reflective",
+                    "[[layer]]\nmaterial = \"Mask\"\nshape = \"mask\"\nthickness = 0.5\ngds_layer = 1\n"
+                    "file = \"" +
+                        (folder.path / "twice.gds").string() + "\"\n")
+                  .empty());
+    }
     const auto turned = notes("reflective", mask + "[{ points = [0, 0, 1, 1, 0.7, 1.3, -0.3, 0.3] }]\n");
     REQUIRE(turned.size() == 1);
     CHECK(turned[0].starts_with("layer[1].polygons[0].points: the narrowest outline is 4.24 cells wide: "));

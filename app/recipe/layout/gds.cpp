@@ -1,19 +1,14 @@
-#include "app/recipe/gds.hpp"
+#include "app/recipe/layout/gds.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "surface/error.hpp"
-#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
-
-constexpr std::uintmax_t kMostGdsBytes = 1'000'000'000;
-constexpr std::size_t kMostCorners = 50'000'000;  // of what the cells hold
 
 // Record types of the stream format, release 6.
 enum Record : std::uint8_t {
@@ -39,7 +34,9 @@ enum Record : std::uint8_t {
     kAngle = 0x1c,
     kPathType = 0x21,
     kBox = 0x2d,
-    kBoxType = 0x2e
+    kBoxType = 0x2e,
+    kBeginExtension = 0x30,
+    kEndExtension = 0x31
 };
 
 struct Entry {
@@ -52,25 +49,26 @@ struct Entry {
 struct Element {
     std::uint8_t kind = 0;
     int layer = 0, datatype = 0, path_type = 0;
-    double width = 0.0;
-    std::vector<std::array<double, 2>> points;
-    GdsReference reference;
+    double width = 0.0, begin = 0.0, end = 0.0;  // a negative width is absolute
+    levelset::Polygon points;
+    CellReference reference;
+    Repetition repetition;
 };
 
-class Parser {
+class GdsParser {
   public:
-    Parser(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+    GdsParser(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
 
-    GdsLibrary run() {
-        library_.file = name_;
+    Layout run() {
+        layout_.file = name_;
         if (next().type != kHeader) fail("is not a GDSII file: its first record is no header");
         while (true) {
             const Entry field = next();
-            if (field.type == kEndLibrary) return std::move(library_);
+            if (field.type == kEndLibrary) return std::move(layout_);
             if (field.type == kUnits) {
                 if (field.data.size() != 16) fail("units must be two numbers");
-                library_.metres = real(field.data.substr(8));
-                if (!(library_.metres > 0.0 && library_.metres < 1.0)) fail("units are out of range");
+                layout_.metres = real(field.data.substr(8));
+                if (!(layout_.metres > 0.0 && layout_.metres < 1.0)) fail("units are out of range");
             } else if (field.type == kBeginCell) {
                 cell();
             }
@@ -125,7 +123,7 @@ class Parser {
 
     void cell() {
         std::string cell_name;
-        GdsCell cell;
+        LayoutCell cell;
         while (true) {
             const Entry field = next();
             if (field.type == kEndCell) break;
@@ -136,8 +134,7 @@ class Parser {
                 finish(element(field.type), cell);
         }
         if (cell_name.empty()) fail("a cell has no name");
-        if (!library_.cells.emplace(cell_name, std::move(cell)).second)
-            fail(fmt::format("cell {} is defined twice", cell_name));
+        add_cell(layout_, cell_name, std::move(cell));
     }
 
     Element element(std::uint8_t kind) {
@@ -163,7 +160,13 @@ class Parser {
                     e.path_type = short_at(field.data, 0);
                     break;
                 case kWidth:
-                    e.width = std::abs(long_at(field.data, 0));
+                    e.width = long_at(field.data, 0);
+                    break;
+                case kBeginExtension:
+                    e.begin = long_at(field.data, 0);
+                    break;
+                case kEndExtension:
+                    e.end = long_at(field.data, 0);
                     break;
                 case kPoints:
                     if (field.data.size() % 8 != 0) fail("a record of points is damaged");
@@ -174,10 +177,12 @@ class Parser {
                     e.reference.cell = text(field.data);
                     break;
                 case kColumnsRows:
-                    e.reference.columns = short_at(field.data, 0);
-                    e.reference.rows = short_at(field.data, 1);
-                    if (e.reference.columns < 1 || e.reference.rows < 1)
-                        fail("an array has no columns or rows");
+                    for (std::size_t k = 0; k < 2; ++k) {
+                        const int count = short_at(field.data, k);
+                        if (count < 1) fail("an array has no columns or rows");
+                        (k == 0 ? e.repetition.columns : e.repetition.rows) =
+                            static_cast<std::uint64_t>(count);
+                    }
                     break;
                 case kTransform:
                     e.reference.mirror = (short_at(field.data, 0) & 0x8000) != 0;
@@ -194,87 +199,46 @@ class Parser {
         }
     }
 
-    void finish(Element e, GdsCell& cell) {
+    void finish(Element e, LayoutCell& cell) {
         if (e.kind == kReference || e.kind == kArray) {
-            GdsReference& r = e.reference;
-            if (r.cell.empty() || e.points.size() != (e.kind == kArray ? 3u : 1u))
+            if (e.reference.cell.empty() || e.points.size() != (e.kind == kArray ? 3u : 1u))
                 fail("a reference lacks its cell or place");
-            r.origin = e.points[0];
-            if (e.kind == kArray)
+            e.reference.origin = e.points[0];
+            if (e.kind == kArray) {
                 for (std::size_t a = 0; a < 2; ++a) {
-                    r.column_step[a] = (e.points[1][a] - r.origin[a]) / r.columns;
-                    r.row_step[a] = (e.points[2][a] - r.origin[a]) / r.rows;
+                    e.repetition.column_step[a] =
+                        (e.points[1][a] - e.points[0][a]) / static_cast<double>(e.repetition.columns);
+                    e.repetition.row_step[a] =
+                        (e.points[2][a] - e.points[0][a]) / static_cast<double>(e.repetition.rows);
                 }
-            cell.references.push_back(std::move(r));
-            return;
-        }
-        if (e.kind == kPath) {
-            if (e.points.size() < 2) fail("a path has fewer than two points");
-            count_corners(4 * e.points.size());
-            segments(e, cell);
-            return;
-        }
-        if (e.points.size() > 1 && e.points.front() == e.points.back()) e.points.pop_back();
-        if (e.points.size() < 3) fail("a polygon has fewer than three corners");
-        count_corners(e.points.size());
-        cell.shapes.push_back({e.layer, e.datatype, std::move(e.points)});
-    }
-
-    void count_corners(std::size_t more) {
-        if ((corners_ += more) > kMostCorners)
-            throw FileError(
-                fmt::format("{}: its cells hold over {} corners of polygons; export less of the chip", name_,
-                            kMostCorners));
-    }
-
-    // A rectangle a segment; at bends they reach half a width farther and so meet.
-    static void segments(const Element& e, GdsCell& cell) {
-        const double half = 0.5 * e.width;
-        for (std::size_t k = 0; k + 1 < e.points.size(); ++k) {
-            auto [ax, ay] = e.points[k];
-            auto [bx, by] = e.points[k + 1];
-            const double length = std::hypot(bx - ax, by - ay);
-            if (!(length > 0.0 && half > 0.0)) continue;
-            const double ux = (bx - ax) / length * half, uy = (by - ay) / length * half;
-            const bool flush = e.path_type == 0;
-            if (k > 0 || !flush) ax -= ux, ay -= uy;
-            if (k + 2 < e.points.size() || !flush) bx += ux, by += uy;
-            cell.shapes.push_back(
-                {e.layer,
-                 e.datatype,
-                 {{ax + uy, ay - ux}, {bx + uy, by - ux}, {bx - uy, by + ux}, {ax - uy, ay + ux}}});
+                e.reference.repetition = static_cast<std::uint32_t>(layout_.repetitions.size());
+                layout_.repetitions.push_back(std::move(e.repetition));
+            }
+            cell.references.push_back(std::move(e.reference));
+        } else if (e.kind == kPath) {
+            if (e.points.empty()) fail("a path has no points");
+            levelset::PathStyle style{0.5 * std::abs(e.width), e.begin, e.end, e.path_type == 1};
+            if (e.path_type != 4) style.begin = style.end = e.path_type == 2 ? style.half_width : 0.0;
+            if (e.width < 0.0)
+                cell.paths.push_back({e.layer, e.datatype, std::move(e.points), style, e.path_type == 2});
+            else
+                add_path(layout_, cell, {e.layer, e.datatype, std::move(e.points)}, style);
+        } else {
+            if (e.points.size() < 3) fail("a polygon has fewer than three corners");
+            add_polygon(layout_, cell, {e.layer, e.datatype, std::move(e.points)});
         }
     }
 
     std::string_view bytes_;
     const std::string& name_;
-    std::size_t position_ = 0, at_ = 0, corners_ = 0;
-    GdsLibrary library_;
+    std::size_t position_ = 0, at_ = 0;
+    Layout layout_;
 };
 
 }  // namespace
 
-GdsLibrary parse_gds(std::string_view bytes, const std::string& name) {
-    return Parser(bytes, name).run();
-}
-
-GdsLibrary read_gds(const std::filesystem::path& path) {
-    std::error_code failure;
-    const std::uintmax_t size = std::filesystem::file_size(path, failure);
-    if (failure) throw FileError(fmt::format("{}: cannot be read: {}", path.string(), failure.message()));
-    if (size > kMostGdsBytes)
-        throw FileError(fmt::format("{}: larger than {} bytes", path.string(), kMostGdsBytes));
-    return parse_gds(surface::read_whole_file(path), path.string());
-}
-
-std::vector<std::string> top_cells(const GdsLibrary& library) {
-    std::set<std::string> placed;
-    for (const auto& [name, cell] : library.cells)
-        for (const GdsReference& reference : cell.references) placed.insert(reference.cell);
-    std::vector<std::string> tops;
-    for (const auto& [name, cell] : library.cells)
-        if (!placed.contains(name)) tops.push_back(name);
-    return tops;
+Layout parse_gds(std::string_view bytes, const std::string& name) {
+    return GdsParser(bytes, name).run();
 }
 
 }  // namespace sidewall::app

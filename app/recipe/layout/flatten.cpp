@@ -1,0 +1,207 @@
+#include "app/recipe/layout/flatten.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "surface/error.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kMostPlacements = 1e7, kMostPolygons = 2e6, kMostFlatCorners = 2e7;
+constexpr double kFarthest = 1e3;  // metres
+
+// x -> m x + o
+struct Placement {
+    double m[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
+    std::array<double, 2> o{0.0, 0.0};
+
+    std::array<double, 2> apply(const std::array<double, 2>& p) const {
+        return {m[0][0] * p[0] + m[0][1] * p[1] + o[0], m[1][0] * p[0] + m[1][1] * p[1] + o[1]};
+    }
+    Placement of(const CellReference& r, const std::array<double, 2>& offset) const {
+        const double c = r.magnification * std::cos(r.angle), s = r.magnification * std::sin(r.angle),
+                     flip = r.mirror ? -1.0 : 1.0;
+        const double local[2][2] = {{c, -flip * s}, {s, flip * c}};
+        Placement result;
+        for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < 2; ++j) result.m[i][j] = m[i][0] * local[0][j] + m[i][1] * local[1][j];
+        result.o = apply({r.origin[0] + offset[0], r.origin[1] + offset[1]});
+        return result;
+    }
+    double magnification() const { return std::sqrt(std::abs(m[0][0] * m[1][1] - m[0][1] * m[1][0])); }
+};
+
+// What a cell becomes with all it refers to. Numbers of a hostile file leave the range of integers.
+struct Expansion {
+    double placements = 1.0, polygons = 0.0, corners = 0.0;
+};
+
+// A cell on the way down from the top one, and the reference that is next: loops, so that the depth of a
+// file's hierarchy is no matter of the program's stack.
+struct Frame {
+    const std::string* name;
+    const LayoutCell* cell;
+    Placement place = {};
+    std::size_t reference = 0;
+    std::uint64_t copy = 0;
+};
+
+struct Flattener {
+    const Layout& layout;
+    int layer, datatype;
+    std::set<std::string> missing = {};
+    std::map<const LayoutCell*, Expansion> expansion = {};
+
+    [[noreturn]] void fail(const std::string& what) const {
+        throw FileError(fmt::format("{}: {}", layout.file, what));
+    }
+
+    // Without a cell where the file has none of that name.
+    Frame frame(const std::string& name, const Placement& place = {}) const {
+        const auto found = layout.cells.find(name);
+        if (found == layout.cells.end()) return {nullptr, nullptr, place};
+        return {&found->first, &found->second, place};
+    }
+
+    bool wanted(const auto& shape) const { return shape.layer == layer && shape.datatype == datatype; }
+
+    double copies(std::uint32_t repetition) const {
+        return static_cast<double>(layout.repetitions[repetition].count());
+    }
+
+    // What the shapes of a cell and all below it become, the latter counted before.
+    Expansion sum_of(const LayoutCell& cell) const {
+        Expansion sum;
+        for (const LayoutShape& shape : cell.shapes)
+            if (wanted(shape)) {
+                sum.polygons += copies(shape.repetition);
+                sum.corners += copies(shape.repetition) * static_cast<double>(shape.polygon.size());
+            }
+        for (const AbsolutePath& path : cell.paths)
+            if (wanted(path)) {
+                sum.polygons += 1.0 + static_cast<double>(path.points.size()) / 64.0;
+                sum.corners +=
+                    200.0 + 4.0 * static_cast<double>(path.points.size());  // of both ends, roughly
+            }
+        for (const CellReference& r : cell.references) {
+            const Frame at = frame(r.cell);
+            if (at.cell == nullptr || expansion.at(at.cell).polygons == 0.0) continue;  // is not placed
+            const Expansion& below = expansion.at(at.cell);
+            sum.placements += copies(r.repetition) * below.placements;
+            sum.polygons += copies(r.repetition) * below.polygons;
+            sum.corners += copies(r.repetition) * below.corners;
+        }
+        return sum;
+    }
+
+    // Counts what \p top and all below it become, those below first, and checks that none refers to itself.
+    void count(const std::string& top) {
+        std::set<const LayoutCell*> open;  // those on the way down
+        std::vector<Frame> path{frame(top)};
+        if (path[0].cell == nullptr) fail(fmt::format("cell {}: there is none of that name", top));
+        open.insert(path.back().cell);
+        while (!path.empty()) {
+            Frame& at = path.back();
+            if (at.reference < at.cell->references.size()) {
+                const std::string& name = at.cell->references[at.reference].cell;
+                const Frame below = frame(name);
+                if (below.cell == nullptr) missing.insert(name);
+                if (open.contains(below.cell)) fail(fmt::format("cell {}: refers to itself", name));
+                if (below.cell == nullptr || expansion.contains(below.cell)) {
+                    ++at.reference;
+                } else {
+                    open.insert(below.cell);
+                    path.push_back(below);
+                }
+                continue;
+            }
+            open.erase(at.cell);
+            expansion[at.cell] = sum_of(*at.cell);
+            path.pop_back();
+        }
+    }
+
+    void check(const std::string& top) const {
+        const Expansion& all = expansion.at(frame(top).cell);
+        const auto require = [&](double number, double most, const char* what) {
+            if (number > most)
+                fail(
+                    fmt::format("cell {} becomes {:.3g} {} on layer {}, datatype {}, and {:g} is the most; "
+                                "export the part that is simulated",
+                                top, number, what, layer, datatype, most));
+        };
+        require(all.corners, kMostFlatCorners, "corners of polygons");
+        require(all.polygons, kMostPolygons, "polygons");
+        require(all.placements, kMostPlacements, "placed cells");
+    }
+
+    void add(const Frame& at, const levelset::Polygon& corners, const std::array<double, 2>& offset,
+             std::vector<levelset::Polygon>& polygons) const {
+        levelset::Polygon& polygon = polygons.emplace_back();
+        polygon.reserve(corners.size());
+        for (const auto& p : corners) {
+            const auto [x, y] = at.place.apply({p[0] + offset[0], p[1] + offset[1]});
+            if (!(std::hypot(x, y) * layout.metres < kFarthest))
+                fail(fmt::format("cell {}: lies over a kilometre from the origin", *at.name));
+            polygon.push_back({x * layout.metres, y * layout.metres});
+        }
+    }
+
+    void add_shapes(const Frame& at, std::vector<levelset::Polygon>& polygons) const {
+        for (const LayoutShape& shape : at.cell->shapes) {
+            if (!wanted(shape)) continue;
+            const Repetition& again = layout.repetitions[shape.repetition];
+            for (std::uint64_t k = 0; k < again.count(); ++k)
+                add(at, shape.polygon, again.offset(k), polygons);
+        }
+        const double magnification = at.place.magnification();
+        for (const AbsolutePath& path : at.cell->paths) {
+            if (!wanted(path) || !(magnification > 0.0)) continue;
+            levelset::PathStyle style = path.style;
+            style.half_width /= magnification;
+            if (path.square) style.begin = style.end = style.half_width;
+            for (const levelset::Polygon& polygon : levelset::path_polygons(path.points, style))
+                add(at, polygon, {}, polygons);
+        }
+    }
+
+    // Cells in the order of their references, arrays row by row.
+    std::vector<levelset::Polygon> flatten(const std::string& top) const {
+        std::vector<levelset::Polygon> polygons;
+        std::vector<Frame> path{frame(top)};
+        add_shapes(path.back(), polygons);
+        while (!path.empty()) {
+            Frame& at = path.back();
+            if (at.reference == at.cell->references.size()) {
+                path.pop_back();
+                continue;
+            }
+            const CellReference& r = at.cell->references[at.reference];
+            const Repetition& again = layout.repetitions[r.repetition];
+            Frame below = frame(r.cell, at.place.of(r, again.offset(at.copy)));
+            const bool empty = below.cell == nullptr || expansion.at(below.cell).polygons == 0.0;
+            if (++at.copy == again.count() || empty) ++at.reference, at.copy = 0;
+            if (empty) continue;
+            add_shapes(below, polygons);
+            path.push_back(below);
+        }
+        return polygons;
+    }
+};
+
+}  // namespace
+
+std::vector<levelset::Polygon> flatten(const Layout& layout, const std::string& cell, int layer, int datatype,
+                                       std::set<std::string>& missing) {
+    Flattener flattener{layout, layer, datatype};
+    flattener.count(cell);
+    flattener.check(cell);
+    missing.merge(flattener.missing);
+    return flattener.flatten(cell);
+}
+
+}  // namespace sidewall::app

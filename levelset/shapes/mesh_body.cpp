@@ -1,0 +1,167 @@
+#include "levelset/shapes/mesh_body.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "surface/files/mesh_io.hpp"
+#include "surface/signed_distance.hpp"
+#include "surface/topology.hpp"
+#include "surface/winding_number.hpp"
+
+namespace sidewall::levelset {
+namespace {
+
+// Bodies that touch others reach so much farther, in dx: no gas is left between them.
+constexpr double kContact = 1e-3;
+
+// Whether an opening lies off the domain's sides. One that reaches all four is the rim of a surface over the
+// domain, and one in a single side the end of a body there.
+bool is_off_sides(const Box3& opening, const Domain& domain) {
+    int sides = 0;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        const double low = domain.min[axis] + domain.spacing, high = domain.max[axis] - domain.spacing;
+        if (opening.max[a] <= low || opening.min[a] >= high) return false;
+        sides += (opening.min[a] <= low ? 1 : 0) + (opening.max[a] >= high ? 1 : 0);
+    }
+    return sides < 4;
+}
+
+bool overlap(const Box3& a, const Box3& b) {
+    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+}
+
+bool contains(const Box3& outer, const Box3& inner) {
+    return (outer.min.array() <= inner.min.array()).all() && (inner.max.array() <= outer.max.array()).all();
+}
+
+// A closed body with the cavities in it, or what lies below open surfaces.
+struct MeshPart {
+    Box3 bounds;
+    std::vector<std::uint32_t> triangles;
+    double volume = 0.0;
+    bool open = false;
+};
+
+// The parts of the mesh that are connected by edges.
+std::vector<MeshPart> connected_parts(const TriangleMesh& mesh) {
+    const surface::EdgeTable table = surface::edge_table(mesh);
+    surface::DisjointSets sets(mesh.triangles.size());
+    for (std::size_t e = 0; e < table.edges.size(); ++e)
+        for (const std::uint32_t corner : table.corners[e]) sets.join(table.corners[e][0] / 3, corner / 3);
+    std::vector<MeshPart> parts(mesh.triangles.size());
+    for (std::size_t e = 0; e < table.edges.size(); ++e)
+        if (table.corners[e].size() == 1) parts[sets.root(table.corners[e][0] / 3)].open = true;
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+        MeshPart& part = parts[sets.root(t)];
+        part.triangles.push_back(t);
+        for (const std::uint32_t v : mesh.triangles[t]) part.bounds.extend(mesh.vertices[v]);
+        part.volume += area_vector(mesh, t).dot(mesh.vertices[mesh.triangles[t][0]]);
+    }
+    std::erase_if(parts, [](const MeshPart& part) { return part.triangles.empty(); });
+    return parts;
+}
+
+void add(MeshPart& to, const MeshPart& part) {
+    to.triangles.insert(to.triangles.end(), part.triangles.begin(), part.triangles.end());
+    to.bounds.extend(part.bounds.min);
+    to.bounds.extend(part.bounds.max);
+}
+
+// What lies below all open surfaces, if there are any, and the closed bodies.
+std::vector<MeshPart> bodies_of(const TriangleMesh& mesh) {
+    MeshPart below{.open = true};
+    std::vector<MeshPart> bodies, cavities;
+    for (MeshPart& part : connected_parts(mesh)) {
+        if (part.open)
+            add(below, part);
+        else
+            (part.volume < 0.0 ? cavities : bodies).push_back(std::move(part));
+    }
+    for (const MeshPart& cavity : cavities) {
+        MeshPart* around = &below;
+        double least = std::numeric_limits<double>::infinity();
+        for (MeshPart& body : bodies)
+            if (const double size = body.bounds.size().prod();
+                contains(body.bounds, cavity.bounds) && size < least) {
+                around = &body;
+                least = size;
+            }
+        add(*around, cavity);
+    }
+    if (!below.triangles.empty()) bodies.insert(bodies.begin(), std::move(below));
+    return bodies;
+}
+
+// Bodies no two of which overlap: there the nearest triangle tells inside from outside, but for closed ones
+// that overlap themselves.
+struct Apart {
+    std::vector<Box3> bounds;
+    TriangleMesh mesh;
+    bool open = false;
+};
+
+// The bodies in as few such groups as a first fit finds.
+std::vector<Apart> groups_apart(const TriangleMesh& mesh) {
+    std::vector<Apart> groups;
+    for (const MeshPart& part : bodies_of(mesh)) {
+        const auto fits = [&](const Apart& group) {
+            return std::ranges::none_of(group.bounds, [&](const Box3& b) { return overlap(b, part.bounds); });
+        };
+        auto group = std::ranges::find_if(groups, fits);
+        if (group == groups.end()) group = groups.insert(group, {{}, {mesh.vertices, {}, {}, {}}});
+        group->bounds.push_back(part.bounds);
+        group->open |= part.open;
+        for (const std::uint32_t t : part.triangles) group->mesh.triangles.push_back(mesh.triangles[t]);
+    }
+    return groups;
+}
+
+// Signed distances from such a group.
+struct GroupDistance {
+    surface::SignedDistance distance;
+    std::optional<surface::WindingNumber> winding;  // of closed bodies only
+    Box3 bounds;
+
+    // \p contact: so much farther out than the nearest point a point tells whether that is an inner wall.
+    double at(const Vec3& p, double contact) const {
+        const surface::DistanceSample sample = distance.at(p);
+        if (sample.distance < 0.0 || !winding || !overlap(bounds, {p, p})) return sample.distance;
+        const bool inner = winding->at(p + contact * sample.rise) > 0.5;
+        return inner ? -std::max(sample.distance, contact) : sample.distance;
+    }
+};
+
+}  // namespace
+
+ImportedMesh import_mesh(const std::string& file, const Domain& domain) {
+    ImportedMesh imported{surface::read_mesh(file), {}};
+    imported.repairs = surface::repair(
+        imported.mesh, {.closes = [&](const Box3& opening) { return is_off_sides(opening, domain); }});
+    return imported;
+}
+
+Body mesh_body(const Shape& shape, const Domain& domain) {
+    const TriangleMesh mesh = import_mesh(shape.file, domain).mesh;
+    const Box3 bounds = bounding_box(mesh);
+    std::vector<Apart> groups = groups_apart(mesh);
+    if (groups.size() == 1) groups.front().mesh = mesh;
+    const auto distances = std::make_shared<std::vector<GroupDistance>>();
+    distances->reserve(groups.size());
+    for (const Apart& group : groups) {
+        distances->push_back({surface::SignedDistance(group.mesh), std::nullopt, bounds});
+        if (!group.open) distances->back().winding.emplace(group.mesh);
+    }
+    return {[distances, contact = kContact * domain.spacing](const Vec3& p) {
+                double least = distances->front().at(p, contact);
+                for (std::size_t k = 1; k < distances->size(); ++k)
+                    least = std::min(least, (*distances)[k].at(p, contact) - contact);
+                return least;
+            },
+            bounds.min.z(), bounds.max.z()};
+}
+
+}  // namespace sidewall::levelset

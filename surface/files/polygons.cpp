@@ -1,0 +1,92 @@
+#include "surface/files/polygons.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+#include <span>
+
+namespace sidewall::surface {
+namespace {
+
+constexpr std::size_t kMostCorners = 20'000;
+
+using Point = std::array<double, 2>;
+
+// Twice the area of a triangle, positive if it turns left.
+double turn(const Point& a, const Point& b, const Point& c) {
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+}
+
+// Cuts corners off a polygon that turns left in all, one after another, whose triangle holds no other corner.
+// Returns false if none is left that could be cut off.
+bool cut_ears(const std::vector<Point>& p, const std::vector<std::uint32_t>& corner,
+              std::span<Triangle> triangles) {
+    std::vector<std::size_t> left(p.size());  // corners that are left, in order
+    for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
+    std::size_t made = 0;
+    const auto is_ear = [&](std::size_t at, bool flat) {
+        const std::size_t n = left.size();
+        const Point &a = p[left[(at + n - 1) % n]], &b = p[left[at]], &c = p[left[(at + 1) % n]];
+        const double area = turn(a, b, c);
+        if (flat ? area < 0.0 : area <= 0.0) return false;
+        return std::none_of(left.begin(), left.end(), [&](std::size_t k) {
+            const Point& q = p[k];
+            return q != a && q != b && q != c && turn(a, b, q) >= 0.0 && turn(b, c, q) >= 0.0 &&
+                   turn(c, a, q) >= 0.0;
+        });
+    };
+    std::size_t at = 0;
+    while (left.size() > 3) {
+        std::size_t tries = 0;  // first among corners of some area, then among flat ones
+        while (tries < 2 * left.size() && !is_ear(at, tries >= left.size())) {
+            at = (at + 1) % left.size();
+            ++tries;
+        }
+        const std::size_t n = left.size();
+        if (tries == 2 * n) return false;
+        triangles[made++] = {corner[left[(at + n - 1) % n]], corner[left[at]], corner[left[(at + 1) % n]]};
+        left.erase(left.begin() + static_cast<std::ptrdiff_t>(at));
+        at = (at + 1) % left.size();  // elsewhere next, so that triangles do not become a fan of slivers
+    }
+    triangles[made] = {corner[left[0]], corner[left[1]], corner[left[2]]};
+    return turn(p[left[0]], p[left[1]], p[left[2]]) >= 0.0;
+}
+
+}  // namespace
+
+void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertices, const std::string& name) {
+    const auto area = [&](const Triangle& t) {
+        return Vec3((vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]));
+    };
+    for (std::size_t begin = 0, end = 0; begin < cells.triangles.size(); begin = end) {
+        const Triangle first = cells.triangles[begin];
+        std::vector<std::uint32_t> corner{first[0], first[1], first[2]};
+        for (end = begin + 1; end < cells.triangles.size() && cells.cell[end] == cells.cell[begin]; ++end) {
+            const Triangle& t = cells.triangles[end];
+            if (t[0] == corner[0] && t[1] == corner.back()) corner.push_back(t[2]);
+        }
+        const std::span fan(cells.triangles.data() + begin, end - begin);
+        if (fan.size() < 2 || corner.size() != fan.size() + 2) continue;  // a triangle, or a strip
+        if (std::any_of(corner.begin(), corner.end(), [&](auto v) { return v >= vertices.size(); })) continue;
+        Vec3 normal = Vec3::Zero();
+        for (const Triangle& t : fan) normal += area(t);
+        if (!normal.allFinite() || normal.isZero(0.0) ||
+            std::all_of(fan.begin(), fan.end(),
+                        [&](const Triangle& t) { return area(t).dot(normal) >= 0.0; }))
+            continue;
+        Eigen::Index axis = 0;
+        normal.cwiseAbs().maxCoeff(&axis);
+        const Eigen::Index u = (axis + (normal[axis] > 0.0 ? 1 : 2)) % 3, v = 3 - axis - u;
+        std::vector<Point> points;
+        points.reserve(corner.size());
+        for (const std::uint32_t c : corner) points.push_back({vertices[c][u], vertices[c][v]});
+        if (corner.size() > kMostCorners || !cut_ears(points, corner, fan)) {
+            const Vec3& p = vertices[corner[0]];
+            throw FileError(
+                fmt::format("{}: the polygon of {} corners at ({:g}, {:g}, {:g}) {}: export it as triangles",
+                            name, corner.size(), p.x(), p.y(), p.z(),
+                            corner.size() > kMostCorners ? "is not convex and too large" : "crosses itself"));
+        }
+    }
+}
+
+}  // namespace sidewall::surface

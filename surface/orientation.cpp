@@ -1,0 +1,243 @@
+#include "surface/orientation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "surface/error.hpp"
+#include "surface/ray_scene.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+// A triangle across an edge, and whether both run along it in the same direction.
+struct Neighbour {
+    std::uint32_t triangle;
+    bool opposed;
+};
+
+std::vector<std::vector<Neighbour>> neighbours(const TriangleMesh& mesh) {
+    const EdgeTable table = edge_table(mesh);
+    std::vector<std::vector<Neighbour>> across(mesh.triangles.size());
+    for (std::size_t e = 0; e < table.edges.size(); ++e) {
+        const auto corners = table.corners[e];
+        if (corners.size() != 2) continue;
+        const auto start = [&](std::uint32_t corner) { return mesh.triangles[corner / 3][corner % 3]; };
+        const bool opposed = start(corners[0]) == start(corners[1]);
+        across[corners[0] / 3].push_back({corners[1] / 3, opposed});
+        across[corners[1] / 3].push_back({corners[0] / 3, opposed});
+    }
+    return across;
+}
+
+// Triangles that are connected, and whether their orientations agree.
+struct Piece {
+    std::vector<std::uint32_t> triangles;
+    bool agrees = true, open = false;
+};
+
+void turn_over(TriangleMesh& mesh, std::uint32_t t) {
+    std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
+}
+
+// Turns triangles over until every piece agrees with its first one. \p turned: one flag a triangle.
+std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& turned) {
+    const auto across = neighbours(mesh);
+    std::vector<std::uint8_t> reached(mesh.triangles.size(), 0);
+    std::vector<Piece> pieces;
+    for (std::uint32_t seed = 0; seed < reached.size(); ++seed) {
+        if (reached[seed]) continue;
+        Piece piece;
+        piece.triangles = {seed};
+        reached[seed] = 1;
+        for (std::size_t i = 0; i < piece.triangles.size(); ++i) {
+            const std::uint32_t t = piece.triangles[i];
+            piece.open |= across[t].size() < 3;
+            for (const auto& [other, opposed] : across[t]) {
+                const auto wanted = static_cast<std::uint8_t>(turned[t] ^ (opposed ? 1 : 0));
+                piece.agrees &= !opposed;
+                if (!reached[other]) {
+                    reached[other] = 1;
+                    turned[other] = wanted;
+                    piece.triangles.push_back(other);
+                } else if (turned[other] != wanted) {
+                    const Vec3 c = triangle_centroid(mesh, other);
+                    throw GeometryError(fmt::format(
+                        "the surface has one side only: around triangle {} at ({:.6g}, {:.6g}, {:.6g}) no "
+                        "orientation fits all triangles; repair the mesh",
+                        other, c.x(), c.y(), c.z()));
+                }
+            }
+        }
+        pieces.push_back(std::move(piece));
+    }
+    for (std::uint32_t t = 0; t < turned.size(); ++t)
+        if (turned[t]) turn_over(mesh, t);
+    return pieces;
+}
+
+// Areas, projected along z, of a piece's triangles whose middle is the first hit from straight above.
+struct Seen {
+    double front = 0.0, back = 0.0;
+};
+
+Seen seen_from_above(const TriangleMesh& mesh, const RayScene& scene, const Piece& piece) {
+    constexpr std::size_t kSamples = 1024;
+    const std::size_t stride = (piece.triangles.size() + kSamples - 1) / kSamples;
+    const double above = scene.top() + 1.0;
+    Seen seen;
+    for (std::size_t i = 0; i < piece.triangles.size(); i += stride) {
+        const std::uint32_t t = piece.triangles[i];
+        const double area = area_vector(mesh, t).z();
+        const Vec3 c = triangle_centroid(mesh, t);
+        const auto hit = scene.closest_hit({c.x(), c.y(), above}, -Vec3::UnitZ(), 0.0, above - c.z() + 1.0);
+        if (hit.triangle == t) (area > 0.0 ? seen.front : seen.back) += std::abs(area);
+    }
+    return seen;
+}
+
+// Whether a closed piece lies in gas: nothing is above its highest point, or what is shows its front.
+bool lies_in_gas(const TriangleMesh& mesh, const RayScene& scene, const Piece& piece) {
+    Vec3 highest = mesh.vertices[mesh.triangles[piece.triangles.front()][0]];
+    for (const std::uint32_t t : piece.triangles)
+        for (const std::uint32_t v : mesh.triangles[t])
+            if (mesh.vertices[v].z() > highest.z()) highest = mesh.vertices[v];
+    const double above = scene.top() - highest.z() + 1.0, least = 1e-5 * (bounding_box(mesh).size().norm());
+    const auto hit = scene.closest_hit(highest, Vec3::UnitZ(), least, above);
+    return !hit || area_vector(mesh, hit.triangle).z() < 0.0;
+}
+
+// Whether a piece that nothing above shows is the better way round with all its triangles reversed; one that
+// agrees stays, but for a body inside out in the gas of the scene.
+bool better_reversed(const TriangleMesh& mesh, const RayScene* scene, const Piece& piece,
+                     const std::vector<std::uint8_t>& turned) {
+    double kept = 0.0, changed = 0.0, upwards = 0.0, volume = 0.0;
+    for (const std::uint32_t t : piece.triangles) {
+        (turned[t] ? changed : kept) += triangle_area(mesh, t);
+        upwards += area_vector(mesh, t).z();
+        volume += area_vector(mesh, t).dot(mesh.vertices[mesh.triangles[t][0]]);
+    }
+    if (piece.agrees) return scene && !piece.open && volume < 0.0 && lies_in_gas(mesh, *scene, piece);
+    if (kept >= 2.0 * changed) return false;
+    if (changed >= 2.0 * kept) return true;
+    return (piece.open ? upwards : volume) < 0.0;
+}
+
+// The mesh's boundary edges as the triangles of a lid run along them.
+std::vector<Link> lid_edges(const TriangleMesh& mesh) {
+    std::vector<Link> links;
+    const EdgeTable table = edge_table(mesh);
+    for (std::size_t e = 0; e < table.edges.size(); ++e) {
+        const auto corners = table.corners[e];
+        const Triangle& t = mesh.triangles[corners[0] / 3];
+        const std::uint32_t from = t[corners[0] % 3], to = t[(corners[0] + 1) % 3];
+        if (corners.size() == 1) links.push_back({to, from});
+        if (corners.size() == 1 || corners.size() % 2 == 0) continue;
+        const Vec3 &p = mesh.vertices[from], &q = mesh.vertices[to];
+        throw GeometryError(fmt::format(
+            "{} triangles meet at the edge from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}): they do not tell "
+            "inside from outside; take inner walls out of the mesh",
+            corners.size(), p.x(), p.y(), p.z(), q.x(), q.y(), q.z()));
+    }
+    return links;
+}
+
+// By vertex, the area of the part of the mesh that it belongs to.
+std::vector<double> connected_areas(const TriangleMesh& mesh) {
+    DisjointSets sets(mesh.vertices.size());
+    for (const auto& [a, b, c] : mesh.triangles) {
+        sets.join(a, b);
+        sets.join(b, c);
+    }
+    std::vector<double> area(mesh.vertices.size(), 0.0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        area[sets.root(mesh.triangles[t][0])] += triangle_area(mesh, t);
+    for (std::uint32_t v = 0; v < area.size(); ++v) area[v] = area[sets.root(v)];
+    return area;
+}
+
+// Gives openings lids, fans around their middles, where asked; returns how many.
+std::size_t close_openings(TriangleMesh& mesh, const RepairOptions& options) {
+    constexpr double kLargest = 0.25, kNothing = 1e-12;  // of the area of what has the opening
+    const std::vector<Link> links = lid_edges(mesh);
+    const std::vector<double> areas = connected_areas(mesh);
+    std::size_t closed = 0;
+    for (const Chain& chain : join_links(links)) {
+        Box3 bounds;
+        Vec3 middle = Vec3::Zero();
+        for (const std::uint32_t k : chain.links) {
+            bounds.extend(mesh.vertices[links[k].from]);
+            middle += mesh.vertices[links[k].from] / static_cast<double>(chain.links.size());
+        }
+        if (!options.closes(bounds)) continue;
+        mesh.vertex_attributes.clear();
+        mesh.triangle_attributes.clear();
+        const auto centre = static_cast<std::uint32_t>(mesh.vertices.size());
+        mesh.vertices.push_back(middle);
+        double lid = 0.0;
+        const double area = areas[links[chain.links.front()].from];
+        for (const std::uint32_t k : chain.links) {
+            mesh.triangles.push_back(
+                {static_cast<std::uint32_t>(links[k].from), static_cast<std::uint32_t>(links[k].to), centre});
+            const double part = triangle_area(mesh, mesh.triangles.size() - 1);
+            lid += part;
+            if (part <= kNothing * area) mesh.triangles.pop_back();  // of a slit
+        }
+        if (!chain.closed || lid > kLargest * area)
+            throw GeometryError(fmt::format(
+                "the mesh is not closed: around ({:.6g}, {:.6g}, {:.6g}) it has an opening, {:.3g} of its area: "
+                "close it, or let it reach the domain's sides",
+                middle.x(), middle.y(), middle.z(), lid / area));
+        ++closed;
+    }
+    return closed;
+}
+
+}  // namespace
+
+void orient(TriangleMesh& mesh, const RepairOptions& options, Repairs& done) {
+    std::vector<std::uint8_t> turned(mesh.triangles.size(), 0);
+    std::vector<Piece> pieces = make_agree(mesh, turned);
+    done.triangles = mesh.triangles.size();
+    if (options.closes) done.closed = close_openings(mesh, options);
+    turned.resize(mesh.triangles.size(), 0);
+    if (mesh.triangles.size() > done.triangles) {  // lids belong to pieces
+        std::vector<std::uint8_t> none(mesh.triangles.size(), 0);
+        pieces = make_agree(mesh, none);
+    }
+    std::optional<RayScene> scene;
+    if (options.face_gas) scene.emplace(mesh);
+    std::vector<Seen> seen;
+    seen.reserve(pieces.size());
+    for (const Piece& piece : pieces) seen.push_back(scene ? seen_from_above(mesh, *scene, piece) : Seen{});
+    // What is seen first, because it tells gas from material for what is hidden below.
+    for (const bool hidden : {false, true})
+        for (std::size_t i = 0; i < pieces.size(); ++i) {
+            const Piece& piece = pieces[i];
+            const auto [front, back] = seen[i];
+            if (hidden != (front + back == 0.0)) continue;
+            if (std::min(front, back) > 0.25 * (front + back)) {
+                const Vec3 c = triangle_centroid(mesh, piece.triangles.front());
+                throw GeometryError(fmt::format(
+                    "from above, the piece of the surface around ({:.6g}, {:.6g}, {:.6g}) shows its front in "
+                    "some places and its back in others: it does not tell which side is the material's; close "
+                    "the mesh, or cut away what is open to behind",
+                    c.x(), c.y(), c.z()));
+            }
+            if (hidden ? !better_reversed(mesh, scene ? &*scene : nullptr, piece, turned) : back <= front)
+                continue;
+            for (const std::uint32_t t : piece.triangles) {
+                turn_over(mesh, t);
+                turned[t] ^= 1;
+            }
+        }
+    turned.resize(done.triangles);
+    done.turned = static_cast<std::size_t>(std::count(turned.begin(), turned.end(), 1));
+}
+
+}  // namespace sidewall::surface

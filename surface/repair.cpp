@@ -1,0 +1,185 @@
+#include "surface/repair.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <utility>
+
+#include "surface/error.hpp"
+#include "surface/orientation.hpp"
+#include "surface/topology.hpp"
+
+namespace sidewall::surface {
+namespace {
+
+std::size_t single_edges(const TriangleMesh& mesh) {
+    const EdgeTable table = edge_table(mesh);
+    std::size_t count = 0;
+    for (std::size_t e = 0; e < table.edges.size(); ++e) count += table.corners[e].size() == 1;
+    return count;
+}
+
+// Edges of an odd number of triangles, which no closed body has.
+std::size_t odd_edges(const TriangleMesh& mesh) {
+    const EdgeTable table = edge_table(mesh);
+    std::size_t count = 0;
+    for (std::size_t e = 0; e < table.edges.size(); ++e) count += table.corners[e].size() % 2;
+    return count;
+}
+
+// By vertex, the first one of the same position.
+std::vector<std::uint32_t> first_of_position(const TriangleMesh& mesh) {
+    const auto key = [&](std::uint32_t v) {
+        const Vec3& p = mesh.vertices[v];
+        return std::array{p.x(), p.y(), p.z()};
+    };
+    std::vector<std::uint32_t> order(mesh.vertices.size()), first(order.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
+    return first;
+}
+
+// Keeps the values of the elements in \p kept, in its order.
+void keep(std::vector<Attribute>& attributes, const std::vector<std::uint32_t>& kept) {
+    for (Attribute& attribute : attributes) {
+        const auto n = static_cast<std::size_t>(attribute.components);
+        std::vector<double> values;
+        for (const std::uint32_t i : kept)
+            for (std::size_t k = 0; k < n; ++k) values.push_back(attribute.values[n * i + k]);
+        attribute.values = std::move(values);
+    }
+}
+
+// The mesh with every vertex v replaced by first[v], and without those that no triangle names then.
+TriangleMesh merged(const TriangleMesh& mesh, const std::vector<std::uint32_t>& first) {
+    std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t) used[first[v]] = 1;
+    TriangleMesh result;
+    result.triangle_attributes = mesh.triangle_attributes;
+    result.vertex_attributes = mesh.vertex_attributes;
+    std::vector<std::uint32_t> kept, number(mesh.vertices.size());
+    for (std::uint32_t v = 0; v < used.size(); ++v) {
+        if (!used[v]) continue;
+        number[v] = static_cast<std::uint32_t>(kept.size());
+        kept.push_back(v);
+        result.vertices.push_back(mesh.vertices[v]);
+    }
+    keep(result.vertex_attributes, kept);
+    for (const auto& [a, b, c] : mesh.triangles)
+        result.triangles.push_back({number[first[a]], number[first[b]], number[first[c]]});
+    return result;
+}
+
+std::size_t drop_unused(TriangleMesh& mesh) {
+    std::vector<std::uint32_t> itself(mesh.vertices.size());
+    std::iota(itself.begin(), itself.end(), 0u);
+    TriangleMesh used = merged(mesh, itself);
+    const std::size_t dropped = mesh.vertices.size() - used.vertices.size();
+    if (dropped > 0) mesh = std::move(used);
+    return dropped;
+}
+
+std::size_t weld(TriangleMesh& mesh) {
+    const std::size_t loose = single_edges(mesh);
+    if (loose == 0) return 0;
+    TriangleMesh whole = merged(mesh, first_of_position(mesh));
+    const std::size_t welded = mesh.vertices.size() - whole.vertices.size();
+    if (welded == 0 || single_edges(whole) >= loose) return 0;
+    mesh = std::move(whole);
+    return welded;
+}
+
+// Keeps the triangles whose flag is 1; returns how many went.
+std::size_t keep_triangles(TriangleMesh& mesh, const std::vector<std::uint8_t>& kept) {
+    std::vector<std::uint32_t> order;
+    std::vector<Triangle> triangles;
+    for (std::uint32_t t = 0; t < kept.size(); ++t) {
+        if (!kept[t]) continue;
+        order.push_back(t);
+        triangles.push_back(mesh.triangles[t]);
+    }
+    const std::size_t dropped = mesh.triangles.size() - triangles.size();
+    if (dropped == 0) return 0;
+    mesh.triangles = std::move(triangles);
+    keep(mesh.triangle_attributes, order);
+    return dropped;
+}
+
+std::size_t drop_collapsed(TriangleMesh& mesh) {
+    std::vector<std::uint8_t> kept;
+    kept.reserve(mesh.triangles.size());
+    for (const auto& [a, b, c] : mesh.triangles) kept.push_back(a != b && b != c && c != a ? 1 : 0);
+    if (std::ranges::count(kept, 1) == 0)
+        throw GeometryError("all triangles have two corners in one place: export the surface again");
+    return keep_triangles(mesh, kept);
+}
+
+std::size_t drop_repeated(TriangleMesh& mesh) {
+    const auto key = [&](std::uint32_t t) {
+        Triangle vertices = mesh.triangles[t];
+        std::sort(vertices.begin(), vertices.end());
+        return vertices;
+    };
+    // Whether the triangle lists its vertices in a rising cycle: two of the same vertices face each other if
+    // they differ.
+    const auto rises = [&](std::uint32_t t) {
+        Triangle cycle = mesh.triangles[t];
+        std::rotate(cycle.begin(), std::min_element(cycle.begin(), cycle.end()), cycle.end());
+        return cycle[1] < cycle[2];
+    };
+    std::vector<std::uint32_t> order(mesh.triangles.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::vector<std::uint8_t> first(order.size(), 1), cancelled(order.size(), 1);
+    for (std::size_t i = 1; i < order.size(); ++i) {
+        if (key(order[i]) != key(order[i - 1])) continue;
+        first[order[i]] = cancelled[order[i]] = 0;
+        if (rises(order[i]) != rises(order[i - 1])) cancelled[order[i - 1]] = 0;
+    }
+    if (std::ranges::find(first, 0) == first.end()) return 0;
+    TriangleMesh apart = mesh;
+    const std::size_t dropped = keep_triangles(mesh, first), more = keep_triangles(apart, cancelled);
+    if (more == dropped || apart.triangles.empty() || odd_edges(apart) >= odd_edges(mesh)) return dropped;
+    mesh = std::move(apart);
+    return more;
+}
+
+}  // namespace
+
+Repairs repair(TriangleMesh& mesh, const RepairOptions& options) {
+    Repairs done;
+    done.unused = drop_unused(mesh);
+    done.welded = weld(mesh);
+    done.collapsed = drop_collapsed(mesh);
+    done.repeated = drop_repeated(mesh);
+    orient(mesh, options, done);
+    return done;
+}
+
+std::string words_on(const Repairs& repairs) {
+    std::vector<std::string> words;
+    for (const auto& [count, what] :
+         {std::pair(repairs.unused, "vertices that no triangle uses were dropped"),
+          {repairs.welded, "vertices of the same position as another were merged with it"},
+          {repairs.collapsed, "triangles with two corners in one place were dropped"},
+          {repairs.repeated, "triangles that are listed again were dropped"},
+          {repairs.closed, "openings were closed"}})
+        if (count > 0) words.push_back(fmt::format("{} {}", count, what));
+    if (repairs.turned > 0 && repairs.turned == repairs.triangles)
+        words.push_back(
+            fmt::format("the surface was inside out: all {} triangles were turned over", repairs.turned));
+    else if (repairs.turned > 0)
+        words.push_back(fmt::format(
+            "{} of {} triangles were turned over, so that all agree and show their front to the gas",
+            repairs.turned, repairs.triangles));
+    return fmt::format("{}", fmt::join(words, "; "));
+}
+
+}  // namespace sidewall::surface

@@ -1,0 +1,110 @@
+#include "app/recipe/layout_extent.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+
+#include "app/recipe/effective_recipe.hpp"
+#include "tests/app/recipe/gds_bytes.hpp"
+#include "tests/folder.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+namespace {
+
+// Two squares of 1 um on layer 1, along x at 1.5 and 3.5; lines on layer 63: along x, without width, upward
+// through the first square, drawn downward, and across it at 45 degrees; an L on layer 64.
+const std::string kChip = test::gds_library(
+    test::gds_cell("TOP", test::gds_boundary(1, 0, {1000, -500, 2000, -500, 2000, 500, 1000, 500}) +
+                              test::gds_boundary(1, 0, {3000, -500, 4000, -500, 4000, 500, 3000, 500}) +
+                              test::gds_path(63, 0, 0, {0, 0, 5000, 0}) +
+                              test::gds_path(63, 0, 10, {1500, 2000, 1500, -2000}) +
+                              test::gds_boundary(63, 0, {0, -1500, 3000, 1500, 3000, 1510, 0, -1490}) +
+                              test::gds_path(64, 0, 10, {0, 0, 100, 0, 100, 100})));
+
+std::string recipe_on(const test::Folder& folder, const std::string& domain, const std::string& mask = "") {
+    std::ofstream(folder.path / "chip.gds", std::ios::binary) << kChip;
+    return "[domain]\ngrid_spacing = 0.1\n" + domain +
+           "\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"Resist\"\nshape = \"mask\"\nthickness = 0.4\n"
+           "file = \"" +
+           (folder.path / "chip.gds").string() + "\"\ngds_layer = 1\n" + mask +
+           "[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n";
+}
+
+std::string refusal_of(const std::string& text) {
+    try {
+        parse_recipe(text, "cut.toml");
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("a profile along a line of the layout has the line's length and is open where it meets polygons",
+          "[foreign]") {
+    const test::Folder folder;
+    const auto read = [&](const std::string& line, const std::string& domain = "",
+                          const std::string& mask = "") {
+        return parse_recipe(recipe_on(folder, domain + "[cut]\nlayer = \"63/0\"\nline = " + line, mask),
+                            "cut.toml");
+    };
+    const auto ends = [](const Recipe& recipe) {
+        std::vector<double> x;
+        for (const Outline& outline : recipe.layers[1].polygons)
+            x.insert(x.end(), {outline.points[0], outline.points[2]});
+        return x;
+    };
+    const Recipe along = read("1");
+    CHECK(along.domain.extent[0] == Approx(5.0));
+    CHECK(along.domain.extent[1] == 0.0);
+    CHECK_THAT(ends(along), Catch::Approx(std::vector{-1.5, -0.5, 0.5, 1.5}).margin(1e-9));
+    Recipe again = parse_recipe(effective_recipe(along), along.file);
+    again.notes = along.notes;
+    CHECK(again == along);
+    CHECK_THAT(ends(read("2")), Catch::Approx(std::vector{-0.5, 0.5}).margin(1e-9));
+    // The third line is y = x - 1.495, which leaves the square through its top, at x = 1.995.
+    const Recipe across = read("3");
+    CHECK(across.domain.extent[0] == Approx(4.3));  // 3 sqrt(2) in whole cells
+    CHECK_THAT(ends(across),
+               Catch::Approx(std::vector{-0.5 * std::sqrt(2.0), 0.495 * std::sqrt(2.0)}).margin(1e-9));
+    CHECK(read("1", "padding = 0.3\n").domain.extent[0] == Approx(5.6));
+    CHECK_THAT(ends(read("1", "", "position = [0.2, 0.1]\n")),
+               Catch::Approx(std::vector{-1.3, -0.3, 0.7, 1.7}).margin(1e-9));
+}
+
+TEST_CASE("a line that is not there, or no line, is refused with what to choose", "[foreign]") {
+    const test::Folder folder;
+    struct Row {
+        std::string domain, mask, what;
+    };
+    const Row rows[] = {
+        {"[cut]\nlayer = \"63/0\"", "", "3: cut.line: the layer holds 3 lines: choose one, from 1 to 3"},
+        {"[cut]\nlayer = \"63/0\"\nline = 4", "", "5: cut.line = 4: the layer holds 3"},
+        {"[cut]\nlayer = \"64/0\"", "", "4: cut.layer = \"64/0\": holds a shape that is no straight line"},
+        {"[cut]\nlayer = \"65/0\"", "", "no polygon on layer 65, datatype 0"},
+        {"[cut]\nlayer = \"63\"", "", "such as \"63/0\""},
+        {"[cut]", "", "cut.layer: missing"},
+        {"length_unit = \"um\"\n[[cut]]\nlayer = \"63/0\"", "", "must be a section"},
+        {"extent = [4]\n[cut]\nlayer = \"63/0\"\nline = 1", "", "domain.extent = "},
+        {"[cut]\nlayer = \"63/0\"\nline = 1", "position = [0, 9]\n", "do not meet the line"},
+        {"[cut]\nlayer = \"63/0\"\nline = 1", "blur = [0.1]\n", "seen from above"},
+    };
+    for (const Row& row : rows) {
+        const std::string answer = refusal_of(recipe_on(folder, row.domain, row.mask));
+        INFO(row.domain << "\n" << answer);
+        CHECK(answer.starts_with("cut.toml:"));
+        CHECK(answer.find(row.what) != std::string::npos);
+    }
+}
+
+TEST_CASE("the extent may be that of a layer of its own", "[foreign]") {
+    const test::Folder folder;
+    const Recipe recipe = parse_recipe(recipe_on(folder, "extent = \"gds:63/0\"\n"), "frame.toml");
+    CHECK(recipe.domain.extent[0] == Approx(5.0));
+    CHECK(recipe.domain.extent[1] == Approx(4.0));
+    CHECK(recipe.layers[1].position[0] == Approx(-2.5));
+    CHECK(recipe.layers[1].position[1] == Approx(0.0).margin(1e-12));
+}

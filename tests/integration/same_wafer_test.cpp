@@ -1,0 +1,74 @@
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/integration/run_program.hpp"
+
+// The same wafer at another place or in another unit.
+namespace {
+
+using namespace sidewall;
+using nlohmann::json;
+
+json figures(const test::Folder& folder, const std::string& recipe) {
+    test::write_bytes(folder.path / "recipe.toml", recipe);
+    const auto run = test::run_program(folder.path, "run recipe.toml -o out --quiet --overwrite", 120);
+    INFO(recipe << run.output);
+    REQUIRE(run.exit_code == 0);
+    return json::parse(test::read_bytes(folder.path / "out/summary.json"))["metrology"];
+}
+
+}  // namespace
+
+TEST_CASE("a wall on a mirror is none: a trench up to it has one wall and no sliver on the other side") {
+    const test::Folder folder;
+    const json half = figures(
+        folder,
+        "[domain]\nextent = [4.0]\ngrid_spacing = 0.1\nboundary = [\"reflective\", \"periodic\"]\n"
+        "[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\nwidth = 1.0\ndepth = 1.5\nposition = [1.5, 0.0]\n"
+        "[[step]]\nmodel = \"isotropic\"\nduration = 0.5\nrate = 0.4\ndeposit = \"SiO2\"\n"
+        "[metrology]\nmeasures = [\"depth\"]\n[output]\nprofiles = [\"y=0\"]\n");
+    // On the mirror there is the bottom alone.
+    const app::TextTable profile = app::read_text_table(folder.path / "out/profile_0000.csv");
+    const std::size_t x = profile.column("x").value_or(0), z = profile.column("z").value_or(1);
+    for (const auto& row : profile.rows)
+        if (std::stod(row[x]) > 1.05) CHECK(std::stod(row[z]) == Approx(-1.5).margin(1e-3));
+    // 4 wide and one wall 1.5 high: 0.2 of film on all, less the overlap in the corner and more around the
+    // edge.
+    const double area = 0.2 * (4.0 + 1.5) - 0.04 + 0.25 * M_PI * 0.04;
+    CHECK(half["added_volume_SiO2"].get<double>() == Approx(area).epsilon(0.02));
+}
+
+TEST_CASE("a recipe in m or nm gives the figures of the same one in um", "[slow]") {
+    const test::Folder folder;
+    // One time step, after which paths of particles differ by the rounding of places.
+    const std::string step = GENERATE(
+        as<std::string>(), "model = \"isotropic\"\nduration = 1.0\n",
+        "model = \"single_particle\"\nduration = 0.05\nsticking = 0.3\n[flux]\nmethod = \"monte-carlo\"\nrays = 20000\n");
+    const std::size_t end = step.find("[flux]");
+    const auto figures_in = [&](double um, const std::string& unit) {
+        const auto length = [&](double value) {
+            char text[32];
+            std::snprintf(text, sizeof text, "%.12g", value * um);
+            return std::string(text);
+        };
+        return figures(folder, "[domain]\nextent = [" + length(2.0) + ", " + length(0.4) +
+                                   "]\ngrid_spacing = " + length(0.1) + "\nlength_unit = \"" + unit +
+                                   "\"\n[[layer]]\nmaterial = \"Si\"\nshape = \"trench\"\n"
+                                   "width = " +
+                                   length(0.83) + "\ndepth = " + length(1.04) +
+                                   "\n[[step]]\ndeposit = \"SiO2\"\n"
+                                   "rate = " +
+                                   length(0.15) + "\n" + step.substr(0, end) +
+                                   (end == std::string::npos ? "" : step.substr(end)) +
+                                   "[metrology]\nmeasures = [\"depth\", \"film\"]\n");
+    };
+    const json expected = figures_in(1.0, "um");
+    for (const auto& [um, unit] : {std::pair(1e-6, "m"), {1e3, "nm"}}) {
+        const json found = figures_in(um, unit);
+        for (const char* name : {"depth", "film_top", "film_side", "film_bottom"}) {
+            CAPTURE(step, unit, name, expected[name], found[name]);
+            CHECK(std::abs(found[name].get<double>() / um - expected[name].get<double>()) <=
+                  1e-4);  // 1e-3 dx
+        }
+    }
+}

@@ -1,0 +1,162 @@
+#include "levelset/shapes/polygon_clipping.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "levelset/shapes/outline.hpp"
+#include "surface/error.hpp"
+
+using namespace sidewall;
+using namespace sidewall::levelset;
+
+namespace {
+
+constexpr double kHalfTurn = std::numbers::pi;
+
+Polygon block(double x0, double y0, double x1, double y1) {
+    return {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
+}
+
+double path_area(const Polygon& points, const PathStyle& style) {
+    return area_of(united(path_polygons(points, style)));
+}
+
+// A ring's centre line from angle 0 to \p end, with a point every \p step degrees.
+Polygon arc(double radius, int end, int step) {
+    Polygon points;
+    for (int a = 0; a <= end; a += step)
+        points.push_back(
+            {radius * std::cos(a * kHalfTurn / 180.0), radius * std::sin(a * kHalfTurn / 180.0)});
+    return points;
+}
+
+}  // namespace
+
+TEST_CASE("a path with mitred bends and flush ends is as large as its length times its width") {
+    // Inside of a bend as much is lost as is won outside.
+    CHECK(path_area({{-4, 0}, {0, 0}, {3, 3}}, {.half_width = 1.0}) ==
+          Approx(2.0 * (4.0 + 3.0 * std::sqrt(2.0))));
+    CHECK(path_area({{0, 0}, {4, 0}, {6, 2 * std::sqrt(3.0)}}, {.half_width = 0.5}) == Approx(8.0));
+    CHECK(path_area({{0, 0}, {5, 0}, {2.8, 4.5}}, {.half_width = 0.25}) ==
+          Approx(0.5 * (5.0 + std::hypot(2.2, 4.5))));
+    // A half ring of 5-degree pieces that are shorter than half its width.
+    const double length = 36 * 2.0 * 3.0 * std::sin(2.5 * kHalfTurn / 180.0);
+    CHECK(path_area(arc(3.0, 180, 5), {.half_width = 1.0}) == Approx(2.0 * length));
+    CHECK(2.0 * length == Approx(kHalfTurn / 2.0 * (16.0 - 4.0)).epsilon(1e-3));
+    // Longer than what is outlined together, and once more in a finer division.
+    CHECK(path_area(arc(5.0, 300, 1), {.half_width = 2.0}) ==
+          Approx(4.0 * 300 * 10.0 * std::sin(0.5 * kHalfTurn / 180.0)));
+}
+
+TEST_CASE("points on a straight path, near its ends or twice, change nothing") {
+    const Polygon straight{{-3, 0}, {2, 0}};
+    for (const Polygon& points :
+         {Polygon{{-3, 0}, {1.9, 0}, {2, 0}}, Polygon{{-3, 0}, {-2.95, 0}, {-2.9, 0}, {2, 0}},
+          Polygon{{-3, 0}, {-3, 0}, {0, 0}, {0, 0}, {2, 0}}}) {
+        CHECK(path_area(points, {.half_width = 0.5}) == Approx(5.0));
+        const auto outlines = united(path_polygons(points, {.half_width = 0.5}));
+        REQUIRE(outlines.size() == 1);
+        for (const auto& p : outlines[0]) CHECK(std::abs(p[0] + 0.5) <= 2.5 + 1e-9);
+    }
+    CHECK(path_area(straight, {.half_width = 0.5}) == Approx(5.0));
+}
+
+TEST_CASE("a path reaches beyond its ends as far as is said, or ends in half discs") {
+    const Polygon line{{-3, 0}, {2, 0}};
+    CHECK(path_area(line, {.half_width = 0.5, .end = 2.0}) == Approx(7.0));
+    CHECK(path_area(line, {.half_width = 0.5, .begin = 0.5, .end = 0.5}) == Approx(6.0));
+    CHECK(path_area(line, {.half_width = 0.5, .begin = -1.0}) == Approx(4.0));
+    CHECK(path_area({{-3, 0}, {-2, 0}, {-2, 4}}, {.half_width = 0.5, .begin = -2.0}) == Approx(3.0));
+    CHECK(path_polygons(line, {.half_width = 0.5, .begin = -3.0, .end = -2.0}).empty());
+    // An arc within a thousandth of the radius is a polygon with 1/750 less area, and its corners are a whole
+    // number.
+    CHECK(path_area({{-2, 0}, {2, 0}}, {.half_width = 1.5, .round = true}) ==
+          Approx(12.0 + kHalfTurn * 2.25).epsilon(1.5e-3));
+    CHECK(path_area({{0, 0}, {0.002, 0}}, {.half_width = 1.0, .round = true}) ==
+          Approx(kHalfTurn).epsilon(3e-3));
+    CHECK(path_area(arc(3.0, 180, 5), {.half_width = 1.0, .round = true}) ==
+          Approx(6.0 * kHalfTurn + kHalfTurn).epsilon(2e-3));
+}
+
+TEST_CASE("a path of one point is a square or a disc, and one without width is nothing") {
+    CHECK(path_area({{7, 8}}, {.half_width = 1.0, .begin = 1.0, .end = 1.0}) == Approx(4.0));
+    CHECK(path_area({{7, 8}, {7, 8}}, {.half_width = 1.0, .begin = 0.0, .end = 3.0}) == Approx(6.0));
+    CHECK(path_area({{7, 8}}, {.half_width = 1.0, .round = true}) == Approx(kHalfTurn).epsilon(1.5e-3));
+    CHECK(path_polygons({{7, 8}}, {.half_width = 1.0}).empty());
+    CHECK(path_polygons({{0, 0}, {1, 0}}, {.half_width = 0.0}).empty());
+    CHECK(path_polygons({}, {.half_width = 1.0}).empty());
+}
+
+TEST_CASE("a path around an opening leaves it open") {
+    const Polygon frame{{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, -0.5}};
+    CHECK(path_area(frame, {.half_width = 0.5}) == Approx(25.0 - 9.0));
+    CHECK(united(path_polygons(frame, {.half_width = 0.5})).size() == 2);
+}
+
+TEST_CASE(
+    "a union counts overlaps and copies once, joins what touches and keeps holes behind their outline") {
+    const std::vector<Polygon> overlapping{block(0, 0, 2, 2), block(1, 1, 3, 3), block(0, 0, 2, 2)};
+    CHECK(area_of(united(overlapping)) == Approx(7.0));
+    CHECK(united(overlapping).size() == 1);
+    const std::vector<Polygon> halves{block(0, 0, 1, 1), {{1, 1}, {2, 1}, {2, 0}, {1, 0}}};
+    REQUIRE(united(halves).size() == 1);
+    CHECK(united(halves)[0].size() == 4);
+    const Polygon slit{{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}};
+    const auto ring = united(std::vector<Polygon>{slit, block(10, 0, 11, 1)});
+    REQUIRE(ring.size() == 3);
+    std::vector<double> areas;
+    for (const Polygon& outline : ring) areas.push_back(signed_area(outline));
+    const auto hole = std::find_if(areas.begin(), areas.end(), [](double a) { return a < 0.0; });
+    REQUIRE((hole != areas.begin() && hole != areas.end()));
+    CHECK(*std::prev(hole) == Approx(9.0));
+    CHECK(*hole == Approx(-1.0));
+    // Even-odd, each by itself: a pentagram has no middle, one over it has.
+    Polygon star;
+    for (int k = 0; k < 5; ++k)
+        star.push_back({std::cos(0.8 * kHalfTurn * k), std::sin(0.8 * kHalfTurn * k)});
+    const double r = std::sin(0.1 * kHalfTurn) / std::sin(0.3 * kHalfTurn),
+                 middle = 2.5 * r * r * std::sin(0.4 * kHalfTurn);
+    CHECK(area_of(united(std::vector<Polygon>{star})) == Approx(signed_area(star) - 2.0 * middle));
+    CHECK(area_of(united(std::vector<Polygon>{star, block(-r, -r, r, r)})) > signed_area(star) - middle);
+    CHECK_THROWS_AS(
+        united(std::vector<Polygon>{Polygon{{0, 0}, {1, std::numeric_limits<double>::infinity()}, {1, 1}}}),
+        GeometryError);
+}
+
+TEST_CASE("a union of many polygons is what its rows are, in time that grows little faster than they do") {
+    std::vector<Polygon> touching, apart, slabs;
+    for (int i = 0; i < 200; ++i)
+        for (int j = 0; j < 200; ++j) {
+            touching.push_back(block(0.1 * i, 0.1 * j, 0.1 * (i + 1), 0.1 * (j + 1)));
+            apart.push_back(block(i, j, i + 0.5, j + 0.5));
+        }
+    for (int k = 0; k < 40'000; ++k) slabs.push_back(block(k, -1e4, k + 0.5, 1e4));
+    const auto whole = united(touching);
+    CHECK(area_of(whole) == Approx(400.0));
+    CHECK(whole.size() == 1);
+    CHECK(united(apart).size() == 40'000);
+    CHECK(united(slabs).size() == 40'000);
+}
+
+TEST_CASE("a polygon crosses itself where its edges do, and not where they touch") {
+    CHECK_FALSE(self_crossing(block(0, 0, 1, 1)));
+    CHECK_FALSE(
+        self_crossing({{0, 0}, {3, 0}, {3, 3}, {0, 3}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}}));
+    const auto tie = self_crossing({{-1, -1}, {1, 1}, {1, -1}, {-1, 1}});
+    REQUIRE(tie);
+    CHECK(std::hypot((*tie)[0], (*tie)[1]) < 1e-9);
+    CHECK(self_crossing({{0, 0}, {4, 0}, {4, 4}, {1, 4}, {1, -1}, {0, -1}}));
+}
+
+TEST_CASE("the distance of outlines that touch or overlap has no seam between them") {
+    Shape mask;
+    mask.kind = ShapeKind::mask;
+    mask.polygons = {block(-2, -1, 0, 1), block(0, -1, 2, 1), block(-1, -0.5, 1, 0.5)};
+    const Outline distance = outline(mask, make_domain({8.0, 8.0}, 0.1, {Side::reflective, Side::periodic}));
+    CHECK(distance(0.0, 0.0) == Approx(-1.0));
+    CHECK(distance(0.0, 0.75) == Approx(-0.25));
+    CHECK(distance(1.0, 0.5) == Approx(-0.5));
+    CHECK(distance(0.0, 3.0) == Approx(2.0));
+}
