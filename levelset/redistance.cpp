@@ -1,12 +1,8 @@
 #include "levelset/redistance.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
@@ -87,8 +83,7 @@ void rescale_row(const float* v, float inv_dx, Row& out) {
 
 // Closes gaps without width, where two fronts have met on nodes: solid on both sides along an axis and no gas
 // beside them.
-void close_gaps_row(const float* v, float dx, Row& values) {
-    const float on_front = static_cast<float>(kOnFront) * dx;
+void close_gaps_row(const float* v, float on_front, Row& values) {
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
         bool between = false, gas = false;
@@ -103,9 +98,8 @@ void close_gaps_row(const float* v, float dx, Row& values) {
 
 // Forgets distances from walls and gaps that no node is in: from them |phi| rises by a cell to both sides
 // along an axis.
-void forget_hidden_row(const float* v, float dx, float background, Row& values) {
+void forget_hidden_row(const float* v, float dx, float on_front, float background, Row& values) {
     constexpr float kRise = 0.9f;
-    const float on_front = static_cast<float>(kOnFront) * dx;
     for (std::size_t z = 0; z < kLanes; ++z) {
         const auto n = static_cast<std::ptrdiff_t>(z);
         const float side = v[n] < -on_front ? -1.0f : 1.0f, risen = side * v[n] + kRise * dx;
@@ -253,20 +247,22 @@ void sweep(const Leaf& leaf, const B& block, Whole&& whole, float dx, float back
         if (front && rescale) {
             rescale_row(v, inv_dx, values);
             if (start == Start::distance) {
-                close_gaps_row(v, dx, values);
-                forget_hidden_row(v, dx, background, values);
+                close_gaps_row(v, on_front, values);
+                forget_hidden_row(v, dx, on_front, background, values);
             }
             blend(values, lanes.front, out + 8 * row);
         }
         if (!other) continue;
-        if (start == Start::distance)
+        if (start == Start::distance) {
             solve_row<true>(v, inv_dx, dx, background, values);
-        else
+            const LaneMask edges = bent(v, inv_dx, values, lanes.other);
+            if (any(edges))
+                add_edges(whole().value.data() + (v - block.value.data()), inv_dx, dx, background, edges,
+                          values);
+            if (rescale) forget_hidden_row(v, dx, on_front, background, values);
+        } else {
             solve_row<false>(v, inv_dx, dx, background, values);
-        const LaneMask edges = start == Start::distance ? bent(v, inv_dx, values, lanes.other) : LaneMask{};
-        if (any(edges))
-            add_edges(whole().value.data() + (v - block.value.data()), inv_dx, dx, background, edges, values);
-        if (rescale && start == Start::distance) forget_hidden_row(v, dx, background, values);
+        }
         blend(values, lanes.other, out + 8 * row);
     }
 }

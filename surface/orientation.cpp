@@ -35,10 +35,10 @@ std::vector<std::vector<Neighbour>> neighbours(const TriangleMesh& mesh) {
     return across;
 }
 
-// Triangles that are connected, and whether their orientations agree.
+// Triangles that are connected.
 struct Piece {
     std::vector<std::uint32_t> triangles;
-    bool agrees = true, open = false;
+    bool open = false;
 };
 
 void turn_over(TriangleMesh& mesh, std::uint32_t t) {
@@ -60,7 +60,6 @@ std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& tur
             piece.open |= across[t].size() < 3;
             for (const auto& [other, opposed] : across[t]) {
                 const auto wanted = static_cast<std::uint8_t>(turned[t] ^ (opposed ? 1 : 0));
-                piece.agrees &= !opposed;
                 if (!reached[other]) {
                     reached[other] = 1;
                     turned[other] = wanted;
@@ -112,17 +111,19 @@ bool lies_in_gas(const TriangleMesh& mesh, const RayScene& scene, const Piece& p
     return !hit || area_vector(mesh, hit.triangle).z() < 0.0;
 }
 
-// Whether a piece that nothing above shows is the better way round with all its triangles reversed; one that
-// agrees stays, but for a body inside out in the gas of the scene.
+// Whether a piece that nothing above shows is the better way round with all its triangles reversed; one of
+// which none was turned stays, but for a body inside out in the gas of the scene.
 bool better_reversed(const TriangleMesh& mesh, const RayScene* scene, const Piece& piece,
                      const std::vector<std::uint8_t>& turned) {
+    bool agreed = true;
     double kept = 0.0, changed = 0.0, upwards = 0.0, volume = 0.0;
     for (const std::uint32_t t : piece.triangles) {
+        agreed &= turned[t] == 0;
         (turned[t] ? changed : kept) += triangle_area(mesh, t);
         upwards += area_vector(mesh, t).z();
         volume += area_vector(mesh, t).dot(mesh.vertices[mesh.triangles[t][0]]);
     }
-    if (piece.agrees) return scene && !piece.open && volume < 0.0 && lies_in_gas(mesh, *scene, piece);
+    if (agreed) return scene && !piece.open && volume < 0.0 && lies_in_gas(mesh, *scene, piece);
     if (kept >= 2.0 * changed) return false;
     if (changed >= 2.0 * kept) return true;
     return (piece.open ? upwards : volume) < 0.0;
@@ -165,6 +166,7 @@ std::vector<double> connected_areas(const TriangleMesh& mesh) {
 std::size_t close_openings(TriangleMesh& mesh, const RepairOptions& options) {
     constexpr double kLargest = 0.25, kNothing = 1e-12;  // of the area of what has the opening
     const std::vector<Link> links = lid_edges(mesh);
+    if (links.empty()) return 0;
     const std::vector<double> areas = connected_areas(mesh);
     std::size_t closed = 0;
     for (const Chain& chain : join_links(links)) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <numeric>
 #include <utility>
+#include <vector>
 
 #include "surface/error.hpp"
 #include "surface/orientation.hpp"
@@ -14,19 +15,22 @@
 namespace sidewall::surface {
 namespace {
 
-std::size_t single_edges(const TriangleMesh& mesh) {
+// Number of edges whose number of triangles \p counts.
+template <class Counts>
+std::size_t edges_where(const TriangleMesh& mesh, Counts&& counts) {
     const EdgeTable table = edge_table(mesh);
     std::size_t count = 0;
-    for (std::size_t e = 0; e < table.edges.size(); ++e) count += table.corners[e].size() == 1;
+    for (std::size_t e = 0; e < table.edges.size(); ++e) count += counts(table.corners[e].size());
     return count;
+}
+
+std::size_t single_edges(const TriangleMesh& mesh) {
+    return edges_where(mesh, [](std::size_t triangles) { return triangles == 1; });
 }
 
 // Edges of an odd number of triangles, which no closed body has.
 std::size_t odd_edges(const TriangleMesh& mesh) {
-    const EdgeTable table = edge_table(mesh);
-    std::size_t count = 0;
-    for (std::size_t e = 0; e < table.edges.size(); ++e) count += table.corners[e].size() % 2;
-    return count;
+    return edges_where(mesh, [](std::size_t triangles) { return triangles % 2; });
 }
 
 // By vertex, the first one of the same position.
@@ -77,11 +81,14 @@ TriangleMesh merged(const TriangleMesh& mesh, const std::vector<std::uint32_t>& 
 }
 
 std::size_t drop_unused(TriangleMesh& mesh) {
+    std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
+    for (const Triangle& t : mesh.triangles)
+        for (const std::uint32_t v : t) used[v] = 1;
+    const auto dropped = static_cast<std::size_t>(std::ranges::count(used, 0));
+    if (dropped == 0) return 0;
     std::vector<std::uint32_t> itself(mesh.vertices.size());
     std::iota(itself.begin(), itself.end(), 0u);
-    TriangleMesh used = merged(mesh, itself);
-    const std::size_t dropped = mesh.vertices.size() - used.vertices.size();
-    if (dropped > 0) mesh = std::move(used);
+    mesh = merged(mesh, itself);
     return dropped;
 }
 
@@ -97,15 +104,17 @@ std::size_t weld(TriangleMesh& mesh) {
 
 // Keeps the triangles whose flag is 1; returns how many went.
 std::size_t keep_triangles(TriangleMesh& mesh, const std::vector<std::uint8_t>& kept) {
+    const auto dropped = static_cast<std::size_t>(std::ranges::count(kept, 0));
+    if (dropped == 0) return 0;
     std::vector<std::uint32_t> order;
     std::vector<Triangle> triangles;
+    order.reserve(kept.size() - dropped);
+    triangles.reserve(kept.size() - dropped);
     for (std::uint32_t t = 0; t < kept.size(); ++t) {
         if (!kept[t]) continue;
         order.push_back(t);
         triangles.push_back(mesh.triangles[t]);
     }
-    const std::size_t dropped = mesh.triangles.size() - triangles.size();
-    if (dropped == 0) return 0;
     mesh.triangles = std::move(triangles);
     keep(mesh.triangle_attributes, order);
     return dropped;

@@ -25,6 +25,10 @@ const Attribute* TriangleMesh::triangle_attribute(std::string_view name) const {
     return find(triangle_attributes, name);
 }
 
+bool overlap(const Box3& a, const Box3& b) {
+    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
+}
+
 Box3 bounding_box(const TriangleMesh& mesh) {
     return tbb::parallel_reduce(
         tbb::blocked_range<std::size_t>(0, mesh.vertices.size(), 16384), Box3{},

@@ -46,6 +46,9 @@ struct Box3 {
     Vec3 size() const { return max - min; }
 };
 
+/// Whether two boxes have a point in common.
+bool overlap(const Box3& a, const Box3& b);
+
 /// Bounding box of all vertices; inverted (min > max) for an empty mesh.
 Box3 bounding_box(const TriangleMesh& mesh);
 

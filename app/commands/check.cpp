@@ -54,7 +54,7 @@ void print_estimate(const Recipe& recipe) {
         fmt::print(
             "#\n# A run takes {} of memory. Its wafer, {} layers on {} x {} cells, takes about {} to build with {} "
             "threads;\n# this was not tried, and time steps, rays and wall time are not estimated.\n",
-            memory_text(estimate.memory), expanded_layers(recipe).size(), domain.cells[0], domain.cells[1],
+            memory_text(estimate.memory), layer_count(recipe), domain.cells[0], domain.cells[1],
             duration_text(estimate.building), thread_count());
         return;
     }

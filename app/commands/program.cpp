@@ -1,7 +1,6 @@
 #include "app/commands/program.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -12,7 +11,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <exception>
 #include <new>
 #include <optional>
@@ -83,8 +81,15 @@ const char* message_of_limit(const std::exception& error) {
     } catch (...) {
     }
     if (message == nullptr) std::abort();
-    [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, message, std::strlen(message));
+    tell_failure(message, 4);
     std::_Exit(4);
+}
+
+// Tells why the program ends.
+// \returns \p exit_code.
+int fail(const char* text, int exit_code) {
+    tell_failure(text, exit_code);
+    return exit_code;
 }
 
 // A fault of the command line, in CLI11's words.
@@ -146,25 +151,18 @@ int run(int argc, char** argv) {
         return program.exit(error) == 0 ? 0 : 2;
     } catch (const Error& error) {
         // A closed terminal does not change the exit code.
-        tell_failure(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(),
-                     error.exit_code());
-        return error.exit_code();
+        return fail(fmt::format("sidewall: {}\n", surface::printable(error.what())).c_str(),
+                    error.exit_code());
     } catch (const std::exception& error) {
-        if (const char* message = message_of_limit(error)) {
-            tell_failure(message, 4);
-            return 4;
-        }
-        if (const auto* stream = dynamic_cast<const std::system_error*>(&error)) {  // fmt's, of the C library
-            tell_failure(
+        if (const char* message = message_of_limit(error)) return fail(message, 4);
+        if (const auto* stream = dynamic_cast<const std::system_error*>(&error))  // fmt's, of the C library
+            return fail(
                 fmt::format("sidewall: standard output: cannot write: {}; check space on the device it "
                             "goes to\n",
                             stream->code().message())
                     .c_str(),
                 5);
-            return 5;
-        }
-        tell_failure(fmt::format("sidewall: internal error: {}\n", error.what()).c_str(), 4);
-        return 4;
+        return fail(fmt::format("sidewall: internal error: {}\n", error.what()).c_str(), 4);
     }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <utility>
+#include <vector>
 
 namespace sidewall::app {
 namespace {
@@ -23,14 +24,15 @@ std::map<Edge, int> named_edges(const TetMesh& mesh) {
     return edges;
 }
 
-// The region behind a face, by its corners in order.
-std::map<Triangle, int> regions_behind(const TetMesh& mesh) {
+// The region behind a face of vertices that are \p marked, by its corners in order.
+std::map<Triangle, int> regions_behind(const TetMesh& mesh, const std::vector<std::uint8_t>& marked) {
     std::map<Triangle, int> regions;
     for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
         for (std::size_t out = 0; out < 4; ++out) {
             Triangle face{};
             for (std::size_t k = 0, n = 0; k < 4; ++k)
                 if (k != out) face[n++] = mesh.tetrahedra[t][k];
+            if (std::ranges::any_of(face, [&](std::uint32_t v) { return marked[v] == 0; })) continue;
             std::sort(face.begin(), face.end());
             regions[face] = mesh.region[t];
         }
@@ -42,12 +44,19 @@ std::map<Triangle, int> regions_behind(const TetMesh& mesh) {
 PlaneMesh plane_of(const TetMesh& mesh) {
     PlaneMesh plane;
     plane.regions = mesh.regions;
-    const std::map<Triangle, int> behind = regions_behind(mesh);
+    const auto is_side = [&](std::size_t t) {
+        return mesh.boundaries[static_cast<std::size_t>(mesh.boundary[t])] == "y-min";
+    };
+    std::vector<std::uint8_t> on_side(mesh.vertices.size(), 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (is_side(t))
+            for (const std::uint32_t v : mesh.triangles[t]) on_side[v] = 1;
+    const std::map<Triangle, int> behind = regions_behind(mesh, on_side);
     const std::map<Edge, int> named = named_edges(mesh);
     std::map<std::uint32_t, std::uint32_t> numbers;
     std::map<Edge, int> used;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        if (mesh.boundaries[static_cast<std::size_t>(mesh.boundary[t])] != "y-min") continue;
+        if (!is_side(t)) continue;
         Triangle sorted = mesh.triangles[t], corners{};
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t v = sorted[k];

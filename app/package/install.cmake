@@ -72,7 +72,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME sidewall-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-# What all libraries need; extraction and levelset need OpenVDB, too, surface, flux and these two Embree.
+# What all libraries need; extraction and levelset need OpenVDB, too, surface, flux and these two Embree, levelset Clipper.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libtbb-dev, libfmt-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_RECOMMENDS
     "cmake, libembree-dev, libopenvdb-dev, libboost-iostreams-dev, zlib1g-dev, libexpat1-dev, libpolyclipping-dev")

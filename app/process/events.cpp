@@ -17,10 +17,6 @@ namespace {
 
 using levelset::SurfacePiece;
 
-bool overlap(const Box3& a, const Box3& b) {
-    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-}
-
 bool overlap(const std::vector<Box3>& some, const std::vector<Box3>& others) {
     return std::any_of(some.begin(), some.end(), [&](const Box3& a) {
         return std::any_of(others.begin(), others.end(), [&](const Box3& b) { return overlap(a, b); });

@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "levelset/shapes/mesh_body.hpp"
-#include "surface/topology.hpp"
 
 namespace sidewall::app {
 namespace {

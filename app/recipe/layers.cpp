@@ -34,9 +34,7 @@ void outline(const Layer& layer, const Recipe& recipe, levelset::Shape& shape) {
     shape.polygons = drawn_outlines(layer, recipe.domain.length_unit);
     const std::optional<levelset::Blur> blur = blur_of(layer);
     if (!blur) return;
-    for (levelset::Polygon& polygon : shape.polygons)
-        for (auto& p : polygon)
-            for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
+    for (levelset::Polygon& polygon : shape.polygons) levelset::move_by(polygon, layer.position);
     shape.polygons =
         levelset::resist_contours(shape.polygons, *blur, domain_of(recipe), interrupted).outlines;
     shape.position = {};
@@ -77,6 +75,13 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
 }
 
 }  // namespace
+
+std::size_t layer_count(const Recipe& recipe) {
+    std::size_t count = 0;
+    for (const Layer& layer : recipe.layers)
+        count += layer.shape == "stack" ? static_cast<std::size_t>(layer.repeat) * layer.materials.size() : 1;
+    return count;
+}
 
 std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {
     std::vector<MaterialLayer> layers;

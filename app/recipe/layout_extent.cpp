@@ -76,20 +76,23 @@ std::vector<Placed> masks_in_layouts(toml::table& root, const Reading& reading, 
     collect(root, "layer", "layer", reading, masks);
     collect(root, "step", "step", reading, masks);
     if (masks.empty())
-        fail(asking, path, "needs a layer or a step whose mask is a layout's file; or give two lengths");
+        fail(
+            asking, path,
+            "needs a layer or a step whose mask is a layout's file; or drop this and give two lengths as domain.extent");
     return masks;
 }
 
 // The outlines of a mask at its place, or of another layer of its cell, which \p asking names.
 std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, const std::string& unit,
                                            const std::optional<std::array<std::int64_t, 2>>& other,
-                                           const toml::node& asking, std::string_view path) {
+                                           const toml::node& asking, std::string_view path,
+                                           std::string* note = nullptr) {
     std::vector<levelset::Polygon> outlines = located(*mask.table, mask.path, [&] {
         try {
             find_file(mask.layer, std::filesystem::path(recipe.file).parent_path());
             Layer layer = mask.layer;
             if (other) std::tie(layer.gds_layer, layer.gds_datatype) = std::tie((*other)[0], (*other)[1]);
-            return drawn_outlines(layer, unit);
+            return drawn_outlines(layer, unit, note);
         } catch (const FileError& error) {  // names the layout
             throw FileError(
                 fmt::format("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what()));
@@ -98,9 +101,7 @@ std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, c
             throw;
         }
     });
-    for (levelset::Polygon& outline : outlines)
-        for (auto& p : outline)
-            for (std::size_t a = 0; a < 2; ++a) p[a] += mask.layer.position[a];
+    for (levelset::Polygon& outline : outlines) levelset::move_by(outline, mask.layer.position);
     return outlines;
 }
 
@@ -206,13 +207,15 @@ void take_cut_from_layout(toml::table& root, Recipe& recipe) {
     for (Placed& mask : masks) {
         const toml::node& file = *mask.table->get("file");
         std::vector<double> ends;
+        std::string note;
         try {
-            ends = crossings(
-                levelset::united(outlines_at(mask, recipe, domain.length_unit, std::nullopt, asking, "")),
-                centre, axis);
+            ends = crossings(levelset::united(outlines_at(mask, recipe, domain.length_unit, std::nullopt,
+                                                          asking, "", &note)),
+                             centre, axis);
         } catch (const GeometryError& error) {
             fail(file, mask.path + ".file", error.what());
         }
+        if (!note.empty()) recipe.notes.push_back(fmt::format("{}.file: {}", mask.path, note));
         std::string list;
         for (std::size_t k = 0; k + 1 < ends.size(); k += 2)
             if (ends[k] < 0.5 * length && ends[k + 1] > -0.5 * length)

@@ -40,15 +40,6 @@ double perimeter_of(const Polygon& polygon) {
     return perimeter;
 }
 
-// Without corners that repeat the one before.
-Polygon distinct(const Polygon& polygon) {
-    Polygon corners;
-    for (const Corner& p : polygon)
-        if (corners.empty() || corners.back() != p) corners.push_back(p);
-    while (corners.size() > 1 && corners.back() == corners.front()) corners.pop_back();
-    return corners;
-}
-
 // 0 to \p count - 1 by ascending values, equal ones in their order.
 template <class Value>
 std::vector<std::size_t> sorted_by(std::size_t count, Value&& value) {
@@ -211,7 +202,7 @@ std::pair<double, Bounds> narrowest(const std::vector<Polygon>& outlines, bool a
 }  // namespace
 
 void check_outline(const Polygon& polygon, const std::string& key) {
-    const Polygon corners = distinct(polygon);
+    const Polygon corners = levelset::distinct(polygon);
     if (corners.size() < 3) throw KeyError(key, "must be of at least three different points");
     refuse_self_crossing(corners, key);
 }
@@ -223,9 +214,8 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
     std::vector<Polygon> placed;
     placed.reserve(polygons.size());
     for (const Polygon& polygon : polygons) {
-        placed.push_back(distinct(polygon));
-        for (Corner& p : placed.back())
-            for (std::size_t a = 0; a < 2; ++a) p[a] += layer.position[a];
+        placed.push_back(levelset::distinct(polygon));
+        levelset::move_by(placed.back(), layer.position);
     }
     if (layer.file.empty()) refuse_crossings(placed);
     const std::vector<Polygon> printed = check_print(layer, placed, domain, path, notes);

@@ -149,12 +149,12 @@ std::optional<std::string> missing_in_summary(const Json& summary) {
 
 // The texts of a list, fit to be shown; none if there is no such list.
 std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, const std::string& name) {
-    std::vector<std::string> list;
-    for (const auto& [key, text] : metadata.texts)
-        if (key == name && !text.empty() && list.empty())
-            // Former versions wrote one text with commas.
-            for (const std::string& part : split(text, text.find('\0') == std::string::npos ? ',' : '\0'))
-                list.push_back(surface::printable(part, true));
+    const auto found = std::ranges::find(metadata.texts, name, [](const auto& text) { return text.first; });
+    if (found == metadata.texts.end() || found->second.empty()) return {};
+    const std::string& text = found->second;
+    // Former versions wrote one text with commas.
+    std::vector<std::string> list = split(text, text.find('\0') == std::string::npos ? ',' : '\0');
+    for (std::string& part : list) part = surface::printable(part, true);
     return list;
 }
 

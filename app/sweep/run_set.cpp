@@ -173,8 +173,9 @@ class Pool {
             if (end->exit_code == kInterrupted) stop();
             if (end->exit_code == kCannotWrite && set_.needs_all) {
                 stop_all();
-                throw IoError(fmt::format("run {:04}: {}; then go on with: {}", number, reason(*end),
-                                          set_.resume_command));
+                const std::string& again = set_.resume_command;  // a helping rank has none
+                throw IoError(fmt::format("run {:04}: {}{}{}", number, reason(*end),
+                                          again.empty() ? "" : "; then go on with: ", again));
             }
             if (end->exit_code != 0 || !read_end(set_, number)) {
                 run.status = reason(*end);

@@ -15,7 +15,7 @@ double volume_left(const MaterialStack& stack, std::size_t layer, double enough,
 
 /// Removes buried layers of which less than a cell of the finest level is left, the substrate excepted: what is left
 /// belongs to the layer above. Such a layer costs time in every later step, and its mesh would be of scraps.
-/// \param volumes  by layer, between its front and that of the layer below: films too thin to be resolved stay for theirs.
+/// \param volumes  by layer, between its front and that of the layer below: a film too thin for the grid still has a volume here, and stays.
 /// \returns whether there were any.
 bool drop_spent_layers(MaterialStack& stack, std::span<const double> volumes);
 

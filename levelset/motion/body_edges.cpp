@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -80,9 +79,9 @@ class StackValues {
     std::vector<Grid::ConstUnsafeAccessor> layers_;
 };
 
-// Whether a layer ends near a point of the surface, of which the nearest node is given, under the body that
-// is bare there, or under any if it is bare itself: it is bare at one of the nodes around the point, and of
-// those around at which it is covered a third lie under more than a film too thin.
+// Whether a layer ends near the surface point at \p nearest: it is bare at a node beside the point, and more
+// than a third of the solid nodes around that cover it do so with more than \p cover. \param bare_at_point
+// the layer that is bare there: only its nodes count, unless it is the layer itself.
 bool ends_at(const StackValues& values, std::size_t layer, std::size_t bare_at_point,
              const openvdb::Coord& nearest, float touching, float cover) {
     const auto each_node = [&](int reach, auto&& use) {
@@ -141,6 +140,10 @@ std::vector<EdgeNode> edge_nodes(const MaterialStack& stack, const Extension& ex
         const std::int32_t entry = SampleIndex::sample(entries[it.pos()]);
         if (entry < 0 || !(*it < 0.0f)) continue;
         const auto sample = static_cast<std::size_t>(entry);
+        // Else neither the node's body nor a lower one is near the surface there.
+        const auto depths = std::span(extension.thickness).subspan(sample * below, below);
+        if (std::ranges::none_of(depths, [&](float depth) { return depth <= in_cells(kBeginsHere); }))
+            continue;
         const std::size_t bare = exposed(stack, extension, sample),
                           body = values.body(it.getCoord(), touching);
         if (body > bare || body == below) continue;
@@ -160,14 +163,11 @@ bool any_layer_at(const MaterialStack& stack, const openvdb::Coord& origin) {
 
 void add_sample(const EdgeNode& edge, std::size_t below, std::int32_t& entry, Extension& extension) {
     entry = static_cast<std::int32_t>(extension.samples.size()) | SampleIndex::kShared;
-    const SurfaceSample sample = extension.samples[edge.sample];
-    extension.samples.push_back(sample);
+    extension.samples.push_back(extension.samples[edge.sample]);
     extension.body.push_back(edge.body);
     if (!extension.alone.empty()) extension.alone.push_back(0);
-    for (std::size_t k = 0; k < below; ++k) {
-        const float depth = extension.thickness[edge.sample * below + k];
-        extension.thickness.push_back(depth);
-    }
+    for (std::size_t k = 0; k < below; ++k)
+        extension.thickness.push_back(extension.thickness[edge.sample * below + k]);
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 #include "levelset/motion/motion.hpp"
 
 #include <fmt/format.h>
-#include <openvdb/tree/LeafManager.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
@@ -12,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "levelset/layers/layer_depths.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 

@@ -1,12 +1,21 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 
+#include "levelset/domain.hpp"
 #include "surface/vec3.hpp"
 
 namespace sidewall::levelset {
 
-/// Stands for "through everything": beyond any wafer, small enough for exact arithmetic beside a cell.
+/// Beyond any wafer.
 inline constexpr double kFar = 1e5;
+
+/// Where shapes that go on for ever end: beyond any wafer, and small enough for the grid spacing beside it, as lengths
+/// may be in m.
+inline double far_away(const Domain& domain) {
+    constexpr double kCells = 1e9;
+    return std::min(kFar, kCells * domain.spacing);
+}
 
 /// A shape as a function: negative inside, 1-Lipschitz, zero exactly on the surface.
 struct Body {

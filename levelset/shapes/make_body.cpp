@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -20,12 +19,6 @@ using Vec2 = Eigen::Vector2d;
 
 void require(bool good, const Shape& shape, const char* what) {
     if (!good) throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
-}
-
-// Beyond any wafer, and small enough for the grid spacing beside it: lengths may be in m.
-double far_away(const Domain& domain) {
-    constexpr double kCells = 1e9;
-    return std::min(kFar, kCells * domain.spacing);
 }
 
 // Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric

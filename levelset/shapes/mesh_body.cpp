@@ -30,10 +30,6 @@ bool is_off_sides(const Box3& opening, const Domain& domain) {
     return sides < 4;
 }
 
-bool overlap(const Box3& a, const Box3& b) {
-    return (a.min.array() <= b.max.array()).all() && (b.min.array() <= a.max.array()).all();
-}
-
 bool contains(const Box3& outer, const Box3& inner) {
     return (outer.min.array() <= inner.min.array()).all() && (inner.max.array() <= outer.max.array()).all();
 }
@@ -126,7 +122,8 @@ struct GroupDistance {
     std::optional<surface::WindingNumber> winding;  // of closed bodies only
     Box3 bounds;
 
-    // \p contact: so much farther out than the nearest point a point tells whether that is an inner wall.
+    // \p contact: the point is moved so far out before its winding number is taken, which is undefined on the
+    // surface; where it is still inside, the nearest wall is one between bodies that overlap.
     double at(const Vec3& p, double contact) const {
         const surface::DistanceSample sample = distance.at(p);
         if (sample.distance < 0.0 || !winding || !overlap(bounds, {p, p})) return sample.distance;
@@ -148,7 +145,7 @@ Body mesh_body(const Shape& shape, const Domain& domain) {
     const TriangleMesh mesh = import_mesh(shape.file, domain).mesh;
     const Box3 bounds = bounding_box(mesh);
     std::vector<Apart> groups = groups_apart(mesh);
-    if (groups.size() == 1) groups.front().mesh = mesh;
+    if (groups.size() == 1) groups.front().mesh = mesh;  // in the file's order
     const auto distances = std::make_shared<std::vector<GroupDistance>>();
     distances->reserve(groups.size());
     for (const Apart& group : groups) {

@@ -15,9 +15,7 @@ namespace {
 
 Outline polygons(const Shape& shape, const Domain& domain) {
     std::vector<Polygon> polygons = shape.polygons;
-    for (Polygon& polygon : polygons)
-        for (auto& p : polygon)
-            for (std::size_t a = 0; a < 2; ++a) p[a] += shape.position[a];
+    for (Polygon& polygon : polygons) move_by(polygon, shape.position);
     if (!shape.contours) polygons = united(repeated(polygons, domain));
     const auto index = std::make_shared<const PolygonIndex>(polygons);
     return [index](double x, double y) { return index->signed_distance(x, y); };

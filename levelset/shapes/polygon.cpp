@@ -6,6 +6,17 @@
 
 namespace sidewall::levelset {
 
+Polygon distinct(Polygon polygon) {
+    polygon.erase(std::unique(polygon.begin(), polygon.end()), polygon.end());
+    while (polygon.size() > 1 && polygon.front() == polygon.back()) polygon.pop_back();
+    return polygon;
+}
+
+void move_by(Polygon& polygon, const std::array<double, 2>& way) {
+    for (auto& corner : polygon)
+        for (std::size_t a = 0; a < 2; ++a) corner[a] += way[a];
+}
+
 double squared_distance(const std::array<double, 2>& a, const std::array<double, 2>& b, double x, double y) {
     const auto [ax, ay] = a;
     const auto [bx, by] = b;

@@ -8,6 +8,12 @@ namespace sidewall::levelset {
 /// Corners in the plane, in order, either way round; the last is joined to the first.
 using Polygon = std::vector<std::array<double, 2>>;
 
+/// The polygon without corners that repeat the one before.
+Polygon distinct(Polygon polygon);
+
+/// Moves a polygon.
+void move_by(Polygon& polygon, const std::array<double, 2>& way);
+
 /// Squared distance of a point from the edge from \p a to \p b.
 double squared_distance(const std::array<double, 2>& a, const std::array<double, 2>& b, double x, double y);
 

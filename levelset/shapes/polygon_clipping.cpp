@@ -258,9 +258,8 @@ double area_of(std::span<const Polygon> outlines) {
 }
 
 std::vector<Polygon> path_polygons(const Polygon& points, const PathStyle& style) {
-    Polygon line;
-    for (const auto& p : points)
-        if (line.empty() || line.back() != p) line.push_back(p);
+    Polygon line = points;
+    line.erase(std::unique(line.begin(), line.end()), line.end());
     std::vector<Polygon> polygons;
     if (line.empty() || !(style.half_width > 0.0)) return polygons;
     if (!style.round) {

@@ -154,12 +154,12 @@ Body rounded_box(const Shape& shape, const Domain& domain) {
 
 // The outline in the plane of x, or the distance from the axis, and z: an open one closed far away, and where
 // it runs along the axis of revolution led around beyond it, since nothing ends there.
-Polygon closed_profile(const Shape& shape, bool open) {
+Polygon closed_profile(const Shape& shape, bool open, double far) {
     Polygon points = shape.profile;
     if (open) {
         if (points.front()[0] > points.back()[0]) std::reverse(points.begin(), points.end());
-        points.insert(points.begin(), {{-kFar, -kFar}, {-kFar, points.front()[1]}});
-        points.insert(points.end(), {{kFar, points.back()[1]}, {kFar, -kFar}});
+        points.insert(points.begin(), {{-far, -far}, {-far, points.front()[1]}});
+        points.insert(points.end(), {{far, points.back()[1]}, {far, -far}});
         return points;
     }
     points.pop_back();
@@ -168,7 +168,7 @@ Polygon closed_profile(const Shape& shape, bool open) {
     for (std::size_t k = 0; k < points.size(); ++k) {
         const auto &a = points[k], &b = points[(k + 1) % points.size()];
         result.push_back(a);
-        if (a[0] == 0.0 && b[0] == 0.0) result.insert(result.end(), {{-kFar, a[1]}, {-kFar, b[1]}});
+        if (a[0] == 0.0 && b[0] == 0.0) result.insert(result.end(), {{-far, a[1]}, {-far, b[1]}});
     }
     return result;
 }
@@ -182,8 +182,8 @@ Body profile(const Shape& shape, const Domain& domain) {
         high = std::max(high, p[1]);
         require(!shape.revolved || p[0] >= 0.0, "a profile of revolution has x at least 0");
     }
-    const auto index =
-        std::make_shared<const PolygonIndex>(std::vector<Polygon>{closed_profile(shape, open)});
+    const auto index = std::make_shared<const PolygonIndex>(
+        std::vector<Polygon>{closed_profile(shape, open, far_away(domain))});
     const double sign = open && shape.subtract ? -1.0 : 1.0;  // above the curve is what goes
     return {[=, top = shape.top, revolved = shape.revolved](const Vec3& p) {
                 const Vec3 q = local(p, shape, top, domain);

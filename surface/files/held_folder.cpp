@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <mutex>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "surface/error.hpp"

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/obj.hpp"
@@ -35,6 +37,15 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshMetadata* metadata
     if (format == Format::stl) return decode_stl(bytes, path.string(), metadata);
     if (format == Format::obj) return decode_obj(bytes, path.string(), metadata);
     return decode_vtp(bytes, path.string(), metadata);
+}
+
+void add_list(MeshMetadata& metadata, const std::string& name, const std::vector<std::string>& texts) {
+    std::string list;
+    for (std::size_t k = 0; k < texts.size(); ++k) {
+        if (k > 0) list += '\0';
+        list += texts[k];
+    }
+    metadata.texts.emplace_back(name, std::move(list));
 }
 
 std::vector<std::string> unwritable(const std::filesystem::path& path, const TriangleMesh& mesh) {

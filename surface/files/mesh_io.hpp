@@ -10,7 +10,7 @@ namespace sidewall::surface {
 
 /// Reads a triangle mesh; the extension picks the format: .vtp, .ply, .stl or .obj.
 ///
-/// Polygons are split into fans and strips into triangles, each keeping its cell's attributes; scalar
+/// Polygons and strips are split into triangles, each keeping its cell's attributes; scalar
 /// attributes of any number of components come along, strings do not. Vertices no triangle uses are kept.
 ///
 /// \param metadata  if not null, receives the file's single-valued field data and what was left out.
@@ -27,6 +27,9 @@ TriangleMesh read_mesh(const std::filesystem::path& path, MeshMetadata* metadata
 ///         IoError if the disk refuses.
 void write_mesh(const std::filesystem::path& path, const TriangleMesh& mesh,
                 const MeshMetadata& metadata = {});
+
+/// Adds a list of texts to what a file tells of itself: a text whose parts are kept apart by zero bytes.
+void add_list(MeshMetadata& metadata, const std::string& name, const std::vector<std::string>& texts);
 
 /// Names of the attributes that a file of that extension cannot hold: none for VTP and PLY; OBJ keeps only
 /// the triangles' `material`, STL only their 16-bit `attribute`.

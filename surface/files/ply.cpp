@@ -1,5 +1,6 @@
 #include "surface/files/ply.hpp"
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <optional>
@@ -280,8 +281,11 @@ TriangleMesh decode_ply(std::string_view bytes, const std::string& name) {
 std::string encode_ply(const TriangleMesh& mesh, const MeshMetadata& metadata) {
     check_written_mesh(mesh);
     std::string bytes = "ply\nformat binary_little_endian 1.0\n";
-    for (const auto& [name, text] : metadata.texts)
-        bytes += fmt::format("comment {}: {}\n", clean_name(name, '_'), clean_name(text, ' '));
+    for (const auto& [name, text] : metadata.texts) {
+        std::string shown = text;
+        std::replace(shown.begin(), shown.end(), '\0', ',');  // between the texts of a list
+        bytes += fmt::format("comment {}: {}\n", clean_name(name, '_'), clean_name(shown, ' '));
+    }
     for (const auto& [name, number] : metadata.numbers)
         bytes += fmt::format("comment {}: {}\n", clean_name(name, '_'), number);
     const auto declare = [&](const std::vector<Attribute>& attributes) {

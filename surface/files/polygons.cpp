@@ -58,14 +58,14 @@ void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertice
         return Vec3((vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]));
     };
     for (std::size_t begin = 0, end = 0; begin < cells.triangles.size(); begin = end) {
-        const Triangle first = cells.triangles[begin];
-        std::vector<std::uint32_t> corner{first[0], first[1], first[2]};
-        for (end = begin + 1; end < cells.triangles.size() && cells.cell[end] == cells.cell[begin]; ++end) {
-            const Triangle& t = cells.triangles[end];
-            if (t[0] == corner[0] && t[1] == corner.back()) corner.push_back(t[2]);
-        }
+        end = begin + 1;
+        while (end < cells.triangles.size() && cells.cell[end] == cells.cell[begin]) ++end;
         const std::span fan(cells.triangles.data() + begin, end - begin);
-        if (fan.size() < 2 || corner.size() != fan.size() + 2) continue;  // a triangle, or a strip
+        if (fan.size() < 2) continue;  // a triangle
+        std::vector<std::uint32_t> corner(fan[0].begin(), fan[0].end());
+        for (const Triangle& t : fan.subspan(1))
+            if (t[0] == corner[0] && t[1] == corner.back()) corner.push_back(t[2]);
+        if (corner.size() != fan.size() + 2) continue;  // a strip
         if (std::any_of(corner.begin(), corner.end(), [&](auto v) { return v >= vertices.size(); })) continue;
         Vec3 normal = Vec3::Zero();
         for (const Triangle& t : fan) normal += area(t);

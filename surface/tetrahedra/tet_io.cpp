@@ -16,12 +16,6 @@
 namespace sidewall::surface {
 namespace {
 
-void add_list(MeshMetadata& metadata, const char* name, const std::vector<std::string>& texts) {
-    std::string list;
-    for (std::size_t k = 0; k < texts.size(); ++k) list += (k == 0 ? "" : std::string(1, '\0')) + texts[k];
-    metadata.texts.emplace_back(name, list);
-}
-
 // Numbers of cells, -1 for none, and the names that they stand for beside them.
 void append_named(VtkWriter& writer, const std::string& name, const std::vector<int>& cells,
                   const std::vector<std::string>& names) {

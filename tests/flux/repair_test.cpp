@@ -7,12 +7,14 @@
 #include "surface/error.hpp"
 #include "tests/flux/flux_meshes.hpp"
 #include "tests/flux/traces.hpp"
+#include "tests/surface/surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::flux;
 using Catch::Matchers::Contains;
 using surface::repair;
 using surface::Repairs;
+using test::soup;
 
 namespace {
 
@@ -22,17 +24,6 @@ TriangleMesh good_trench() {
 
 void turn(TriangleMesh& mesh, std::size_t t) {
     std::swap(mesh.triangles[t][1], mesh.triangles[t][2]);
-}
-
-// As formats without shared vertices list it.
-TriangleMesh soup(const TriangleMesh& mesh) {
-    TriangleMesh loose;
-    for (const Triangle& t : mesh.triangles) {
-        const auto n = static_cast<std::uint32_t>(loose.vertices.size());
-        for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
-        loose.triangles.push_back({n, n + 1, n + 2});
-    }
-    return loose;
 }
 
 TriangleMesh octahedron() {
@@ -156,4 +147,28 @@ TEST_CASE("a Moebius strip is refused") {
     }
     CHECK_THROWS_AS(repair(mesh), GeometryError);
     CHECK_THROWS_WITH(repair(mesh), Contains("one side only"));
+}
+
+TEST_CASE("what is hidden takes the orientation of most of its area, whatever openings get lids") {
+    auto mesh = extrude({{-2.0, 0.0}, {2.0, 0.0}}, 4.0, 5);
+    const std::size_t ground = mesh.triangles.size();
+    const auto add = [&](double z, bool turned, std::size_t left_out) {
+        const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const Vec3& p : octahedron().vertices) mesh.vertices.push_back(p + Vec3(0.0, 2.0, z));
+        const auto triangles = octahedron().triangles;
+        for (std::size_t t = left_out; t < triangles.size(); ++t) {
+            const auto& [a, b, c] = triangles[t];
+            mesh.triangles.push_back(turned ? Triangle{first + a, first + c, first + b}
+                                            : Triangle{first + a, first + b, first + c});
+        }
+    };
+    add(-3.0, true, 0);  // a cavity
+    const auto sound = mesh.triangles;
+    turn(mesh, ground);
+    const bool opening = GENERATE(false, true);
+    if (opening) add(3.0, false, 1);
+    const Repairs repairs = repair(mesh, {.closes = [](const Box3& box) { return box.size().x() < 3.0; }});
+    CHECK(repairs.closed == (opening ? 1 : 0));
+    CHECK(repairs.turned == 1);
+    for (std::size_t t = 0; t < sound.size(); ++t) CHECK(mesh.triangles[t] == sound[t]);
 }

@@ -1,38 +1,9 @@
 // Damaged layouts: gds_fuzz [SECONDS [SEED]] (mutate.hpp). They are refused with a FileError that names the
 // file, or give finite polygons.
-#include <cmath>
-
-#include "app/recipe/layout/flatten.hpp"
-#include "app/recipe/layout/layout_file.hpp"
-#include "surface/error.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
-#include "tests/fuzz/mutate.hpp"
+#include "tests/fuzz/layout_attempt.hpp"
 
 using namespace sidewall;
-using fuzz::expect;
-
-namespace {
-
-bool attempt(const std::string& bytes) {
-    try {
-        const app::Layout library = app::parse_layout(bytes, "fuzz.gds");
-        std::set<std::string> missing;
-        for (const std::string& top : app::top_cells(library))
-            for (const auto& [layer, datatype] : {std::pair{1, 0}, std::pair{2, 5}})
-                for (const levelset::Polygon& polygon :
-                     app::flatten(library, top, layer, datatype, missing)) {
-                    expect(polygon.size() >= 3, "a polygon has three corners");
-                    for (const auto& [x, y] : polygon)
-                        expect(std::isfinite(x) && std::isfinite(y), "corners are finite");
-                }
-        return true;
-    } catch (const FileError& error) {
-        expect(std::string(error.what()).starts_with("fuzz.gds: "), "an error names the file");
-        return false;
-    }
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
     const std::string unit =
@@ -55,6 +26,7 @@ int main(int argc, char** argv) {
                                          test::gds_short(0x0d, {1}),
                                          test::gds_put(0x07, 0),
                                          test::gds_put(0x04, 0)};
-    return fuzz::run(argc, argv, seeds, words,
-                     [](const std::string& bytes, std::size_t) { return attempt(bytes); });
+    return fuzz::run(argc, argv, seeds, words, [](const std::string& bytes, std::size_t) {
+        return fuzz::attempt_layout(bytes, "fuzz.gds", {{1, 0}, {2, 5}});
+    });
 }

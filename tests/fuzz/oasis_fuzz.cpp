@@ -1,36 +1,9 @@
 // Damaged OASIS files and gzip files of layouts: oasis_fuzz [SECONDS [SEED]] (mutate.hpp). They are refused
 // with a FileError that names the file, or give finite polygons.
-#include <cmath>
-
-#include "app/recipe/layout/flatten.hpp"
-#include "app/recipe/layout/layout_file.hpp"
-#include "surface/error.hpp"
 #include "tests/app/recipe/oasis_bytes.hpp"
-#include "tests/fuzz/mutate.hpp"
+#include "tests/fuzz/layout_attempt.hpp"
 
 using namespace sidewall;
-using fuzz::expect;
-
-namespace {
-
-bool attempt(const std::string& bytes) {
-    try {
-        const app::Layout layout = app::parse_layout(bytes, "fuzz.oas");
-        std::set<std::string> missing;
-        for (const std::string& top : app::top_cells(layout))
-            for (const levelset::Polygon& polygon : app::flatten(layout, top, 1, 0, missing)) {
-                expect(polygon.size() >= 3, "a polygon has three corners");
-                for (const auto& [x, y] : polygon)
-                    expect(std::isfinite(x) && std::isfinite(y), "corners are finite");
-            }
-        return true;
-    } catch (const FileError& error) {
-        expect(std::string(error.what()).starts_with("fuzz.oas: "), "an error names the file");
-        return false;
-    }
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
     using test::oas_delta, test::oas_numbers, test::oas_record, test::oas_signed;
@@ -71,6 +44,7 @@ int main(int argc, char** argv) {
                                          oas_numbers({15}),
                                          oas_numbers({16}),
                                          oas_numbers({2})};
-    return fuzz::run(argc, argv, seeds, words,
-                     [](const std::string& bytes, std::size_t) { return attempt(bytes); });
+    return fuzz::run(argc, argv, seeds, words, [](const std::string& bytes, std::size_t) {
+        return fuzz::attempt_layout(bytes, "fuzz.oas", {{1, 0}});
+    });
 }

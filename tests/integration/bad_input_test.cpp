@@ -203,7 +203,7 @@ TEST_CASE("a bad recipe is refused with file, line, key and remedy", "[foreign][
         recipe("material whose name has a line break",
                kGood + "[[material]]\nname = \"a\\nb\"\ndensity = 1\n",
                "11: material[0].name = ", "line break"),
-        recipe("layout whose name holds a C1 control character", kGood + "name = \"a\\u009b2J\"\n",
+        recipe("step whose name holds a C1 control character", kGood + "name = \"a\\u009b2J\"\n",
                "10: step[0].name = ", "control character"),
         recipe("no species", step("model = \"multi_particle\"\nduration = 1\nspecies = []\n"),
                "9: step[0].species = ", "must not be empty"),

@@ -27,6 +27,15 @@ void run_recipe(const test::Folder& folder, const std::string& recipe) {
     REQUIRE(ran.exit_code == 0);
 }
 
+// Runs commands of the program one after another, which must all succeed.
+void run_all(const test::Folder& folder, const std::vector<std::string>& commands) {
+    for (const std::string& command : commands) {
+        const auto ran = test::run_program(folder.path, command);
+        INFO(command << "\n" << ran.output);
+        REQUIRE(ran.exit_code == 0);
+    }
+}
+
 /// The values of an array of a file whose data are appended, compressed by blocks.
 template <class T>
 std::vector<T> vtu_array(const std::string& file, const std::string& name) {
@@ -226,12 +235,8 @@ TEST_CASE("names of materials with commas, slashes and letters of any script com
     recipe += "[[step]]\nname = \"thin, x\"\nmodel = \"isotropic\"\nduration = 0.5\nrate = { '" + names[2] +
               "' = -0.2 }\n";
     test::write_bytes(folder.path / "recipe.toml", materials + recipe);
-    const auto run = test::run_program(folder.path, "run recipe.toml -o o --quiet && '" SIDEWALL_PROGRAM
-                                                    "' export o -o o.msh && '" SIDEWALL_PROGRAM
-                                                    "' export o -o o.vtu --json o.json && '" SIDEWALL_PROGRAM
-                                                    "' report o -o o.html");
-    INFO(run.output);
-    REQUIRE(run.exit_code == 0);
+    run_all(folder, {"run recipe.toml -o o --quiet", "export o -o o.msh", "export o -o o.vtu --json o.json",
+                     "report o -o o.html"});
     const json told = json::parse(test::read_bytes(folder.path / "o.json"));
     REQUIRE(told["regions"].size() == 4);
     const app::Result result = app::read_result(folder.path / "o");
@@ -267,12 +272,8 @@ TEST_CASE("a profile leaves as triangles whose areas and edges are those of its 
         "[domain]\nextent = [2.0]\ngrid_spacing = 0.1\nboundary = \"periodic\"\n[[layer]]\nmaterial = "
         "\"Si\"\n[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.4\n[[step]]\nmodel = \"isotropic\"\n"
         "duration = 0.5\nrate = { SiO2 = -0.4 }\n");
-    const auto run =
-        test::run_program(folder.path, "run recipe.toml -o o --quiet && '" SIDEWALL_PROGRAM
-                                       "' export o -o o.msh --triangles && '" SIDEWALL_PROGRAM
-                                       "' export o -o o.vtu --triangles --bottom=-0.7 --json o.json");
-    INFO(run.output);
-    REQUIRE(run.exit_code == 0);
+    run_all(folder, {"run recipe.toml -o o --quiet", "export o -o o.msh --triangles",
+                     "export o -o o.vtu --triangles --bottom=-0.7 --json o.json"});
     const json told = json::parse(test::read_bytes(folder.path / "o.json"));
     REQUIRE(told["regions"].size() == 2);
     CHECK(told["regions"][0]["area"].get<double>() == Approx(2.0 * 0.7).epsilon(1e-3));
@@ -292,8 +293,8 @@ TEST_CASE("a profile leaves as triangles whose areas and edges are those of its 
         folder.path / "wide.toml",
         "[domain]\nextent = [2.0, 0.4]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n[[step]]\n"
         "model = \"isotropic\"\nduration = 0.5\nrate = -0.4\n");
-    const auto wide = test::run_program(folder.path, "run wide.toml -o w --quiet && '" SIDEWALL_PROGRAM
-                                                     "' export w -o w.msh --triangles 2>&1");
+    run_all(folder, {"run wide.toml -o w --quiet"});
+    const auto wide = test::run_program(folder.path, "export w -o w.msh --triangles");
     CHECK(wide.exit_code == 2);
     CHECK(wide.output.find("--triangles: this wafer is 0.4 wide") != std::string::npos);
 }

@@ -5,6 +5,7 @@
 #include "surface/files/mesh_io.hpp"
 #include "tests/folder.hpp"
 #include "tests/integration/run_program.hpp"
+#include "tests/surface/surface_meshes.hpp"
 
 // Meshes of other programs through the commands.
 using namespace sidewall;
@@ -104,7 +105,7 @@ TEST_CASE("a mesh that cannot be mended is refused with file, layer and place", 
 TEST_CASE("simplify welds triangles with vertices of their own and says so, and inspect tells what is mended",
           "[foreign]") {
     const Folder folder;
-    TriangleMesh welded, loose;  // 10 x 10 squares, flat
+    TriangleMesh welded;  // 10 x 10 squares, flat
     for (int i = 0; i <= 10; ++i)
         for (int j = 0; j <= 10; ++j) welded.vertices.emplace_back(i, j, 0.0);
     for (std::uint32_t i = 0; i < 10; ++i)
@@ -113,11 +114,7 @@ TEST_CASE("simplify welds triangles with vertices of their own and says so, and 
             welded.triangles.push_back({a, b, b + 1});
             welded.triangles.push_back({a, b + 1, a + 1});
         }
-    for (const Triangle& t : welded.triangles) {
-        const auto n = static_cast<std::uint32_t>(loose.vertices.size());
-        for (const std::uint32_t v : t) loose.vertices.push_back(welded.vertices[v]);
-        loose.triangles.push_back({n, n + 1, n + 2});
-    }
+    TriangleMesh loose = test::soup(welded);
     std::swap(loose.triangles[7][1], loose.triangles[7][2]);
     surface::write_mesh(folder.path / "welded.vtp", welded);
     surface::write_mesh(folder.path / "loose.vtp", loose);

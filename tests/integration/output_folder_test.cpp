@@ -51,11 +51,12 @@ TEST_CASE("a folder that is emptied, removed, renamed or replaced during a run e
     const std::string change = GENERATE(as<std::string>(), "rm -rf out/*", "mv out moved && rm -rf moved",
                                         "mv out moved", "mv out moved; mkdir out");
     CAPTURE(change);
-    const auto run =
-        test::run_command(folder.path, "{ ( timeout 60 '" SIDEWALL_PROGRAM
-                                       "' run flat.toml -o out --quiet 2>&1; echo \"exit $?\" ) & "
-                                       "until [ -e out/surface_0003.vtp ]; do sleep 0.01; done; " +
-                                           change + "; wait; }");
+    const auto run = test::run_command(
+        folder.path,
+        "{ ( timeout 60 '" SIDEWALL_PROGRAM
+        "' run flat.toml -o out --quiet 2>&1; echo \"exit $?\" ) & "
+        "p=$!; until [ -e out/surface_0003.vtp ] || ! kill -0 $p 2>/dev/null; do sleep 0.01; done; " +
+            change + "; wait; }");
     INFO(run.output);
     CHECK(run.output.find("exit 5") != std::string::npos);
     CHECK_FALSE(fs::exists(folder.path / "out/summary.json"));
@@ -69,10 +70,12 @@ const std::string kSaving = kFlat + "[output]\nevery = 0.0125\n";
 
 void kill_a_run(const test::Folder& folder) {
     test::write_bytes(folder.path / "flat.toml", kSaving);
-    test::run_command(folder.path,
-                      "{ '" SIDEWALL_PROGRAM
-                      "' run flat.toml -o run --quiet >/dev/null 2>&1 & "
-                      "until [ -e run/surface_0012.vtp ]; do sleep 0.002; done; kill -9 $!; wait; }");
+    test::run_command(
+        folder.path,
+        "{ '" SIDEWALL_PROGRAM
+        "' run flat.toml -o run --quiet >/dev/null 2>&1 & "
+        "p=$!; until [ -e run/surface_0012.vtp ] || ! kill -0 $p 2>/dev/null; do sleep 0.002; done; "
+        "kill -9 $p; wait; }");
     REQUIRE_FALSE(fs::exists(folder.path / "run/summary.json"));
 }
 

@@ -9,12 +9,13 @@
 #include "surface/files/mesh_io.hpp"
 #include "surface/winding_number.hpp"
 #include "tests/folder.hpp"
+#include "tests/surface/surface_meshes.hpp"
 
 // Wafers from meshes of other programs: what they mean is known without the mesh.
 using namespace sidewall;
 using namespace sidewall::levelset;
 using Catch::Matchers::Contains;
-using sidewall::test::Folder;
+using sidewall::test::Folder, sidewall::test::joined, sidewall::test::soup;
 
 namespace {
 
@@ -33,27 +34,6 @@ TriangleMesh box(const Vec3& low, const Vec3& high) {
 
 void turn(TriangleMesh& mesh) {
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
-}
-
-TriangleMesh joined(const std::vector<TriangleMesh>& meshes) {
-    TriangleMesh all;
-    for (const TriangleMesh& mesh : meshes) {
-        const auto first = static_cast<std::uint32_t>(all.vertices.size());
-        all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
-        for (const auto& [a, b, c] : mesh.triangles)
-            all.triangles.push_back({first + a, first + b, first + c});
-    }
-    return all;
-}
-
-TriangleMesh soup(const TriangleMesh& mesh) {
-    TriangleMesh loose;
-    for (const Triangle& t : mesh.triangles) {
-        for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
-        const auto n = static_cast<std::uint32_t>(loose.vertices.size());
-        loose.triangles.push_back({n - 3, n - 2, n - 1});
-    }
-    return loose;
 }
 
 // The signed distance from a box.

@@ -9,6 +9,7 @@
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
+#include "tests/surface/surface_meshes.hpp"
 
 using namespace sidewall;
 using namespace sidewall::test;
@@ -58,17 +59,6 @@ TriangleMesh with_holes(const TriangleMesh& mesh, std::uint32_t every) {
             for (const std::uint32_t v : triangle) near_hole[v] = 1;
         else
             result.triangles.push_back(triangle);
-    }
-    return result;
-}
-
-TriangleMesh joined(const std::vector<TriangleMesh>& parts) {
-    TriangleMesh result;
-    for (const TriangleMesh& part : parts) {
-        const auto first = std::uint32_t(result.vertices.size());
-        result.vertices.insert(result.vertices.end(), part.vertices.begin(), part.vertices.end());
-        for (const auto& [a, b, c] : part.triangles)
-            result.triangles.push_back({a + first, b + first, c + first});
     }
     return result;
 }

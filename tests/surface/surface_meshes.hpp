@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "surface/triangle_mesh.hpp"
 
@@ -29,6 +30,29 @@ inline TriangleMesh grid_mesh(std::uint32_t nx, std::uint32_t ny,
             mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
         }
     return mesh;
+}
+
+/// The meshes as one.
+inline TriangleMesh joined(const std::vector<TriangleMesh>& meshes) {
+    TriangleMesh all;
+    for (const TriangleMesh& mesh : meshes) {
+        const auto first = static_cast<std::uint32_t>(all.vertices.size());
+        all.vertices.insert(all.vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+        for (const auto& [a, b, c] : mesh.triangles)
+            all.triangles.push_back({first + a, first + b, first + c});
+    }
+    return all;
+}
+
+/// The mesh as formats without shared vertices list it.
+inline TriangleMesh soup(const TriangleMesh& mesh) {
+    TriangleMesh loose;
+    for (const Triangle& t : mesh.triangles) {
+        const auto n = static_cast<std::uint32_t>(loose.vertices.size());
+        for (const std::uint32_t v : t) loose.vertices.push_back(mesh.vertices[v]);
+        loose.triangles.push_back({n, n + 1, n + 2});
+    }
+    return loose;
 }
 
 /// The plane z = 0 over [-1, 1]^2.

@@ -7,17 +7,6 @@
 using namespace sidewall;
 using namespace sidewall::surface;
 
-namespace {
-
-TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
-    const auto base = std::uint32_t(a.vertices.size());
-    a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-    for (const auto& [i, j, k] : b.triangles) a.triangles.push_back({i + base, j + base, k + base});
-    return a;
-}
-
-}  // namespace
-
 TEST_CASE("Euler's number is 2 on a sphere, 0 on a torus, 1 on a disk, and adds up over components") {
     const Topology sphere = analyse_topology(test::sphere_mesh(3, 1.0));
     CHECK(sphere.euler() == 2);
@@ -36,7 +25,8 @@ TEST_CASE("Euler's number is 2 on a sphere, 0 on a torus, 1 on a disk, and adds 
     CHECK(plane.boundary_edges == 4 * 7);
     CHECK(plane.boundary_vertices.size() == 4 * 7);
 
-    const Topology both = analyse_topology(joined(test::sphere_mesh(1, 1.0), test::torus_mesh(5, 3.0, 1.0)));
+    const Topology both =
+        analyse_topology(test::joined({test::sphere_mesh(1, 1.0), test::torus_mesh(5, 3.0, 1.0)}));
     CHECK(both.euler() == 2);
     CHECK(both.components == 2);
 }

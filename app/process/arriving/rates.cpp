@@ -166,8 +166,8 @@ levelset::Extension extension_of(const Model& model, const levelset::MaterialSta
                                      is_inert(model, stack.layers.back().material), left_out);
 }
 
-// Edges have fans of normals, whose fluxes are not those of the surface beside them where a yield depends on
-// the angle of incidence.
+// Whether the front keeps sharp edges. At an edge it has all normals between those of its two faces, for
+// which the fluxes traced on the faces do not hold where a yield depends on the angle of incidence.
 bool keeps_edges(const Model& model) {
     const auto by_angle = [](const flux::Yield& yield) {
         return yield.angular != flux::Angular::none && yield.angular != flux::Angular::cosine;

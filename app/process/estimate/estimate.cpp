@@ -212,7 +212,7 @@ void count(Estimation& e, const std::vector<Step>& steps, const std::string& num
 double seconds_to_build(const Recipe& recipe) {
     constexpr double kSeconds = 4e-6;  // a cell of a layer, of one thread
     const levelset::Domain domain = domain_of(recipe);
-    const auto layers = static_cast<double>(expanded_layers(recipe).size());
+    const auto layers = static_cast<double>(layer_count(recipe));
     return kSeconds * domain.cells[0] * domain.cells[1] * layers / thread_count();
 }
 

@@ -65,7 +65,7 @@ class RunFolder {
     const RunOptions& options_;
     const Recipe& recipe_;
     std::string effective_;           // recipe
-    std::optional<FolderLock> lock_;  // none in a folder that is not there
+    std::optional<FolderLock> lock_;  // held by the first rank only
     FileNames names_;                 // in the manifest
     bool writes_;
     bool goes_on_ = false, finished_ = false;

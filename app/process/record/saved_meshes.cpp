@@ -4,6 +4,7 @@
 
 #include "app/process/arriving/line_of_sight.hpp"
 #include "app/process/arriving/rates.hpp"
+#include "surface/files/mesh_io.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -15,17 +16,19 @@ Attribute material_attribute(std::vector<double> values) {
 }  // namespace
 
 surface::MeshMetadata metadata_of(const Recipe& recipe, double time) {
-    std::string names, colours;
+    std::vector<std::string> names, colours;
+    names.reserve(recipe.materials.size());
+    colours.reserve(recipe.materials.size());
     for (const Material& m : recipe.materials) {
-        names += m.name + '\0';
-        colours += m.colour + '\0';
+        names.push_back(m.name);
+        colours.push_back(m.colour);
     }
-    for (std::string* list : {&names, &colours}) list->pop_back();
-    return {{{"length_unit", recipe.domain.length_unit},
-             {"time_unit", recipe.domain.time_unit},
-             {"materials", names},
-             {"material_colours", colours}},
-            {{"time", time}}};
+    surface::MeshMetadata metadata{
+        {{"length_unit", recipe.domain.length_unit}, {"time_unit", recipe.domain.time_unit}},
+        {{"time", time}}};
+    surface::add_list(metadata, "materials", names);
+    surface::add_list(metadata, "material_colours", colours);
+    return metadata;
 }
 
 TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface) {

@@ -53,7 +53,7 @@ struct Frame {
 struct Flattener {
     const Layout& layout;
     int layer, datatype;
-    std::set<std::string> missing = {};
+    std::set<std::string>& missing;
     std::map<const LayoutCell*, Expansion> expansion = {};
 
     [[noreturn]] void fail(const std::string& what) const {
@@ -83,9 +83,10 @@ struct Flattener {
             }
         for (const AbsolutePath& path : cell.paths)
             if (wanted(path)) {
+                // Pieces of about 64 segments each, four corners a segment, and 200 of both round ends: more
+                // than path_polygons() makes.
                 sum.polygons += 1.0 + static_cast<double>(path.points.size()) / 64.0;
-                sum.corners +=
-                    200.0 + 4.0 * static_cast<double>(path.points.size());  // of both ends, roughly
+                sum.corners += 200.0 + 4.0 * static_cast<double>(path.points.size());
             }
         for (const CellReference& r : cell.references) {
             const Frame at = frame(r.cell);
@@ -197,10 +198,9 @@ struct Flattener {
 
 std::vector<levelset::Polygon> flatten(const Layout& layout, const std::string& cell, int layer, int datatype,
                                        std::set<std::string>& missing) {
-    Flattener flattener{layout, layer, datatype};
+    Flattener flattener{layout, layer, datatype, missing};
     flattener.count(cell);
     flattener.check(cell);
-    missing.merge(flattener.missing);
     return flattener.flatten(cell);
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <set>
 
 #include "surface/error.hpp"
@@ -11,6 +10,13 @@ namespace sidewall::app {
 namespace {
 
 constexpr std::size_t kMostCorners = 50'000'000;
+
+void keep(Layout& layout, LayoutCell& cell, LayoutShape shape) {
+    if ((layout.corners += shape.polygon.size()) > kMostCorners)
+        throw FileError(fmt::format("{}: its cells hold over {} corners of polygons; export less of the chip",
+                                    layout.file, kMostCorners));
+    cell.shapes.push_back(std::move(shape));
+}
 
 }  // namespace
 
@@ -22,14 +28,8 @@ std::array<double, 2> Repetition::offset(std::uint64_t k) const {
 }
 
 void add_polygon(Layout& layout, LayoutCell& cell, LayoutShape shape) {
-    levelset::Polygon& corners = shape.polygon;
-    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-    while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
-    if (corners.size() < 3) return;
-    if ((layout.corners += corners.size()) > kMostCorners)
-        throw FileError(fmt::format("{}: its cells hold over {} corners of polygons; export less of the chip",
-                                    layout.file, kMostCorners));
-    cell.shapes.push_back(std::move(shape));
+    shape.polygon = levelset::distinct(std::move(shape.polygon));
+    if (shape.polygon.size() >= 3) keep(layout, cell, std::move(shape));
 }
 
 void add_path(Layout& layout, LayoutCell& cell, const LayoutShape& centre_line,
@@ -37,8 +37,7 @@ void add_path(Layout& layout, LayoutCell& cell, const LayoutShape& centre_line,
     if (const levelset::Polygon& ends = centre_line.polygon; ends.size() == 2 && style.half_width == 0.0) {
         LayoutShape line = centre_line;
         line.polygon = {ends[0], ends[0], ends[1], ends[1]};
-        layout.corners += 4;
-        cell.shapes.push_back(std::move(line));
+        keep(layout, cell, std::move(line));
     }
     for (levelset::Polygon& polygon : levelset::path_polygons(centre_line.polygon, style))
         add_polygon(layout, cell,

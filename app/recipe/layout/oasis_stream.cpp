@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cmath>
 
 #include "app/recipe/layout/inflate.hpp"
 #include "surface/error.hpp"

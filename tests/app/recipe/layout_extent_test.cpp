@@ -1,5 +1,6 @@
 #include "app/recipe/layout_extent.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -107,4 +108,16 @@ TEST_CASE("the extent may be that of a layer of its own", "[foreign]") {
     CHECK(recipe.domain.extent[1] == Approx(4.0));
     CHECK(recipe.layers[1].position[0] == Approx(-2.5));
     CHECK(recipe.layers[1].position[1] == Approx(0.0).margin(1e-12));
+}
+
+TEST_CASE("a profile along a line tells of cells that the layout's file does not hold", "[foreign]") {
+    const test::Folder folder;
+    const std::string text = recipe_on(folder, "[cut]\nlayer = \"63/0\"");
+    std::ofstream(folder.path / "chip.gds", std::ios::binary) << test::gds_library(test::gds_cell(
+        "TOP", test::gds_boundary(1, 0, {1000, -500, 2000, -500, 2000, 500, 1000, 500}) +
+                   test::gds_path(63, 0, 0, {0, 0, 5000, 0}) + test::gds_reference("GHOST", {0, 0})));
+    const Recipe recipe = parse_recipe(text, "cut.toml");
+    CHECK(std::ranges::any_of(recipe.notes, [](const std::string& note) {
+        return note.starts_with("layer[1].file: ") && note.find("without: GHOST") != std::string::npos;
+    }));
 }
