@@ -151,10 +151,14 @@ void solve_row(const float* v, float inv_dx, float dx, float background, Row& ou
             if constexpr (kinks) {
                 const float bend = own - 2.0f * near + far, beyond = next - 2.0f * own + near;
                 // Share of the second-order difference. Where the next node is not known yet, a far one on
-                // the front may be the edge of another body. Bends that rounding makes are none.
-                const float limited = std::min(std::max(2.0f * beyond / bend, 0.0f), 1.0f);
-                const float unknown = std::abs(far) < static_cast<float>(kOnFront) ? 0.0f : 1.0f;
-                const float share = std::abs(bend) < 1e-3f ? 1.0f : next >= half_width ? unknown : limited;
+                // the front may be the edge of another body. Bends that rounding makes are none. Without a
+                // branch, so that eight nodes are solved at once.
+                const float rounding = std::abs(bend) < 1e-3f ? 1.0f : 0.0f;
+                const float open = next >= half_width ? 1.0f : 0.0f;
+                const float known = std::abs(far) < static_cast<float>(kOnFront) ? 0.0f : 1.0f;
+                const float ratio = 2.0f * beyond / (bend + rounding);
+                const float limited = 0.5f * (1.0f + std::abs(ratio) - std::abs(ratio - 1.0f));  // 0 to 1
+                const float share = std::max(rounding, open * known + (1.0f - open) * limited);
                 const float half = second ? 0.5f * share : 0.0f;
                 // u - near + half (u - 2 near + far), over its weight
                 weight = 1.0f + half;

@@ -63,7 +63,7 @@ test_commands() {
     mkdir -p "$scratch"
     cp -r "$source/configs" "$scratch/"
     cd "$scratch"
-    sidewall run configs/trench_deposition.toml --set 'step[0].duration=0.1' --quiet
+    sidewall run configs/trench_deposition.toml --set 'step[0].duration=0.1' --quiet -o results/trench_deposition
     for page in "${pages[@]}"; do
         name=$(tr / _ <<<"${page%.md}")
         while IFS= read -r -d $'\001' text; do

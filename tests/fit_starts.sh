@@ -1,18 +1,58 @@
 #!/usr/bin/env bash
 # Whether `sidewall fit` finds three hidden parameters from five starts within 40 runs, of a deposition (sticking, rate, source
 # exponent; from a profile) and of an etch (neutral and ion rate, ion exponent; from two profiles); and how often the 95 %
-# intervals hold the hidden values, when the deposition's figures have errors of 0.5 %. By hand; takes minutes.
+# intervals hold the hidden values, when the deposition's figures have errors of 0.5 %; and how often they do where the only error
+# is the simulation's noise: fits with several seeds against ones of four times as many rays. By hand; takes minutes.
 #   fit_starts.sh BUILD_DIR SCRATCH [deposition|etch] [START, 1 to 5]...
 #   fit_starts.sh BUILD_DIR SCRATCH intervals [TRIALS, 20]
+#   fit_starts.sh BUILD_DIR SCRATCH noise [SEEDS, 20]
 set -euo pipefail
-[ $# -ge 2 ] || { sed -n '2,6s/^# //p' "$0" >&2; exit 2; }
+[ $# -ge 2 ] || { sed -n '2,8s/^# //p' "$0" >&2; exit 2; }
 program=$(cd "$1" && pwd)/sidewall scratch=$2 assets=$(cd "$(dirname "$0")/assets" && pwd)
+quick=$(cd "$(dirname "$0")/../configs/quick" && pwd)
 kinds=(deposition etch) starts=(1 2 3 4 5) trials=0
 [ $# -lt 3 ] || kinds=("$3")
 [ $# -lt 4 ] || starts=("${@:4}")
 if [ "${kinds[0]}" = intervals ]; then kinds=(deposition) starts=(5) trials=${4:-20}; fi
 mkdir -p "$scratch"
 cd "$scratch"
+
+if [ "${kinds[0]}" = noise ]; then
+    declare -A fits=(
+        [tutorial]="trench_deposition.toml --set step[0].duration=0.5 --vary step[0].sticking=0.02:1:log
+            --target step_coverage_bottom=0.55"
+        [teos]="teos_two_precursors.toml --vary step[0].precursors[0].sticking=0.01:0.5:log --target step_coverage_bottom=0.65"
+        [teos_rate]="teos_two_precursors.toml --vary step[0].precursors[0].sticking=0.01:0.5:log
+            --vary step[0].precursors[0].rate=0.1:0.4:log --target step_coverage_bottom=0.65 --target film_top=0.3
+            --target film_side=0.175"
+    )
+    seeds=${4:-20} bad=0
+    for kind in "${!fits[@]}"; do
+        for ((seed = 1; seed <= seeds + 6; ++seed)); do
+            rm -rf "$kind-$seed"
+            rays=()
+            [ $seed -le $seeds ] || rays=(--set flux.rays=400000)
+            read -r -d '' -a words <<<"${fits[$kind]}" || true
+            "$program" fit "$quick/${words[0]}" "${words[@]:1}" --set "flux.seed=$((1000 * seed))" "${rays[@]}" \
+                -o "$kind-$seed" --quiet
+        done
+        python3 - "$kind" "$seeds" <<'END' || bad=1
+import json, statistics, sys
+kind, seeds = sys.argv[1], int(sys.argv[2])
+fits = [json.load(open(f"{kind}-{seed}/fit.json"))["parameters"] for seed in range(1, seeds + 7)]
+good = True
+for key in fits[0]:
+    truth = statistics.mean(fit[key]["value"] for fit in fits[seeds:])
+    ends = [fit[key]["interval95"] for fit in fits[:seeds]]
+    held = sum(low is not None and low <= truth <= high for low, high in ends)
+    width = statistics.median(high - low for low, high in ends if low is not None)
+    good = good and held >= 0.9 * seeds
+    print(f"{kind}, {key}: {held} of {seeds} intervals, {width:.3g} wide, hold {truth:.5g}")
+sys.exit(not good)
+END
+    done
+    exit $bad
+fi
 
 cat >deposition.toml <<'END'
 [domain]

@@ -48,6 +48,7 @@ ends_whole() {
 for n in $(seq 1 8 281); do
     rm -rf out
     SIDEWALL_FAULT="kill $n" "$faults" "${run[@]}" >said.txt 2>&1
+    [ $? -eq 137 ] || fail "operation $n does not come: no kill"
     ends_whole "killed at operation $n"
 done
 echo "36 kills: $wrong wrong"

@@ -7,6 +7,7 @@
 #include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
 #include "app/common/threads.hpp"
+#include "app/process/estimate/blanket.hpp"
 #include "app/process/estimate/estimate.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -70,7 +71,13 @@ void print_estimate(const Recipe& recipe) {
     for (const std::string& methods : estimate.methods) fmt::print("#   fluxes     {}\n", methods);
     for (const std::string& note : estimate.short_of) fmt::print("#   fluxes     {}\n", note);
     fmt::print("#   memory     {}\n", memory_text(estimate.memory));
-    fmt::print("#   wall time  {}{}\n", most, duration_text(estimate.seconds));
+    fmt::print("#   wall time  {}{}, between {} and {}\n", most, duration_text(estimate.seconds),
+               duration_text(estimate.least_seconds), duration_text(estimate.most_seconds));
+    if (estimate.narrowest > 0.0)
+        fmt::print(
+            "#   openings   the narrowest in the cut {} is {:.4g} {} wide, {:.3g} cells; aspect ratio {:.3g}\n",
+            recipe.metrology.cut, estimate.narrowest, recipe.domain.length_unit,
+            estimate.narrowest / domain_of(recipe).spacing, estimate.aspect_ratio);
 }
 
 }  // namespace
@@ -78,7 +85,8 @@ void print_estimate(const Recipe& recipe) {
 void add_check_command(CLI::App& program) {
     CLI::App& command = add_command(
         program, "check",
-        "Parse and validate a recipe, print it with every default, and estimate what a run takes; write nothing");
+        "Parse and validate a recipe, print it with every default, the blanket rates of its steps, and an estimate of what a "
+        "run takes; write nothing");
     const auto options = add_recipe_options(command);
     const auto quick = std::make_shared<bool>(false);
     add_flag(
@@ -88,9 +96,9 @@ void add_check_command(CLI::App& program) {
     run_by(command, [options, quick] {
         const Recipe recipe = read_recipe(*options);
         const levelset::Domain domain = domain_of(recipe);
-        fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}", effective_recipe(recipe),
+        fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}{}", effective_recipe(recipe),
                    domain.cells[0], domain.cells[1], domain.spacing, recipe.domain.length_unit,
-                   coarser_text(recipe, domain), values_by_material(recipe));
+                   coarser_text(recipe, domain), values_by_material(recipe), blanket_table(recipe));
         if (*quick) return;
         std::fflush(stdout);
         require_memory(recipe, domain);

@@ -24,16 +24,17 @@ void add_compare_command(CLI::App& program) {
         program, "compare", "Run a recipe raw and with each way of simplification: run time against error");
     const auto recipe = add_recipe_options(command);
     const auto arguments = std::make_shared<CompareArguments>();
-    add_option(command, "-o,--output", arguments->output, "DIR",
-               "Folder for results (default: results/<recipe>-compare)");
+    add_option(
+        command, "-o,--output", arguments->output, "DIR",
+        "Folder for results (default: results/<recipe>-compare, with the changes of --set before -compare)");
     add_flag(command, "--overwrite", arguments->overwrite, "Replace other runs in the folder");
     add_option(command, "--json", arguments->json, "FILE",
                "Also write the comparison there; - for standard output");
     run_by(command, [recipe, arguments] {
         const Recipe parsed = read_recipe(*recipe);
-        const std::filesystem::path output = arguments->output.empty()
-                                                 ? default_output(recipe->file).concat("-compare")
-                                                 : std::filesystem::path(arguments->output);
+        const std::filesystem::path output =
+            arguments->output.empty() ? default_output(recipe->file, recipe->overrides).concat("-compare")
+                                      : std::filesystem::path(arguments->output);
         const bool quiet = arguments->json == "-";
         install_interrupt_handler();
         const Json comparison = compare_methods(parsed, output, quiet, arguments->overwrite);

@@ -7,25 +7,29 @@
 
 #include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
+#include "app/commands/wafer_choice.hpp"
+#include "app/common/console.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
 #include "app/devices/plane.hpp"
+#include "surface/cut.hpp"
 #include "surface/files/file.hpp"
+#include "surface/files/output_file.hpp"
 #include "surface/tetrahedra/tet_io.hpp"
 
 namespace sidewall::app {
 namespace {
 
 struct ExportArguments {
-    std::string input, output, json;
-    std::optional<double> time;
+    std::string input, output, json, cut = "y=0";
+    WaferChoice choice;
     bool triangles = false;
     DeviceOptions options;
 };
 
-enum class Kind { tetrahedra, surface, blocks };
+enum class Kind { tetrahedra, surface, blocks, profile };
 
 Kind kind_of(const ExportArguments& arguments) {
     const std::string extension = surface::lower_extension(arguments.output);
@@ -34,9 +38,12 @@ Kind kind_of(const ExportArguments& arguments) {
         kind = Kind::tetrahedra;
     else if (extension == ".vtm")
         kind = Kind::blocks;
+    else if (extension == ".csv")
+        kind = Kind::profile;
     else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
         throw RecipeError(fmt::format(
-            "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface) or .vtm (all surfaces)",
+            "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface), .vtm (all "
+            "surfaces) or .csv (a cut)",
             arguments.output));
     const DeviceOptions& options = arguments.options;
     if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas || arguments.triangles ||
@@ -70,9 +77,10 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
 }
 
 Result read_input(const ExportArguments& arguments) {
-    const auto saved = saved_surfaces(arguments.input);
-    if (arguments.time) return read_saved(arguments.input, saved_at(saved, *arguments.time));
-    return read_result(arguments.input);
+    if (!std::filesystem::is_directory(arguments.input))
+        saved_surfaces(arguments.input);  // says what it is not
+    if (const std::string note = unfinished_note(arguments.input); !note.empty()) print_warning(note);
+    return read_choice(arguments.input, arguments.choice);
 }
 
 double time_of(const Result& result) {
@@ -87,6 +95,7 @@ Json quality_json(const Device& device) {
     json["triangles"] = device.mesh.triangles.size();
     json["size"] = device.size;
     json["bottom"] = device.bottom;
+    if (device.drawn_out > 0.0) json["drawn_out"] = device.drawn_out;
     json["quality"] = {{"inverted", quality.inverted},
                        {"min_dihedral_deg", quality.least_dihedral_deg},
                        {"mean_min_dihedral_deg", quality.mean_least_dihedral_deg},
@@ -121,6 +130,8 @@ void print_device(const Json& json, const std::string& unit) {
         json["tetrahedra"].get<std::size_t>(), json["vertices"].get<std::size_t>(),
         number(json["quality"], "shortest_edge"), number(json["quality"], "longest_edge"), unit,
         number(json["quality"], "min_dihedral_deg"));
+    if (json.contains("drawn_out"))
+        fmt::print("  the profile is drawn out to {:.6g} {} along y\n", number(json, "drawn_out"), unit);
     for (const Json& region : json["regions"]) {
         const double volume = number(region, "volume"), exact = number(region, "volume_by_surfaces");
         const auto name = region["name"].get<std::string>();
@@ -221,6 +232,13 @@ Json export_blocks(const ExportArguments& arguments, const Result& result) {
     return json;
 }
 
+Json export_profile(const ExportArguments& arguments, const Result& result) {
+    const surface::Plane plane = surface::parse_plane(arguments.cut);
+    const std::vector<surface::Polyline> lines = surface::cut_by_plane(result.surface, plane);
+    surface::write_whole_file(arguments.output, surface::profile_csv(lines, plane));
+    return {{"cut", arguments.cut}, {"polylines", lines.size()}};
+}
+
 void run(const ExportArguments& arguments) {
     const Kind kind = kind_of(arguments);
     check_outputs(arguments, kind);
@@ -231,6 +249,8 @@ void run(const ExportArguments& arguments) {
         json = export_tetrahedra(arguments, result);
     } else if (kind == Kind::blocks) {
         json = export_blocks(arguments, result);
+    } else if (kind == Kind::profile) {
+        json = export_profile(arguments, result);
     } else {
         surface::write_mesh(arguments.output, result.surface, result.metadata);
         json = mesh_sizes(result.surface);
@@ -248,6 +268,8 @@ void run(const ExportArguments& arguments) {
         print_plane(json, length);
     else if (kind == Kind::tetrahedra)
         print_device(json, length);
+    else if (kind == Kind::profile)
+        fmt::print("  the cut {}: {} lines\n", arguments.cut, json["polylines"].get<std::size_t>());
     else
         fmt::print("  {}\n",
                    kind == Kind::blocks
@@ -266,10 +288,10 @@ void add_export_command(CLI::App& program) {
     add_option(
         command, "-o,--output", arguments->output, "FILE",
         "File to write: tetrahedra as .vtu (VTK) or .msh (Gmsh 2.2), the wafer's surface as .stl, .obj, .ply or "
-        ".vtp, or it and all interfaces as .vtm",
+        ".vtp, it and all interfaces as .vtm, or where --cut cuts it as .csv",
         {.required = true});
-    add_option(command, "--time", arguments->time, "T",
-               "The saved surface nearest to this process time, in the recipe's unit (default: the last)");
+    add_choice_options(command, arguments->choice);
+    add_option(command, "--cut", arguments->cut, "AXIS=VALUE", "Of a .csv: the plane (default: y=0)");
     add_option(
         command, "--size", arguments->options.size, "L",
         "Longest edge of tetrahedra at the surface and interfaces, in the recipe's length unit (default: 2 "

@@ -52,7 +52,9 @@ void add_fit_command(CLI::App& program) {
         "minima are found that miss the targets; crs: controlled random search first, which takes 100 runs and more; "
         "bobyqa: without slopes, for targets with kinks",
         {.one_of = {"auto", "gauss-newton", "bobyqa", "crs"}});
-    add_option(command, "--max-runs", fit.max_runs, "N", "Runs at most (default: 60)");
+    add_option(
+        command, "--max-runs", fit.max_runs, "N",
+        "Runs at most (default: 60); of these up to 6, a quarter at most, tell the noise that the intervals hold");
     add_option(
         command, "--jobs", fit.jobs, "J",
         "Runs at the same time (default: as many as threads); fewer where the memory does not hold them",

@@ -9,13 +9,14 @@
 
 #include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
+#include "app/commands/wafer_choice.hpp"
+#include "app/common/files.hpp"
 #include "app/common/text.hpp"
-#include "app/process/state.hpp"
+#include "app/process/record/saved_wafer.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
-#include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/quality.hpp"
@@ -181,15 +182,15 @@ void print_summary(const Json& summary) {
     if (summary.contains("timing") && summary["timing"].is_object()) print_timing(summary["timing"]);
 }
 
-/// Figures of a run's final wafer, whatever its recipe measures.
-Json measured(const Result& result, const std::string& input, const std::vector<std::string>& names) {
+/// Figures of a choice's wafer: those of the recipe, or others that are named.
+Json measured(const Result& result, const std::string& input, const WaferChoice& choice,
+              const std::vector<std::string>& names) {
     if (!result.folder)
         throw RecipeError(
             fmt::format("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input));
     const std::filesystem::path folder = input;
     Recipe recipe = load_frame(folder / "recipe.toml");
-    const RunState state = read_checkpoint(folder, recipe, "run the simulation again").state;
-    recipe.metrology.measures.clear();
+    if (!names.empty()) recipe.metrology.measures.clear();
     for (const std::string& name : names) {
         if (word_of(recipe, name) == "")
             throw RecipeError(
@@ -199,8 +200,9 @@ Json measured(const Result& result, const std::string& input, const std::vector<
         want_measure(recipe, name, "--measure");
     }
     Json json = Json::object();
-    const TriangleMesh surface = levelset::extract_surface(state.stack);
-    for (const Measure& measure : measure(recipe, state.stack, surface))
+    std::optional<SavedSurface> saved;
+    if (choice.named()) saved = saved_choice(folder, choice);
+    for (const Measure& measure : measure_saved(folder, recipe, saved, !names.empty()))
         json[measure.name] = {{"value", number_or_null(measure.value, 6)}, {"unit", measure.unit}};
     return json;
 }
@@ -214,10 +216,15 @@ void print_measures(const Json& measures) {
             measure["unit"].get<std::string>());
 }
 
-void inspect(const std::string& input, const std::string& json_file, const std::vector<std::string>& names) {
-    const Result result = read_result(input);
+void inspect(const std::string& input, const std::string& json_file, const WaferChoice& choice,
+             const std::vector<std::string>& names) {
+    const Result result = read_choice(input, choice);
+    const std::string unfinished = unfinished_note(input);
+    const bool has_wafer = result.folder && is_there(*result.folder / "checkpoint.vdb");
     Json json;
-    if (!names.empty()) json["measures"] = measured(result, input, names);
+    if (!names.empty() || ((choice.named() || !unfinished.empty()) && has_wafer))
+        json["measures"] = measured(result, input, choice, names);
+    if (result.folder) json["finished"] = unfinished.empty();
     json["file"] = result.source.string();
     json["surface"] = mesh_json(result.surface);
     json["surface"]["import"] = import_words(result.surface);
@@ -232,8 +239,7 @@ void inspect(const std::string& input, const std::string& json_file, const std::
     // Standard output belongs to the JSON alone if it goes there.
     if (json_file != "-") {
         if (result.summary) print_summary(*result.summary);
-        if (result.folder && !result.summary)
-            fmt::print("{}: no summary.json: the run has not ended\n", input);
+        if (!unfinished.empty()) fmt::print("{}\n", unfinished);
         print_mesh(result, json["surface"]);
         if (json.contains("measures")) print_measures(json["measures"]);
         std::fflush(stdout);
@@ -252,10 +258,12 @@ void add_inspect_command(CLI::App& program) {
     auto names = std::make_shared<std::vector<std::string>>();
     add_repeated(
         command, "--measure", *names, fmt::format("{{{}}}", fmt::join(measure_names(), ",")),
-        "Of a folder: measure this at the run's end, a word of [metrology] measures or a figure such as cd_SiO2_at_0.5; "
+        "Of a folder: measure this at the run's end, --step or --time, a word of [metrology] measures or a figure such as cd_SiO2_at_0.5; "
         "may be repeated");
     add_option(command, "--json", *json, "FILE", "Write the same as JSON; - for standard output");
-    run_by(command, [input, json, names] { about(*input, [&] { inspect(*input, *json, *names); }); });
+    auto choice = std::make_shared<WaferChoice>();
+    add_choice_options(command, *choice);
+    run_by(command, [=] { about(*input, [&] { inspect(*input, *json, *choice, *names); }); });
 }
 
 }  // namespace sidewall::app

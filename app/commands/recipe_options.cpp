@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+
 #include "app/commands/cli_options.hpp"
+#include "app/recipe/node_path.hpp"
 #include "app/recipe/notes.hpp"
 
 namespace sidewall::app {
@@ -10,8 +13,10 @@ namespace sidewall::app {
 std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
     auto options = std::make_shared<RecipeOptions>();
     add_option(command, "RECIPE", options->file, "FILE", "Recipe in TOML", {.required = true});
-    add_repeated(command, "--set", options->overrides, "KEY=VALUE",
-                 "Change a key before the recipe is checked, e.g. step[0].duration=2; may be repeated");
+    add_repeated(
+        command, "--set", options->overrides, "KEY=VALUE",
+        "Change a key before the recipe is checked, e.g. step[0].duration=2, or step.etch.duration=2 of the step named etch; "
+        "may be repeated");
     return options;
 }
 
@@ -21,8 +26,25 @@ Recipe read_recipe(const RecipeOptions& options) {
     return recipe;
 }
 
-std::filesystem::path default_output(const std::string& recipe_file) {
-    return std::filesystem::path("results") / std::filesystem::path(recipe_file).stem();
+std::filesystem::path default_output(const std::string& recipe_file,
+                                     const std::vector<std::string>& overrides) {
+    constexpr std::size_t kLongest = 100;
+    std::filesystem::path folder =
+        std::filesystem::path("results") / std::filesystem::path(recipe_file).stem();
+    std::string all, name;
+    for (const std::string& setting : overrides) {
+        all += setting + '\n';
+        name += ',';
+        for (const char c : setting)  // "step[0].duration=2" becomes step.0.duration=2
+            if (c == '[')
+                name += '.';
+            else if (c != ']')
+                name += key_character(c) || c == '.' || c == '=' || c == ',' || c == '+' ? c : '_';
+    }
+    const bool cut = name.size() > kLongest;
+    std::uint32_t sum = 2166136261U;  // FNV-1a, so that long names that begin alike differ
+    for (const char c : all) sum = (sum ^ static_cast<unsigned char>(c)) * 16777619U;
+    return folder.concat(cut ? fmt::format("{}-{:08x}", name.substr(0, kLongest), sum) : name);
 }
 
 }  // namespace sidewall::app

@@ -24,7 +24,9 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command);
 /// Reads the recipe with its changes; prints notes on it to standard error.
 Recipe read_recipe(const RecipeOptions& options);
 
-/// Folder of results without -o: results/<recipe's name>.
-std::filesystem::path default_output(const std::string& recipe_file);
+/// Folder of results without -o: results/<recipe's name>, then the changes that --set makes, each after a comma, so that
+/// trials of one recipe do not ask to be overwritten: results/trench,step.etch.duration=2.
+std::filesystem::path default_output(const std::string& recipe_file,
+                                     const std::vector<std::string>& overrides = {});
 
 }  // namespace sidewall::app

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
+#include "app/commands/wafer_choice.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/film_strip.hpp"
 #include "surface/error.hpp"
@@ -25,7 +26,7 @@ std::array<double, 2> parse_pair(const std::string& option, const std::string& t
 
 struct RenderArguments {
     std::string input, output, view, cut, size, range;
-    std::optional<double> time;
+    WaferChoice choice;
     std::optional<long long> frame;
     bool all = false;
     RenderOptions options;
@@ -65,18 +66,14 @@ RenderOptions parse(const RenderArguments& arguments) {
     return options;
 }
 
-/// Reads a mesh, or a folder's last surface or that of a time or number.
+/// Reads a mesh, or a folder's last wafer or that of a choice or number.
 Result read_input(const RenderArguments& arguments) {
     const std::filesystem::path input = arguments.input;
-    if (!arguments.time && !arguments.frame) {
-        Result result = read_result(input);
-        if (!result.folder) result.interfaces = interfaces_beside(input);
-        return result;
-    }
-    const auto saved = saved_surfaces(input);
-    Result result = read_saved(
-        input, arguments.time ? saved_at(saved, *arguments.time) : saved_number(saved, *arguments.frame));
-    fmt::print("{}\n", name_and_time(result));
+    Result result = arguments.frame ? read_saved(input, saved_number(saved_surfaces(input), *arguments.frame))
+                                    : read_choice(input, arguments.choice);
+    if (!result.folder) result.interfaces = interfaces_beside(input);
+    if (arguments.choice.named() || arguments.frame) fmt::print("{}\n", name_and_time(result));
+    if (const std::string note = unfinished_note(input); !note.empty()) fmt::print("{}\n", note);
     return result;
 }
 
@@ -94,13 +91,10 @@ void draw_one(const RenderArguments& arguments, RenderOptions options) {
 void run(const RenderArguments& arguments) {
     RenderOptions options = parse(arguments);
     const bool folder = std::filesystem::is_directory(arguments.input);
-    if (std::filesystem::exists(arguments.input) && !folder &&
-        (arguments.all || arguments.time || arguments.frame))
-        throw RecipeError(fmt::format(
-            "{}: {} chooses among the surfaces of a run: name the folder that `run` wrote", arguments.input,
-            arguments.all    ? "--all"
-            : arguments.time ? "--time"
-                             : "--frame"));
+    if (std::filesystem::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
+        throw RecipeError(
+            fmt::format("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
+                        arguments.input, arguments.all ? "--all" : "--frame"));
     if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {
@@ -123,18 +117,17 @@ void add_render_command(CLI::App& program) {
         {.required = true});
     add_option(command, "-o,--output", arguments->output, "FILE.png|DIR",
                "Picture to write; with --all the folder for them", {.required = true});
-    CLI::Option& time =
-        add_option(command, "--time", arguments->time, "T",
-                   "Of a folder: the saved surface nearest to this process time, in the recipe's unit; "
-                   "the one drawn is printed");
+    const auto [step, time] = add_choice_options(command, arguments->choice);
     CLI::Option& frame = add_option(command, "--frame", arguments->frame, "N",
                                     "Of a folder: surface_NNNN of this number, from 0");
     CLI::Option& all =
         add_flag(command, "--all", arguments->all,
                  "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
                  "range of colours, and strip.png with all of them");
-    exclude(time, frame);
-    exclude(time, all);
+    for (CLI::Option* other : {step, time}) {
+        exclude(*other, frame);
+        exclude(*other, all);
+    }
     exclude(frame, all);
     add_option(command, "--color", arguments->options.color, "NAME",
                "material, flux, rate, distance, height or any attribute (default: material if there)");

@@ -5,16 +5,19 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
+#include "app/commands/wafer_choice.hpp"
 #include "app/common/files.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
 
-void report(const std::string& folder, const std::string& output) {
+void report(const std::string& folder, const std::string& output, const WaferChoice& choice) {
     if (!output.ends_with(".html") && !output.ends_with(".htm"))
         throw RecipeError(fmt::format("-o {}: must end in .html", output));
-    const Report page = make_report(folder);
+    std::optional<SavedSurface> only;
+    if (choice.named()) only = saved_choice(folder, choice);
+    const Report page = make_report(folder, only);
     write_file(output, page.html);
     fmt::print("{}: page of a {}, {:.1f} MB", output, page.kind,
                static_cast<double>(page.html.size()) * 1e-6);
@@ -36,7 +39,9 @@ void add_report_command(CLI::App& program) {
         command, "-o,--output", *output, "FILE.html",
         "Page to write, at most 6 MB: surfaces are coarsened to fit in, by a bound that the page states",
         {.required = true});
-    run_by(command, [folder, output] { report(*folder, *output); });
+    auto choice = std::make_shared<WaferChoice>();
+    add_choice_options(command, *choice);
+    run_by(command, [folder, output, choice] { report(*folder, *output, *choice); });
 }
 
 }  // namespace sidewall::app

@@ -67,8 +67,9 @@ void add_run_command(CLI::App& program) {
         add_command(program, "run", "Run a recipe and write surfaces, profiles, timeline and summary");
     const auto recipe = add_recipe_options(command);
     const auto options = std::make_shared<RunOptions>();
-    add_option(command, "-o,--output", options->output, "DIR",
-               "Folder for results (default: results/<recipe>)");
+    add_option(
+        command, "-o,--output", options->output, "DIR",
+        "Folder for results (default: results/<recipe>; with --set results/<recipe>,KEY=VALUE, so that trials stand side by side)");
     CLI::Option& resume = add_flag(
         command, "--resume", options->resume,
         "Go on from the folder's checkpoint; also from a finished run's, with a longer last step or more steps");
@@ -88,7 +89,13 @@ void add_run_command(CLI::App& program) {
     run_by(command, [recipe, options, accuracy, json] {
         Recipe parsed = read_recipe(*recipe);
         const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
-        if (options->output.empty()) options->output = default_output(recipe->file);
+        if (options->output.empty()) {
+            options->output = default_output(recipe->file, recipe->overrides);
+            // A run is gone on with, changed, where it was.
+            std::error_code failure;
+            if (options->resume && !std::filesystem::exists(options->output, failure))
+                options->output = default_output(recipe->file);
+        }
         options->title = std::filesystem::path(recipe->file).stem().string();
         options->resume_command = resume_command();
         if (!options->quiet) options->warn = print_warning;

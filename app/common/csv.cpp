@@ -62,13 +62,20 @@ bool begins_as_number(std::string text) {
     return !rest.empty() && std::isdigit(static_cast<unsigned char>(rest[0])) != 0;
 }
 
-// A heading's name and the unit in brackets behind it.
+// A heading's name and the unit in brackets or a slash behind it.
 CsvColumn column_of(const std::string& heading) {
-    const std::size_t open = heading.find_first_of("[(");
+    const std::size_t open = heading.find_first_of("[("), slash = heading.find('/');
+    const auto part = [&](std::size_t from, std::size_t to) {
+        return std::string(trimmed(std::string_view(heading).substr(from, to - from)));
+    };
+    if (slash < open) {
+        const std::string unit = part(slash + 1, heading.size());
+        const bool bracketed = unit.starts_with('(') && unit.ends_with(')');
+        return {.name = part(0, slash), .unit = bracketed ? unit.substr(1, unit.size() - 2) : unit};
+    }
     if (open == std::string::npos) return {.name = heading};
     const std::size_t close = heading.find_first_of("])", open);
-    return {.name = std::string(trimmed(std::string_view(heading).substr(0, open))),
-            .unit = std::string(trimmed(std::string_view(heading).substr(open + 1, close - open - 1)))};
+    return {.name = part(0, open), .unit = part(open + 1, std::min(close, heading.size()))};
 }
 
 // What a table's numbers look like so far.

@@ -81,6 +81,20 @@ Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) 
     return box;
 }
 
+// A profile drawn out along y; other wafers as they are. \returns the width, 0 if it was left.
+double draw_out(Result& result, double spacing, const DeviceOptions& options) {
+    constexpr double kCell = 1.5, kEdges = 4.0;  // in grid spacings, more is no profile; in edges
+    const double wide = bounding_box(result.surface).size().y(),
+                 width = kEdges * options.size.value_or(kSize * spacing);
+    if (wide > kCell * spacing || !(width > wide) || !std::isfinite(width)) return 0.0;
+    const auto draw = [&](TriangleMesh& mesh) {
+        for (Vec3& vertex : mesh.vertices) vertex.y() *= width / wide;
+    };
+    draw(result.surface);
+    for (TriangleMesh& mesh : result.interfaces) draw(mesh);
+    return width;
+}
+
 // Memory of a tetrahedron while it is made, and the expected number.
 constexpr double kBytes = 400.0;
 
@@ -229,7 +243,9 @@ bool volumes_hold(const Device& device, double small) {
 
 }  // namespace
 
-Device make_device(const Result& result, double spacing, const DeviceOptions& options) {
+Device make_device(const Result& wafer, double spacing, const DeviceOptions& options) {
+    Result result = wafer;
+    const double drawn_out = draw_out(result, spacing, options);
     const RenderScene scene(result, {});
     if (!scene.solid())
         throw GeometryError(
@@ -263,6 +279,7 @@ Device make_device(const Result& result, double spacing, const DeviceOptions& op
         tets.tolerance *= kFiner * kFiner;
     }
     device.size = tets.size;
+    device.drawn_out = drawn_out;
     add_boundaries(device.mesh, tets.box, options.gas ? static_cast<int>(regions.names.size()) - 1 : -1);
     return device;
 }

@@ -24,9 +24,11 @@ struct Device {
     TetMesh mesh;
     std::vector<double> volume;  ///< by region, as the saved surfaces enclose it
     double size = 0.0, bottom = 0.0;
+    double drawn_out = 0.0;  ///< width along y of a profile's slab; 0 of a wafer that has its own
 };
 
-/// Meshes the wafer of a result. A region of more than a few cells whose volume differs from what the surfaces enclose by
+/// Meshes the wafer of a result. A profile, a cell wide along y, is drawn out to four edges, as no tetrahedron is longer than
+/// the slab is wide. A region of more than a few cells whose volume differs from what the surfaces enclose by
 /// nearly 0.5 % is meshed finer, up to two times.
 ///
 /// \param result   of a run, with its interfaces.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "app/common/console.hpp"
 #include "app/common/json.hpp"
 #include "app/process/simulation.hpp"
@@ -103,7 +105,44 @@ std::string compare_table(const Json& comparison) {
             fmt::format("distance {} [dx]", name + 10),
             [&](const Json& v) { return fmt::format("{:.4f}", v["final"][name].get<double>()); },
             fmt::format("{:.4f}", comparison["noise_floor"][name].get<double>()));
-    return header + text;
+    return header + text + compare_verdict(comparison) + "\n";
+}
+
+std::string compare_verdict(const Json& comparison) {
+    constexpr double kSame = 1.05;  // of times: what a busy machine changes
+    const auto number = [](const Json& variant, const char* pointer) {
+        return variant.at(Json::json_pointer(pointer)).get<double>();
+    };
+    const char* at_equal_error = "/flux_seconds_at_equal_error";
+    const Json& variants = comparison.at("variants");
+    const Json *raw = &variants.at(0), *best = nullptr;
+    for (const Json& v : variants)
+        if (&v != raw && (best == nullptr || number(v, at_equal_error) < number(*best, at_equal_error)))
+            best = &v;
+    if (best == nullptr || number(*raw, "/timing/trace") <= 0.0)
+        return "No flux was traced, so that simplification had nothing to save.";
+    const double before = number(*raw, at_equal_error), after = number(*best, at_equal_error),
+                 error = number(*raw, "/relative_error");
+    const bool paid = before > kSame * after, lost = after > kSame * before;
+    const double share = error > 0.0 ? std::pow(number(*best, "/relative_error") / error, 2) : 1.0;
+    return fmt::format(
+        "Simplification {}: for the flux {} {} takes {:.3g} s and the raw run {:.3g} s{}, because {:.0f} of {:.0f} "
+        "triangles are left, which need {:.3g} % of the rays, and simplifying takes {:.2g} s; with equal rays, as here, the "
+        "whole run takes {:.3g} s and the raw one {:.3g} s{}.",
+        paid   ? "paid"
+        : lost ? "did not pay"
+               : "made no difference",
+        error > 0.0 ? fmt::format("at an equal error of {:.2g} %", 100.0 * error) : "with equal rays",
+        best->at("method").get<std::string>(), after, before,
+        paid   ? fmt::format(", {:.1f} times as long", before / after)
+        : lost ? fmt::format(", {:.1f} times less", after / before)
+               : "",
+        number(*best, "/mesh/simplified/triangles"), number(*raw, "/mesh/simplified/triangles"),
+        100.0 * share, number(*best, "/timing/features") + number(*best, "/timing/simplify"),
+        number(*best, "/timing/total"), number(*raw, "/timing/total"),
+        paid && number(*best, "/timing/total") > number(*raw, "/timing/total")
+            ? ": there it gains accuracy, not time"
+            : "");
 }
 
 }  // namespace sidewall::app

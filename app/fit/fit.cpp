@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <set>
 
 #include "app/common/files.hpp"
@@ -206,11 +207,15 @@ Json plan_of(const Fit& fit) {
 
 // The point's runs, of several points that are asked for at once; false where values that are each right do
 // not fit together.
-bool add_point(Fit& fit, const BoxPoint& point) {
+// \param seeds  that the runs' seed is away from the recipe's.
+bool add_point(Fit& fit, const BoxPoint& point, std::int64_t seeds) {
     const RunValues values = values_of(fit, point);
     std::vector<Recipe> recipes;
     try {
-        for (const FitRecipe& part : fit.parts) recipes.push_back(recipe_of(part, values));
+        for (const FitRecipe& part : fit.parts) {
+            recipes.push_back(recipe_of(part, values));
+            recipes.back().flux.seed += seeds;
+        }
     } catch (const RecipeError& error) {
         fit.missing = error.what();
         return false;
@@ -250,11 +255,14 @@ Residuals residuals_at(Fit& fit, std::size_t point) {
     return all;
 }
 
-std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vector<BoxPoint>& points) {
+// \param repeats  the points are one, each with a seed of its own.
+std::vector<Residuals> evaluate(Fit& fit, ProgressBar& progress, const std::vector<BoxPoint>& points,
+                                bool repeats) {
     std::vector<std::optional<std::size_t>> added;
     std::vector<std::size_t> numbers;
+    std::int64_t seeds = 0;
     for (const BoxPoint& point : points) {
-        const bool good = add_point(fit, point);
+        const bool good = add_point(fit, point, repeats ? ++seeds : 0);
         added.push_back(good ? std::optional(fit.points.size() - 1) : std::nullopt);
         if (good)
             for (const FitRecipe& part : fit.parts) numbers.push_back(part.numbers.back());
@@ -291,7 +299,12 @@ FitSearch find(Fit& fit) {
     try {
         return search_least_squares(
             {.start = fit.start,
-             .evaluate = [&](const std::vector<BoxPoint>& points) { return evaluate(fit, progress, points); },
+             .evaluate =
+                 [&](const std::vector<BoxPoint>& points) { return evaluate(fit, progress, points, false); },
+             .repeat =
+                 [&](const BoxPoint& point, std::size_t count) {
+                     return evaluate(fit, progress, std::vector<BoxPoint>(count, point), true);
+                 },
              .max_runs = options.max_runs / fit.parts.size(),
              .known_errors = fit.parts.front().targets.known_errors,
              .profiles = profiles_of(fit)},

@@ -166,8 +166,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     std::vector<double> times{0.0, total};
     double end = 0.0;
     for (const Step& step : steps) {
-        if (step.stop_depth || step.stop_thickness || !step.stop_material.empty() || !step.stop.empty())
-            return;  // who knows when it ends
+        if (has_stop(step)) return;  // who knows when it ends
         times.push_back(end += step.duration);
     }
     const double every = recipe.output.every.value_or(0.0);

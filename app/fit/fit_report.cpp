@@ -9,6 +9,7 @@
 
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
+#include "app/fit/fit_errors.hpp"
 #include "app/fit/fit_search.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/schema/units.hpp"
@@ -26,22 +27,14 @@ double value_beyond(const Vary& vary, double place) {
                     : vary.low + (vary.high - vary.low) * place;
 }
 
-// The unit of a key, in those of its recipe.
-std::string unit_of(const std::vector<KeyDoc>& keys, const std::string& name, const Recipe& recipe) {
-    const auto key = std::ranges::find(keys, name, &KeyDoc::name);
-    if (key == keys.end()) return "";
-    return unit_text(key->unit, recipe.domain.length_unit, recipe.domain.time_unit);
-}
-
 Json parameters_json(const FitEnd& end) {
     Json parameters = Json::object();
-    const Recipe& recipe = end.recipes.front().best_recipe;
-    const std::vector<KeyDoc> keys = settable_keys(recipe);
     for (std::size_t k = 0; k < end.varied.size(); ++k) {
         const Vary& vary = end.varied[k];
         const auto i = static_cast<Eigen::Index>(k);
         const double place = end.found.best[i], half = end.found.half_interval[i];
-        Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of(keys, vary.key, recipe)}};
+        Json json{{"value", std::stod(value_at(vary, place))},
+                  {"unit", unit_of_key(end.recipes.front().best_recipe, vary.key)}};
         constexpr double kAtBound = 1e-6;
         const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
         // At a bound the residuals are not least in this key, and the linear model gives no interval.
@@ -68,29 +61,45 @@ Json correlation_json(const FitEnd& end) {
     return all;
 }
 
-void add_residuals(const FittedRecipe& fitted, Json& all) {
+// \param first  among all residuals, of the recipe's; gets that of the next recipe.
+void add_residuals(const FittedRecipe& fitted, const LeastSquaresResult& found, Eigen::Index& first,
+                   Json& all) {
+    constexpr int kFewDigits = 3;
     const std::string label = fitted.label.empty() ? "" : fitted.label + ":";
     const Json& metrology = fitted.best_run.summary["metrology"];
     const FitTargets& targets = fitted.targets;
-    for (const MeasureTarget& target : targets.measures)
-        all[label + target.name] = Json{{"asked", target.asked},
-                                        {"got", metrology[target.name]},
-                                        {"sigma", target.sigma ? Json(*target.sigma) : Json()},
-                                        {"unit", fitted.best_run.summary["metrology_units"][target.name]}};
+    const Eigen::VectorXd noise = noise_over_seeds(found);
+    for (const MeasureTarget& target : targets.measures) {
+        Json& json = all[label + target.name] =
+            Json{{"asked", target.asked},
+                 {"got", metrology[target.name]},
+                 {"sigma", target.sigma ? Json(*target.sigma) : Json()},
+                 {"unit", fitted.best_run.summary["metrology_units"][target.name]}};
+        const Eigen::Index i = first++;
+        if (noise.size() > 0) json["noise"] = number_or_null(noise[i] * scale_of(target), kFewDigits);
+        if (found.grid_steps.size() > 0 && found.grid_steps[i] > 0.0)
+            json["grid_step"] = number_or_null(found.grid_steps[i] * scale_of(target), kFewDigits);
+    }
     for (std::size_t k = 0; k < targets.profiles.size(); ++k) {
-        const auto found = profile_residual(targets, k, fitted.best_recipe, fitted.best_folder);
-        if (!found) continue;
-        const Eigen::VectorXd& d = found->distance.signed_distances;
-        all[label + targets.profiles[k].name] =
+        const auto count = static_cast<Eigen::Index>(targets.profiles[k].points.size());
+        const auto rms = [](const auto& d) { return d.norm() / std::sqrt(static_cast<double>(d.size())); };
+        first += count;
+        const auto best = profile_residual(targets, k, fitted.best_recipe, fitted.best_folder);
+        if (!best) continue;
+        const Eigen::VectorXd& d = best->distance.signed_distances;
+        Json& json = all[label + targets.profiles[k].name] =
             Json{{"asked", 0.0},  // distance, its root mean square
-                 {"got", number_or_null(d.norm() / std::sqrt(static_cast<double>(d.size())), kFitDigits)},
+                 {"got", number_or_null(rms(d), kFitDigits)},
                  {"sigma", targets.profile_sigma ? Json(*targets.profile_sigma) : Json()},
                  {"unit", fitted.best_recipe.domain.length_unit},
                  {"points", d.size()},
                  {"greatest", number_or_null(d.lpNorm<Eigen::Infinity>(), kFitDigits)},
                  {"offset",
-                  {number_or_null(found->distance.offset.x(), kFitDigits),
-                   number_or_null(found->distance.offset.y(), kFitDigits)}}};
+                  {number_or_null(best->distance.offset.x(), kFitDigits),
+                   number_or_null(best->distance.offset.y(), kFitDigits)}}};
+        if (noise.size() > 0)
+            json["noise"] = number_or_null(
+                rms(noise.segment(first - count, count)) * profile_scale(targets, k), kFewDigits);
     }
 }
 
@@ -122,7 +131,31 @@ std::string contour_rows(const char* name, const Contour& contour, double low, d
     return rows;
 }
 
+// The unit of a key or target, to stand behind its value; none without a dimension.
+std::string unit_behind(const Json& of) {
+    const std::string unit = of.contains("unit") && of["unit"].is_string() ? of["unit"] : "";
+    return unit.empty() || unit == "1" ? "" : " " + unit;
+}
+
+std::string unmet_targets(const Json& fit) {
+    if (fit.value("targets_met", true) || fit.value("status", "") == "max-runs") return "";
+    std::vector<std::string> at_bound;
+    for (const auto& [key, parameter] : fit["parameters"].items())
+        if (parameter.contains("at_bound")) at_bound.push_back(key);
+    const double misfit = fit["misfit"].is_number() ? fit["misfit"].get<double>() : 0.0;
+    const bool sigmas = fit["errors_from"] == "sigma";
+    return fmt::format("the targets are not met within the bounds: the best run misses them by {:.3g}{}{}",
+                       sigmas ? misfit : 100.0 * misfit, sigmas ? " sigmas" : " %",
+                       at_bound.empty() ? "" : fmt::format("; at its bound: {}", fmt::join(at_bound, ", ")));
+}
+
 }  // namespace
+
+std::string unit_of_key(const Recipe& recipe, const std::string& name) {
+    const std::vector<KeyDoc> keys = settable_keys(recipe);
+    const auto key = std::ranges::find(keys, name.substr(name.find(':') + 1), &KeyDoc::name);
+    return key == keys.end() ? "" : unit_text(key->unit, recipe.domain.length_unit, recipe.domain.time_unit);
+}
 
 Json fit_json(const FitEnd& end) {
     const LeastSquaresResult& found = end.found;
@@ -139,7 +172,9 @@ Json fit_json(const FitEnd& end) {
     json["parameters"] = parameters_json(end);
     json["correlation"] = correlation_json(end);
     json["residuals"] = Json::object();
-    for (const FittedRecipe& fitted : end.recipes) add_residuals(fitted, json["residuals"]);
+    Eigen::Index first = 0;
+    for (const FittedRecipe& fitted : end.recipes) add_residuals(fitted, found, first, json["residuals"]);
+    json["noise_runs"] = found.repeats.cols();
     json["errors_from"] = end.recipes.front().targets.known_errors ? "sigma"
                           : found.error_from_noise                 ? "simulation-noise"
                                                                    : "residuals";
@@ -173,54 +208,63 @@ std::string overlay_csv(const FittedRecipe& fitted, std::size_t profile) {
     return csv;
 }
 
-std::string unmet_targets(const Json& fit) {
-    if (fit.value("targets_met", true) || fit.value("status", "") == "max-runs") return "";
-    std::vector<std::string> at_bound;
-    for (const auto& [key, parameter] : fit["parameters"].items())
-        if (parameter.contains("at_bound")) at_bound.push_back(key);
-    const double misfit = fit["misfit"].is_number() ? fit["misfit"].get<double>() : 0.0;
-    const bool sigmas = fit["errors_from"] == "sigma";
-    return fmt::format("the targets are not met within the bounds: the best run misses them by {:.3g}{}{}",
-                       sigmas ? misfit : 100.0 * misfit, sigmas ? " sigmas" : " %",
-                       at_bound.empty() ? "" : fmt::format("; at its bound: {}", fmt::join(at_bound, ", ")));
+std::vector<std::string> fit_remarks(const Json& fit) {
+    std::vector<std::string> remarks;
+    if (fit.value("status", "") == "max-runs")
+        remarks.emplace_back(
+            "the runs did not suffice, these values are the best so far: go on with a greater --max-runs and "
+            "--resume");
+    if (const std::string unmet = unmet_targets(fit); !unmet.empty()) remarks.push_back(unmet);
+    if (fit.value("several_minima", false))
+        remarks.emplace_back("there are several minima, of which this is the lowest found");
+    for (const Json& keys : fit.value("not_identifiable", Json::array()))
+        remarks.push_back(fmt::format("the targets do not tell {}: {}",
+                                      fmt::join(keys.get<std::vector<std::string>>(), " from "),
+                                      keys.size() > 1 ? "only a combination of them; fix one, or add a target"
+                                                      : "it changes none of them by more than their errors"));
+    for (const auto& [name, target] : fit.at("residuals").items())
+        if (target.contains("grid_step"))
+            remarks.push_back(fmt::format(
+                "runs that should differ by up to {:.2g}{} have the same {} to the last digit: it goes by steps of the "
+                "grid, and the intervals hold one; a finer grid_spacing or another target tells more",
+                target["grid_step"].get<double>(), unit_behind(target), name));
+    return remarks;
+}
+
+std::string noise_remark(const Json& fit) {
+    const auto runs = fit.value("noise_runs", std::size_t{0});
+    return runs == 0
+               ? "the intervals lack the noise of the simulation: too few runs were left for other seeds"
+               : fmt::format(
+                     "the intervals hold the noise of the simulation, from {} more runs with other seeds at these values",
+                     runs);
 }
 
 std::string fit_table(const Json& fit) {
     const auto text = [](const Json& value) {
         return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("unknown");
     };
-    const auto unit = [](const Json& of) {
-        const std::string name = of.contains("unit") && of["unit"].is_string() ? of["unit"] : "";
-        return name.empty() ? name : " " + name;
-    };
-    const std::string status = fit["status"];
     const auto runs = fit["runs"].get<std::size_t>();
-    std::string table = fmt::format("{} after {} run{}\n", status, runs, runs == 1 ? "" : "s");
-    if (status == "max-runs")
-        table +=
-            "the runs did not suffice, these values are the best so far: go on with a greater --max-runs and "
-            "--resume\n";
-    if (const std::string unmet = unmet_targets(fit); !unmet.empty()) table += unmet + "\n";
-    if (fit.value("several_minima", false))
-        table += "there are several minima, of which this is the lowest found\n";
-    for (const Json& keys : fit["not_identifiable"])
-        table += fmt::format("the targets do not tell {}: {}\n",
-                             fmt::join(keys.get<std::vector<std::string>>(), " from "),
-                             keys.size() > 1 ? "only a combination of them; fix one, or add a target"
-                                             : "it changes none of them");
+    std::string table =
+        fmt::format("{} after {} run{}\n", fit["status"].get<std::string>(), runs, runs == 1 ? "" : "s");
+    for (const std::string& remark : fit_remarks(fit)) table += remark + "\n";
+    table += noise_remark(fit) + "\n";
     table += fmt::format("  {:<28} {:>12}   95 % interval\n", "key", "value");
     for (const auto& [key, parameter] : fit["parameters"].items())
         table += parameter.contains("at_bound")
                      ? fmt::format("  {:<28} {:>12}{}   -, at its bound\n", key, text(parameter["value"]),
-                                   unit(parameter))
+                                   unit_behind(parameter))
                      : fmt::format("  {:<28} {:>12}   {} to {}{}\n", key, text(parameter["value"]),
                                    text(parameter["interval95"][0]), text(parameter["interval95"][1]),
-                                   unit(parameter));
-    table += fmt::format("  {:<28} {:>12} {:>12} {:>12}\n", "target", "asked", "got", "sigma");
+                                   unit_behind(parameter));
+    const bool sigmas = fit["errors_from"] == "sigma";
+    table += fmt::format("  {:<28} {:>12} {:>12} {:>12}{}\n", "target", "asked", "got", "noise",
+                         sigmas ? fmt::format(" {:>12}", "sigma") : "");
     for (const auto& [name, target] : fit["residuals"].items())
         table +=
-            fmt::format("  {:<28} {:>12} {:>12} {:>12}{}\n", name, text(target["asked"]), text(target["got"]),
-                        target["sigma"].is_null() ? "" : text(target["sigma"]), unit(target));
+            fmt::format("  {:<28} {:>12} {:>12} {:>12}{}{}\n", name, text(target["asked"]),
+                        text(target["got"]), text(target.value("noise", Json())),
+                        sigmas ? fmt::format(" {:>12}", text(target["sigma"])) : "", unit_behind(target));
     return table;
 }
 

@@ -24,14 +24,21 @@ struct FitEnd {
     std::vector<FittedRecipe> recipes;
 };
 
+/// The unit of a varied key, with or without a recipe's label before it, in the recipe's own units; "" without a dimension.
+std::string unit_of_key(const Recipe& recipe, const std::string& name);
+
 /// The results that fit.json holds.
 Json fit_json(const FitEnd& end);
 
 /// The results in fit.json, as a text table.
 std::string fit_table(const Json& fit);
 
-/// A sentence saying by how much targets are missed within the bounds; empty if they are met or the runs did not suffice.
-std::string unmet_targets(const Json& fit);
+/// What there is to say about the results in fit.json, in sentences without a full stop: missed targets, other minima, keys and
+/// targets that tell nothing.
+std::vector<std::string> fit_remarks(const Json& fit);
+
+/// A sentence without a full stop: from how many runs the intervals know the simulation's noise.
+std::string noise_remark(const Json& fit);
 
 /// The measured profile \p profile and the contours of the best and the first run as comma separated values: the name of a
 /// line and a point on it; a point that is empty breaks the line.

@@ -9,6 +9,7 @@
 #include <nlopt.hpp>
 #include <stdexcept>
 
+#include "app/fit/fit_errors.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
@@ -93,7 +94,7 @@ double sum_of_squares(unsigned count, const double* x, double*, void* data) {
 
 // From the best point so far. False if it ended for want of runs.
 bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std::size_t population) {
-    constexpr double kTolerance = 0.001, kFirstStep = 0.2;  // in the unit box
+    constexpr double kFirstStep = 0.2;  // in the unit box
     constexpr std::size_t kMostRepeats = 10;
     SumOfSquares sum{.trials = trials, .most = trials.all().size() + runs};
     for (const FitTrial& trial : trials.all())
@@ -109,7 +110,7 @@ bool minimise(Trials& trials, nlopt::algorithm algorithm, std::size_t runs, std:
         nlopt::srand(1);
         search.set_population(static_cast<unsigned>(population));
     } else {
-        search.set_xtol_abs(kTolerance);
+        search.set_xtol_abs(kSearchTolerance);
         search.set_initial_step(kFirstStep);
     }
     try {
@@ -132,12 +133,19 @@ std::size_t fewest_at_random(Eigen::Index parameters) {
     return last_runs(parameters) + 4 * (static_cast<std::size_t>(parameters) + 1);
 }
 
+// Runs that are kept for the noise; a spread takes two.
+std::size_t count_repeats(const LeastSquares& problem) {
+    const std::size_t kept = std::min(kRepeats, problem.max_runs / 4);
+    return problem.repeat && kept > 1 ? kept : 0;
+}
+
 void require_runs_for_crs(const LeastSquares& problem) {
-    const std::size_t fewest = count_first(problem.start.size()) + fewest_at_random(problem.start.size());
-    if (problem.max_runs < fewest)
+    const std::size_t fewest = count_first(problem.start.size()) + fewest_at_random(problem.start.size()),
+                      repeats = count_repeats(problem);
+    if (problem.max_runs - repeats < fewest)
         throw RecipeError(
             fmt::format("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
-                        problem.start.size(), fewest, problem.max_runs));
+                        problem.start.size(), fewest + (problem.repeat ? kRepeats : 0), problem.max_runs));
 }
 
 // A random search by NLopt. False if too few runs are left for it.
@@ -192,21 +200,9 @@ FitSearch search_by_itself(Trials& trials, const LeastSquares& problem) {
     return search;
 }
 
-}  // namespace
-
-double misfit(const LeastSquaresResult& found) {
-    return found.residuals.norm() / std::sqrt(static_cast<double>(found.residuals.size()));
-}
-
-bool meets_targets(const LeastSquaresResult& found, bool known_errors) {
-    return misfit(found) <= (known_errors ? kMetSigmas : std::max(kMet, 3.0 * found.noise));
-}
-
-FitSearch search_least_squares(const LeastSquares& problem, const std::string& method) {
-    Trials trials(problem);
+FitSearch search_by(const std::string& method, Trials& trials, const LeastSquares& problem) {
     if (method == "auto") return search_by_itself(trials, problem);
     if (method == "gauss-newton") return {.found = trials.fit({}, {})};
-    if (method == "crs") require_runs_for_crs(problem);
     trials.evaluate(first_points(problem));
     // If no run has all targets, nothing is searched, and the fit throws.
     const bool any = std::isfinite(trials.best().cost());
@@ -223,6 +219,72 @@ FitSearch search_least_squares(const LeastSquares& problem, const std::string& m
     // those for the noise.
     found.converged = ended && (found.best - end).lpNorm<Eigen::Infinity>() < kBeside;
     return {.found = std::move(found)};
+}
+
+// Residuals that are equal to the last digit at points beside the optimum where the slopes, or other points,
+// say that they differ: by how much they should. Two points may be equal by chance within the noise, three
+// are not.
+VectorXd grid_steps(const Trials& trials, const LeastSquares& problem, const LeastSquaresResult& found) {
+    constexpr double kNearest = 0.002, kPart = 0.1, kVanishing = 1e-6, kNoises = 4.0;
+    std::vector<const FitTrial*> near;
+    VectorXd steps = VectorXd::Zero(found.residuals.size()), range = steps, noise = noise_over_seeds(found);
+    if (noise.size() == 0) noise.setConstant(steps.size(), found.noise);
+    for (const FitTrial& trial : trials.all()) {
+        if (!std::isfinite(trial.cost())) continue;
+        range = range.cwiseMax((*trial.residuals - found.residuals).cwiseAbs());
+        if ((trial.x - found.best).lpNorm<Eigen::Infinity>() <= kMostDifference) near.push_back(&trial);
+    }
+    // Distances of a profile's points that the process leaves alone are equal, too.
+    for (const ProfileResiduals& profile : problem.profiles)
+        range.segment(profile.first, static_cast<Eigen::Index>(profile.points.size())).setZero();
+    for (Eigen::Index i = 0; i < steps.size(); ++i)
+        for (const FitTrial* one : near) {
+            const double slope = found.slopes.row(i).norm();
+            double greatest = 0.0;
+            int equal = 0;
+            for (const FitTrial* other : near) {
+                const VectorXd between = one->x - other->x;
+                if (range[i] == 0.0 || (*one->residuals)[i] != (*other->residuals)[i] ||
+                    between.lpNorm<Eigen::Infinity>() < kNearest)
+                    continue;
+                const double change = std::abs(found.slopes.row(i).dot(between));
+                if (change < kPart * slope * between.norm() && slope >= kVanishing * range[i]) continue;
+                greatest = std::max({greatest, change, kVanishing * range[i]});
+                ++equal;
+            }
+            if (equal > 1 || greatest > kNoises * noise[i]) steps[i] = std::max(steps[i], greatest);
+        }
+    return steps;
+}
+
+}  // namespace
+
+double misfit(const LeastSquaresResult& found) {
+    return found.residuals.norm() / std::sqrt(static_cast<double>(found.residuals.size()));
+}
+
+bool meets_targets(const LeastSquaresResult& found, bool known_errors) {
+    return misfit(found) <= (known_errors ? kMetSigmas : std::max(kMet, 3.0 * found.noise));
+}
+
+FitSearch search_least_squares(const LeastSquares& problem, const std::string& method) {
+    if (method == "crs") require_runs_for_crs(problem);
+    LeastSquares searched = problem;
+    searched.max_runs -= count_repeats(problem);
+    Trials trials(searched);
+    FitSearch search = search_by(method, trials, searched);
+    LeastSquaresResult& found = search.found;
+    if (found.tested.cols() == 0) return search;
+    std::vector<VectorXd> repeats;
+    if (const std::size_t count = count_repeats(problem); count > 0)
+        for (Residuals& residuals : problem.repeat(found.best, count))
+            if (residuals && residuals->allFinite()) repeats.push_back(*std::move(residuals));
+    found.repeats.resize(found.residuals.size(), static_cast<Eigen::Index>(repeats.size()));
+    for (std::size_t k = 0; k < repeats.size(); ++k)
+        found.repeats.col(static_cast<Eigen::Index>(k)) = repeats[k];
+    found.grid_steps = grid_steps(trials, searched, found);
+    add_intervals(searched, found);
+    return search;
 }
 
 }  // namespace sidewall::app

@@ -17,6 +17,9 @@ struct FitSearch {
     bool several_minima = false;
 };
 
+/// Runs of a fit that only tell the simulation's noise.
+constexpr std::size_t kRepeats = 6;
+
 /// Searches the box by one of the ways that `sidewall fit --method` takes:
 /// - `gauss-newton`: fit_least_squares, quadratic models of every residual.
 /// - `bobyqa`: quadratic models of the sum of squares alone (M. J. D. Powell, Cambridge NA2009/06; NLopt's), from the best of
@@ -26,7 +29,8 @@ struct FitSearch {
 /// - `auto`: Gauss-Newton; where the targets are not met there, again from the first point farthest from where that ended; where
 ///   the two end at different minima, neither of which meets the targets, on as `crs` with the runs that are left.
 ///
-/// Errors are those of the linear model at the point found. NLopt's searches ask for one point at a time. Deterministic.
+/// At the end up to kRepeats runs at the point found, at most a quarter of all, have random numbers of their own: their spread is the
+/// noise that the searched points, which share theirs, do not show. Errors are those of the linear model there. NLopt's searches ask for one point at a time. Deterministic.
 /// \throws as fit_least_squares.
 FitSearch search_least_squares(const LeastSquares& problem, const std::string& method);
 

@@ -73,6 +73,15 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
     return targets;
 }
 
+double scale_of(const MeasureTarget& target) {
+    return target.sigma.value_or(target.asked != 0.0 ? std::abs(target.asked) : 1.0);
+}
+
+double profile_scale(const FitTargets& targets, std::size_t profile) {
+    return targets.profile_sigma.value_or(
+        std::max(bounds_of(targets.profiles[profile].points).sizes().maxCoeff(), 1e-300));
+}
+
 void want_targets(const FitTargets& targets, Recipe& recipe) {
     for (const MeasureTarget& target : targets.measures) want_measure(recipe, target.name, "--target");
 }
@@ -97,8 +106,7 @@ std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Rec
             missing = target.name;
             return std::nullopt;
         }
-        const double scale = target.sigma.value_or(target.asked != 0.0 ? std::abs(target.asked) : 1.0);
-        all.push_back((*got - target.asked) / scale);
+        all.push_back((*got - target.asked) / scale_of(target));
     }
     for (std::size_t k = 0; k < targets.profiles.size(); ++k) {
         const auto found = profile_residual(targets, k, recipe, folder);
@@ -106,9 +114,8 @@ std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Rec
             missing = targets.profiles[k].name;
             return std::nullopt;
         }
-        const double scale = targets.profile_sigma.value_or(
-            std::max(bounds_of(targets.profiles[k].points).sizes().maxCoeff(), 1e-300));
-        for (const double distance : found->distance.signed_distances) all.push_back(distance / scale);
+        for (const double distance : found->distance.signed_distances)
+            all.push_back(distance / profile_scale(targets, k));
     }
     return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }

@@ -17,6 +17,9 @@ struct MeasureTarget {
     std::optional<double> sigma;
 };
 
+/// The scale of a measure's residual: its standard deviation, or else the value asked for.
+double scale_of(const MeasureTarget& target);
+
 /// All targets of a recipe.
 struct FitTargets {
     std::vector<MeasureTarget> measures;
@@ -29,6 +32,9 @@ struct FitTargets {
 /// Reads the targets, and checks that runs of \p recipe measure them.
 /// \throws RecipeError, FileError naming the option or file.
 FitTargets read_targets(const FitOptions& options, const Recipe& recipe);
+
+/// The scale of the residuals of a profile's points: their standard deviation, or else the profile's extent.
+double profile_scale(const FitTargets& targets, std::size_t profile);
 
 /// Makes a recipe measure all targets.
 void want_targets(const FitTargets& targets, Recipe& recipe);
@@ -43,8 +49,7 @@ struct ProfileResidual {
 std::optional<ProfileResidual> profile_residual(const FitTargets& targets, std::size_t profile,
                                                 const Recipe& recipe, const std::filesystem::path& folder);
 
-/// Residuals of a finished run: of every measure (got - asked) and every profile's point its distance, over the standard
-/// deviation, or without these over the value asked for and the profile's extent.
+/// Residuals of a finished run: of every measure (got - asked), then of every profile's point its distance, over their scales.
 /// \param missing  gets the name of a target that the run does not have.
 /// \returns nothing if there is such a target.
 std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Recipe& recipe,

@@ -17,7 +17,6 @@ using Eigen::Index, Eigen::MatrixXd, Eigen::VectorXd;
 
 // Lengths in the unit box.
 constexpr double kFirstRadius = 0.2, kLastRadius = 0.05, kLeastRadius = 0.01, kMostRadius = 0.5;
-constexpr double kTolerance = 0.001;          // of a step
 constexpr double kProbe = 0.004;              // between points that show the noise
 constexpr double kErrorPart = 0.05;           // of the standard deviation: shorter steps are not worth a run
 constexpr double kCubic = 4.0;                // cubic coefficients over the typical slope
@@ -68,10 +67,10 @@ class Fitter {
         const Model model = regress();
         const Eigen::SelfAdjointEigenSolver<MatrixXd> axes(model.covariance);
         const Index tested = (axes.eigenvalues().array() < model.slope * model.slope).count();
-        add_intervals(problem_, model.coefficients.middleRows(1, parameters_).transpose(),
-                      tested == parameters_ ? MatrixXd::Identity(parameters_, parameters_)
-                                            : MatrixXd(axes.eigenvectors().leftCols(tested)),
-                      result);
+        result.slopes = model.coefficients.middleRows(1, parameters_).transpose();
+        result.tested = tested == parameters_ ? MatrixXd::Identity(parameters_, parameters_)
+                                              : MatrixXd(axes.eigenvectors().leftCols(tested));
+        add_intervals(problem_, result);
         return result;
     }
 
@@ -232,7 +231,7 @@ class Fitter {
             double gain = 0.0;
             const VectorXd step = best_step(model, radius, gain);
             const double length = step.lpNorm<Eigen::Infinity>();
-            if (length <= kTolerance || radius < kLeastRadius ||
+            if (length <= kSearchTolerance || radius < kLeastRadius ||
                 gain <= std::max(kErrorPart * kErrorPart * variance(), 1e-9 * model.slope * model.slope)) {
                 // A rough model has slopes of its own around every center.
                 const bool rough = spread_at < samples_.size() &&

@@ -26,7 +26,10 @@ struct LeastSquares {
     /// Residuals at several points, which may be found at the same time; as many of them at every point, each over
     /// its standard deviation or scale.
     std::function<std::vector<Residuals>(const std::vector<BoxPoint>&)> evaluate;
-    std::size_t max_runs = 60;    ///< points that may be evaluated, the known ones among them
+    /// Residuals at one point again, by as many runs as asked for, each with random numbers of its own; where a model has none,
+    /// no function.
+    std::function<std::vector<Residuals>(const BoxPoint&, std::size_t)> repeat;
+    std::size_t max_runs = 60;    ///< points that may be evaluated, the known ones and the repeats among them
     bool known_errors = false;    ///< residuals are in standard deviations; else that is estimated from them
     std::vector<FitTrial> known;  ///< evaluated before: the search goes on from the best of them
     std::optional<double> noise;  ///< as in the result, where it is known
@@ -39,6 +42,10 @@ struct LeastSquares {
 struct LeastSquaresResult {
     BoxPoint best;
     Eigen::VectorXd residuals;
+    Eigen::MatrixXd slopes;         ///< of the residuals at the best point, a column a parameter
+    Eigen::MatrixXd tested;         ///< orthonormal columns: directions along which points were evaluated
+    Eigen::MatrixXd repeats;        ///< residuals at the best point with other random numbers, a column a run
+    Eigen::VectorXd grid_steps;     ///< of residuals that go by steps; 0 for all others
     Eigen::MatrixXd covariance;     ///< of the parameters
     Eigen::VectorXd half_interval;  ///< of 95 %; hundreds where nothing bounds it
     double noise = 0.0;             ///< standard deviation of a residual from one nearby point to the next

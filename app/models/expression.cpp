@@ -40,6 +40,35 @@ bool any_name(std::string_view text, Use&& use) {
     return false;
 }
 
+// Where in the text: "character 7, \"G*(1 - t)\"", with what stands there.
+std::string place_in(std::string_view text, std::size_t at) {
+    constexpr std::size_t kShown = 24;
+    const std::string_view rest = text.substr(std::min(at - 1, text.size()));
+    if (rest.empty()) return fmt::format("character {}, its end", text.size());
+    return fmt::format("character {}, \"{}{}\"", at, rest.substr(0, kShown),
+                       rest.size() > kShown ? "..." : "");
+}
+
+bool is_blank(char c) {
+    return c == ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
+// muParser wants a function's bracket right behind its name: blanks between them move before the name, so
+// that all others keep their places.
+std::string with_brackets_close(std::string text, const std::vector<std::string>& functions) {
+    const std::string written = text;
+    any_name(written, [&](std::size_t begin, std::size_t end) {
+        std::size_t open = end;
+        while (open < written.size() && is_blank(written[open])) ++open;
+        const std::string name = written.substr(begin, end - begin);
+        if (open < written.size() && written[open] == '(' &&
+            std::find(functions.begin(), functions.end(), name) != functions.end())
+            text.replace(begin, open - begin, std::string(open - end, ' ') + name);
+        return false;
+    });
+    return text;
+}
+
 std::size_t position_of(std::string_view text, std::string_view name) {
     std::size_t at = 0;
     any_name(text, [&](std::size_t begin, std::size_t end) {
@@ -59,7 +88,7 @@ void refuse_assignment(std::string_view text) {
         }
         if (i > 0 && (text[i - 1] == '<' || text[i - 1] == '>' || text[i - 1] == '!')) continue;
         throw ExpressionError(
-            fmt::format("character {}: an expression sets nothing; compare with ==", i + 1));
+            fmt::format("{}: an expression sets nothing; compare with ==", place_in(text, i + 1)));
     }
 }
 
@@ -94,7 +123,7 @@ std::string reason(const mu::ParserError& error, const std::string& text,
         const std::size_t after = text.find_first_not_of(' ', at - 1 + name.size());
         const bool call = after != std::string::npos && text[after] == '(';
         const std::vector<std::string>& known = call ? functions : names;
-        return fmt::format("character {}: unknown {} {}{} {}: {}", at, call ? "function" : "name", name,
+        return fmt::format("{}: unknown {} {}{} {}: {}", place_in(text, at), call ? "function" : "name", name,
                            did_you_mean("; ", name, known, ";"), call ? "functions" : "it may use",
                            list_of(known));
     }
@@ -106,7 +135,7 @@ std::string reason(const mu::ParserError& error, const std::string& text,
         message[0] = static_cast<char>(message[0] - 'A' + 'a');
     const int at = error.GetPos();
     if (at < 0) return message;
-    return fmt::format("character {}: {}", std::min(static_cast<std::size_t>(at) + 1, text.size()), message);
+    return fmt::format("{}: {}", place_in(text, static_cast<std::size_t>(at) + 1), message);
 }
 
 }  // namespace
@@ -118,7 +147,8 @@ struct Expression::Shared {
         std::vector<double> values;
     };
 
-    std::string text;
+    std::string text;    // as written
+    std::string parsed;  // as muParser reads it
     std::vector<std::string> names;
     std::map<std::string, double> constants;
     Tables tables;
@@ -140,7 +170,7 @@ struct Expression::Shared {
             else
                 made->parser.DefineFunUserData(name, look_up_in_two, data, false);
         }
-        made->parser.SetExpr(text);
+        made->parser.SetExpr(parsed);
         return made;
     }
     Bound& local() {
@@ -159,6 +189,7 @@ Expression::Expression(const std::string& text, std::vector<std::string> variabl
     shared_->tables = std::move(tables);
     std::vector<std::string> functions = expression_functions();
     for (const auto& [name, table] : shared_->tables) functions.push_back(name);
+    shared_->parsed = with_brackets_close(text, functions);
     refuse_assignment(text);
     std::vector<std::string> known;
     for (const std::string& name : shared_->names)
@@ -210,8 +241,19 @@ const std::vector<std::string>& expression_functions() {
 
 bool names_variable(std::string_view text, std::string_view variable) {
     return any_name(text, [&](std::size_t begin, std::size_t end) {
-        return text.substr(begin, end - begin) == variable && (end == text.size() || text[end] != '(');
+        if (text.substr(begin, end - begin) != variable) return false;
+        while (end < text.size() && is_blank(text[end])) ++end;
+        return end == text.size() || text[end] != '(';
     });
+}
+
+std::set<std::string> names_in(std::string_view text) {
+    std::set<std::string> names;
+    any_name(text, [&](std::size_t begin, std::size_t end) {
+        names.emplace(text.substr(begin, end - begin));
+        return false;
+    });
+    return names;
 }
 
 bool is_identifier(std::string_view name) {

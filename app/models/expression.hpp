@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -50,6 +51,9 @@ const std::vector<std::string>& expression_functions();
 
 /// Whether \p text names \p variable, which is not a function of that name: "cos*F", not "cos(F)".
 bool names_variable(std::string_view text, std::string_view variable);
+
+/// All names in \p text, of functions too.
+std::set<std::string> names_in(std::string_view text);
 
 /// Whether \p name can be one: letters, digits and _, no digit first, at most 64.
 bool is_identifier(std::string_view name);

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -97,14 +98,29 @@ bool anywhere(const FormulaKeys& p, std::initializer_list<std::string_view> vari
 
 void read_parameters(const FormulaKeys& p, Names& names, std::set<std::string>& taken) {
     names.constants = {{"pi", std::numbers::pi}};
-    const Names numbers = names;
-    for (const auto& [name, text] : p.parameters.named) {
+    for (const auto& [name, text] : p.parameters.named) check_name("parameters." + name, name, taken);
+    constexpr std::size_t kMostInTurn = 200;
+    std::set<std::string> open;  // begun, but without a value yet
+    const auto read = [&](const auto& self, const std::string& name, const std::string& text) -> void {
+        if (names.constants.contains(name)) return;
         const std::string key = "parameters." + name;
-        check_name(key, name, taken);
-        const double value = read_expression(key, text, {}, numbers)({});
+        if (!open.insert(name).second)
+            throw KeyError(
+                key, fmt::format("needs its own value: {} name each other in a circle; give one of them "
+                                 "a number",
+                                 fmt::join(open, ", ")));
+        if (open.size() > kMostInTurn)
+            throw KeyError(key,
+                           fmt::format("leads over {} parameters in turn; give one a number", kMostInTurn));
+        for (const std::string& other : names_in(text))
+            if (const auto found = p.parameters.named.find(other); found != p.parameters.named.end())
+                self(self, other, found->second);
+        const double value = read_expression(key, text, {}, names)({});
         if (!std::isfinite(value)) throw KeyError(key, "must be a finite number");
         names.constants[name] = value;
-    }
+        open.erase(name);
+    };
+    for (const auto& [name, text] : p.parameters.named) read(read, name, text);
 }
 
 void read_tables(const FormulaKeys& p, const Units& units, Names& names, std::set<std::string>& taken) {
@@ -294,7 +310,7 @@ std::vector<Key> formula_keys(FormulaKeys& p) {
         {"rate", &p.rate, "length/time",
          "V: positive grows, negative etches; 0 for materials a table leaves out", required(kMaterial)},
         {"species", table_list(p.species, species_law_keys), "", "what is traced"},
-        {"parameters", &p.parameters, "", "numbers by name"},
+        {"parameters", &p.parameters, "", "numbers by name, or expressions of other parameters"},
         {"tables", table_list(p.tables, table_file_keys), "", "functions of one or two numbers from files"},
         {"coverages", &p.coverages, "",
          "in steady state with the fluxes: by name; those that name each other are solved together"},
@@ -318,7 +334,7 @@ std::vector<Key> formula_keys(FormulaKeys& p) {
 
 constexpr const char* kExample =
     R"TEXT(Expressions know + - * / ^, comparisons, && and ||, a ? b : c, and the functions abs acos acosh asin asinh atan atan2 atanh
-avg cos cosh exp ln log (natural) log10 log2 max min rint sign sin sinh sqrt sum tan tanh, written with no space before (.
+avg cos cosh exp ln log (natural) log10 log2 max min rint sign sin sinh sqrt sum tan tanh.
 They may name
   tables                   as functions of one or two of these: map(x, y), f(acos(cos))
   every species            its flux, 1 on an open flat wafer

@@ -65,10 +65,14 @@ ModelEntry fill() {
 
 ModelEntry strip() {
     return geometric_entry(
-        "strip", "takes away all of a material",
-        [](GeometricStep& p) { return std::vector<Key>{material_key(p, "what goes")}; },
+        "strip", "takes away all of a material, or of several",
+        [](GeometricStep& p) {
+            Rule rule = required(kMaterial);
+            rule.or_one = true;
+            return std::vector<Key>{{"material", &p.materials, "", "what goes", rule}};
+        },
         [](const GeometricStep& p, const Materials& materials, const Shape&, MaterialStack& stack) {
-            levelset::strip(stack, id_of(p, materials));
+            for (const std::string& name : p.materials) levelset::strip(stack, *material_id(materials, name));
         });
 }
 

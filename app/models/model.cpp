@@ -33,6 +33,12 @@ const std::vector<ModelEntry>& models() {
     return table;
 }
 
+Model still_model() {
+    Model still;
+    still.speed = [](const SurfacePoint&) { return 0.0; };
+    return still;
+}
+
 const ModelEntry* find_model(std::string_view name) {
     const auto found = std::find_if(models().begin(), models().end(),
                                     [&](const ModelEntry& model) { return model.name == name; });

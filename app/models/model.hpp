@@ -148,6 +148,9 @@ ModelEntry model_entry(std::string name, std::string doc, std::vector<Key> (*key
             }};
 }
 
+/// A model that does nothing.
+Model still_model();
+
 /// All models, in the order they are listed.
 const std::vector<ModelEntry>& models();
 

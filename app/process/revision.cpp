@@ -27,6 +27,8 @@ Step revised_as(Step step, const Step& other) {
     step.stop_thickness = other.stop_thickness;
     step.stop_material = other.stop_material;
     step.stop = other.stop;
+    step.over_etch = other.over_etch;
+    step.over_etch_time = other.over_etch_time;
     if (step.model != other.model) return step;
     Step revised = step;
     revised.parameters = other.parameters;
@@ -49,6 +51,8 @@ Step as_long_as(Step step, const Step& other) {
     step.stop_depth = other.stop_depth;
     step.stop_thickness = other.stop_thickness;
     step.stop = other.stop;
+    step.over_etch = other.over_etch;
+    step.over_etch_time = other.over_etch_time;
     return step;
 }
 
@@ -76,6 +80,8 @@ void refuse_shorter(const std::string& where, const Recipe& recipe, const Step& 
     if (comes_earlier(now.stop_thickness, there.stop_thickness))
         shorter.emplace_back("an earlier stop_thickness");
     if (stops_earlier(recipe, now, there)) shorter.emplace_back("an earlier stop, or one at another figure");
+    if (now.over_etch < there.over_etch) shorter.emplace_back("a shorter over_etch");
+    if (now.over_etch_time < there.over_etch_time) shorter.emplace_back("a shorter over_etch_time");
     refuse_differences(where, shorter);
 }
 
@@ -135,7 +141,11 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * state.process_time();
     refuse_shorter(where, recipe, now[last], there[last], state.since(state.starts[last]), rounding);
     const bool longer = !differences(now[last], there[last]).empty();
+    if (longer && (now[last].stop != there[last].stop || now[last].stop_depth != there[last].stop_depth ||
+                   now[last].stop_thickness != there[last].stop_thickness))
+        state.endpoint.time.reset();  // the later condition is still to come
     if (!finished || !longer) return;
+    state.end_row.clear();
     state.step = last;
     // Not later than the time, from which a start that is known to its rounding alone may differ.
     state.step_start =

@@ -9,11 +9,14 @@
 #include <set>
 
 #include "app/common/progress.hpp"
+#include "app/models/geometric_steps.hpp"
 #include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/rates.hpp"
 #include "app/process/arriving/trace.hpp"
 #include "app/process/arriving/traced_mesh.hpp"
+#include "app/process/caller_law.hpp"
+#include "app/process/endpoint.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/events.hpp"
 #include "app/process/record/run_folder.hpp"
@@ -22,6 +25,7 @@
 #include "app/process/wafer.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
+#include "app/results/scallops.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/remaining_volume.hpp"
 #include "levelset/meshes/extract.hpp"
@@ -30,8 +34,6 @@
 
 namespace sidewall::app {
 namespace {
-
-constexpr const char* kDuration = "duration";  // what ends a step that nothing stops
 
 // Process time behind the state, for progress: a step that a condition stopped counts as whole.
 double time_done(const std::vector<Step>& steps, const RunState& state) {
@@ -78,43 +80,45 @@ void report_events(const Run& run, const TracedSurface& surface, RunState& state
     report_events(run, surface.raw, surface.pieces, step, state);
 }
 
-// Accounts for what the step has added and removed, and forgets layers of which it left nothing.
-void close_step(const char* stopped_by, RunState& state) {
+// Measures the wafer at the step's end, accounts for what the step has added and removed, and forgets layers
+// of which it left nothing.
+void close_step(const Run& run, const Step& step, const TriangleMesh& surface, RunState& state) {
     const PhaseClock clock(state.timing.output);
-    end_step(state.stack, state.step, {state.time - state.step_start, stopped_by}, state.history);
+    StepEnd end = end_of(run.recipe, step, state, surface);
+    if (const std::string line = end_line(run.recipe, step, end); !line.empty()) run.progress.line(line);
+    run.folder.record_end(state, step, surface, end.measures);
+    const GeometricStep* geometric = geometric_step(step.parameters);
+    const std::optional<int> grown =
+        geometric ? material_id(run.recipe.materials, geometric->material) : step.built->deposit;
+    // Of a caller's own law nothing is known.
+    const auto may_grow = [&](int material) { return run.options.speeds || grown == material; };
+    end_step(state.stack, state.step, std::move(end), may_grow, state.history);
     if (levelset::drop_spent_layers(state.stack, state.history.layer_volumes))
         note_layers(state.stack, state.history);
 }
 
-// False if the step is not a geometric one.
-bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
-    if (!reshape(run.recipe, step, state.stack)) return false;
-    const TriangleMesh surface = levelset::extract_surface(state.stack);
-    report_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
-    close_step(kDuration, state);
-    return true;
+// The step that has just ended; empty within a step.
+std::string ended_step(const Run& run, const RunState& state) {
+    return state.begins_step() && state.step > 0 ? run.steps[state.step - 1].name : "";
 }
 
-// The step's model, with the caller's law for its speed if there is one.
-Model model_of(const Run& run, const Step& step) {
-    Model model = *step.built;
-    if (!run.options.speeds) return model;
-    if (model.depends_on_normal)
-        throw RecipeError(fmt::format(
-            "{}: step {}: no other law can stand for a speed that turns with the normal, as that of {}",
-            run.recipe.file, step.name, step.model));
-    Model plain = model;
-    model.speeds = [speeds = run.options.speeds, step, plain](std::span<const SurfacePoint> points) {
-        return speeds(step, plain, points);
-    };
-    model.hints.inert.clear();  // which is the model's own speed's
-    model.hints.beam_speed = nullptr;
-    return model;
+// False if the step is not a geometric one. The wafer before it is saved where every step's is.
+bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
+    if (step.built) return false;
+    if (state.step > 0 && !run.recipe.output.every && run.folder.due(state))
+        run.folder.save(state, still_model(), extract(state.stack, 0.0, state.timing),
+                        ended_step(run, state));
+    run.warn(strip_warning(run.recipe, step, state.step + 1, state.stack));
+    reshape(run.recipe, step, state.stack);
+    const TriangleMesh surface = levelset::extract_surface(state.stack);
+    report_events(run, surface, levelset::surface_pieces(surface, state.stack.domain), state.step, state);
+    close_step(run, step, surface, state);
+    return true;
 }
 
 Model begin_step(const Run& run, const Step& step, RunState& state) {
     require_values(run.recipe, step, state.stack);
-    Model model = model_of(run, step);
+    Model model = model_with_law(run.recipe, run.options.speeds, step);
     if (model.deposit) levelset::begin_film(state.stack, *model.deposit);
     state.begin_step(step.duration);
     return model;
@@ -218,24 +222,31 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
     run.update(state, fmt::format("step {}/{} {}", state.step + 1, run.steps.size(), step.name));
     run.count_seconds(state.timing);
     flux::of_first(run.options.shares, 0);  // agrees on whether to stop
-    const bool last = state.step + 1 == run.steps.size() && state.reached(state.step_start + step.duration);
+    const bool last = state.step + 1 == run.steps.size() && state.reached(step_end(step, state));
     if (run.options.stop() && !last) throw Interrupted("");
 }
 
 // One time step: extract, simplify, trace, react, rates, advect, record.
-// \returns the stop condition that holds, and nothing is done; null if the time step was made.
-const char* make_time_step(const Run& run, const Step& step, const Model& model, RunState& state) {
+// \returns false if the step ends by its stop condition, and nothing is done.
+bool make_time_step(const Run& run, const Step& step, const Model& model, RunState& state) {
     const Recipe& recipe = run.recipe;
     // Extract, simplify, trace.
     const auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
     report_events(run, *surface, state);
-    const auto [to_stop, key] = distance_to_stop(recipe, step, state.stack, surface->raw);
-    if (state.begins_step()) run.warn(stop_warning(step, state.step + 1, to_stop));
-    if (to_stop == 0.0) return key;
-    if (run.folder.due(state)) {
-        run.folder.save(state, model, *surface);
+    if (state.begins_step()) note_masks(recipe, step, model, *surface, state);
+    auto [to_stop, key] = distance_to_stop(recipe, step, state, surface->raw);
+    if (state.begins_step() && !state.endpoint.time)
+        run.warn(stop_warning(recipe, step, state.step + 1, to_stop));
+    if (to_stop == 0.0) {
+        note_endpoint(recipe, step, key, surface->raw, state);
+        to_stop = StopDistance().left;
+    }
+    const bool ends = state.reached(step_end(step, state));
+    if (run.folder.due(state) && (!ends || state.begins_step())) {
+        run.folder.save(state, model, *surface, ended_step(run, state));
         run.folder.checkpoint(state);
     }
+    if (ends) return false;
     // Rates.
     levelset::Motion motion =
         surface_motion(model, state.stack, *surface, state.timing, state.chooses_columns());
@@ -258,7 +269,7 @@ const char* make_time_step(const Run& run, const Step& step, const Model& model,
     if (fresh) state.carried = std::move(*fresh);
     advance(recipe, model, motions, next, state);
     end_time_step(run, step, state);
-    return nullptr;
+    return true;
 }
 
 // The time loop.
@@ -267,22 +278,18 @@ void make_steps(const Run& run, RunState& state) {
         const Step& step = run.steps[state.step];
         if (reshape_at_once(run, step, state)) continue;
         const Model model = begin_step(run, step, state);
-        const char* stopped_by = nullptr;
-        while (stopped_by == nullptr && !state.reached(state.step_start + step.duration))
-            stopped_by = make_time_step(run, step, model, state);
-        if (stopped_by == nullptr)
+        while (!state.reached(step_end(step, state)) && make_time_step(run, step, model, state)) continue;
+        if (!state.endpoint.time)
             run.warn(missing_figure_warning(run.recipe, step, state.step + 1, state.stack));
-        close_step(stopped_by == nullptr ? kDuration : stopped_by, state);
+        close_step(run, step, levelset::extract_surface(state.stack), state);
     }
 }
 
 // The model whose fluxes a further time step would be made with; one that does nothing if no step takes time.
 Model last_model(const Run& run) {
     for (auto step = run.steps.rbegin(); step != run.steps.rend(); ++step)
-        if (step->built) return model_of(run, *step);
-    Model still;
-    still.speed = [](const SurfacePoint&) { return 0.0; };
-    return still;
+        if (step->built) return model_with_law(run.recipe, run.options.speeds, *step);
+    return still_model();
 }
 
 // Saves the final surface, with the fluxes that the last model would go on with, and the summary. The
@@ -294,9 +301,10 @@ RunResult finish(const Run& run, RunState& state) {
         trace_surface(run.recipe, model, state.stack, state.carried,
                       request_of(run, state.time_step, false, state), state.timing));
     report_events(run, *surface, state);
-    run.folder.save(state, model, *surface);
+    run.folder.save(state, model, *surface, ended_step(run, state));
     run.count_seconds(state.timing);
     RunResult result{surface->raw, state.timing, run.folder.finish(state, run.steps, *surface)};
+    run.warn(scallop_note(run.recipe, result.summary["metrology"]));
     if (run.options.observe && !run.steps.empty())
         run.options.observe({run.steps.back(), model, state, surface, 0.0, &result.summary});
     return result;

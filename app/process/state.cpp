@@ -47,6 +47,7 @@ void check(const RunState& state, std::size_t materials) {
 void RunState::begin_step(double duration) {
     // Time steps may be 1e7 times shorter than the step, and must be longer than the rounding of the time.
     constexpr double kShort = 1e-6;
+    if (begins_step()) endpoint = {};
     if (!begins_step() || !(duration > 0.0) || !(duration < kShort * process_time())) return;
     epoch = process_time();
     step_start = time = 0.0;
@@ -146,10 +147,18 @@ RunState state_from_json(const Json& json) {
     json.at("time_step").get_to(state.time_step);
     json.at("saved").get_to(state.saved);
     json.at("rows").get_to(state.rows);
+    state.end_row = json.value("end_row", "");
     state.timeline = json.value("timeline", "");  // since version 0.3
     state.manifest = json.value("manifest", "");
     json.at("time_steps").get_to(state.time_steps);
     state.carried = surface_field_from_json(json.at("coverage"));
+    if (json.contains("endpoint")) {  // since version 0.3
+        const Json& endpoint = json["endpoint"];
+        endpoint.at("masks").get_to(state.endpoint.masks);
+        if (!endpoint.at("time").is_null()) state.endpoint.time = endpoint["time"].get<double>();
+        endpoint.at("key").get_to(state.endpoint.key);
+        if (!endpoint.at("bare").is_null()) state.endpoint.bare = endpoint["bare"].get<double>();
+    }
     json.at("reuse").at("left").get_to(state.reuse.left);
     json.at("reuse").at("since").get_to(state.reuse.since);
     if (json.contains("methods"))  // of earlier versions none
@@ -159,8 +168,8 @@ RunState state_from_json(const Json& json) {
                                      method.at("reason").get<std::string>(), method.value("target", 0.0),
                                      method.value("rays", 0.0)});  // later keys
     for (const Json& file : json.at("files"))
-        state.files.push_back(
-            {file.at("time").get<double>(), file.at("part").get<int>(), file.at("file").get<std::string>()});
+        state.files.push_back({file.at("time").get<double>(), file.at("part").get<int>(),
+                               file.at("file").get<std::string>(), file.value("after", "")});
     for (const Json& stack : json.at("stacks"))
         state.stacks.push_back({stack.at("time").get<double>(), stack.at("step").get<std::size_t>(),
                                 stack.at("materials").get<std::vector<int>>()});
@@ -215,7 +224,8 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
     for (const InputFile& file : state.inputs)
         inputs.push_back(Json{{"path", file.path}, {"digest", file.digest}});
     for (const SavedFile& file : state.files)
-        files.push_back(Json{{"time", file.time}, {"part", file.part}, {"file", file.name}});
+        files.push_back(
+            Json{{"time", file.time}, {"part", file.part}, {"file", file.name}, {"after", file.after}});
     for (const SavedStack& stack : state.stacks)
         stacks.push_back(Json{{"time", stack.time}, {"step", stack.step}, {"materials", stack.materials}});
     for (const SpeciesMethod& method : state.methods)
@@ -235,10 +245,16 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"time_step", state.time_step},
                     {"saved", state.saved},
                     {"rows", state.rows},
+                    {"end_row", state.end_row},
                     {"timeline", state.timeline},
                     {"manifest", state.manifest},
                     {"time_steps", state.time_steps},
                     {"coverage", to_json(state.carried)},
+                    {"endpoint",
+                     {{"masks", state.endpoint.masks},
+                      {"time", state.endpoint.time ? Json(*state.endpoint.time) : Json()},
+                      {"key", state.endpoint.key},
+                      {"bare", state.endpoint.bare ? Json(*state.endpoint.bare) : Json()}}},
                     {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},
                     {"methods", methods},
                     {"files", files},

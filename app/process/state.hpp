@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct SavedFile {
     double time = 0.0;
     int part = 0;  ///< counts the files of that time
     std::string name;
+    std::string after;  ///< the step at whose end the wafer was so; empty: during a step
 };
 
 /// The wafer as a saved surface and its interfaces show it.
@@ -32,6 +34,14 @@ struct InputFile {
     std::string digest;  ///< of its bytes
 };
 
+/// What the step at hand knows of its endpoint.
+struct RunEndpoint {
+    std::vector<int> masks;      ///< materials that leave the openings of a step that stops at a material
+    std::optional<double> time;  ///< since RunState::epoch, when a stop condition held
+    std::string key;             ///< of that condition
+    std::optional<double> bare;  ///< share of the floor that was bare then (process/endpoint.hpp)
+};
+
 /// Everything a run carries from one time step to the next; a checkpoint holds it all.
 struct RunState {
     levelset::MaterialStack stack;
@@ -39,16 +49,19 @@ struct RunState {
     /// Process time from which step_start and time count: 0, but set anew by a step too short to be resolved in
     /// the process time before it (begin_step).
     double epoch = 0.0;
-    double step_start = 0.0;         ///< since the epoch, when the step at hand began
-    double time = 0.0;               ///< since the epoch
-    std::vector<double> starts;      ///< process times at which the steps so far began
-    std::uint32_t time_step = 0;     ///< over the whole run
-    std::size_t saved = 0;           ///< surfaces written
-    std::size_t rows = 0;            ///< of the timeline
-    std::string timeline, manifest;  ///< digests of the two files; empty in earlier versions' checkpoints
+    double step_start = 0.0;      ///< since the epoch, when the step at hand began
+    double time = 0.0;            ///< since the epoch
+    std::vector<double> starts;   ///< process times at which the steps so far began
+    std::uint32_t time_step = 0;  ///< over the whole run
+    std::size_t saved = 0;        ///< surfaces written
+    std::size_t rows = 0;         ///< of the timeline, less its last one if that is end_row
+    std::string end_row;          ///< of the step that has just ended: a longer recipe may extend that step
+    std::string timeline,
+        manifest;  ///< digests, of the timeline up to rows; empty in earlier versions' checkpoints
     std::vector<std::size_t> time_steps;  ///< taken in each step of the recipe
     SurfaceField carried;                 ///< what the last trace left on the surface
     FluxReuse reuse;                      ///< of its fluxes
+    RunEndpoint endpoint;                 ///< of the step at hand, or the last that took time
     std::vector<SpeciesMethod> methods;   ///< of the step at hand's species; empty before its first trace
     std::vector<SavedFile> files;         ///< what surface.pvd lists
     std::vector<SavedStack> stacks;       ///< of the surfaces written
@@ -63,13 +76,15 @@ struct RunState {
     bool reached(double stop) const { return time >= stop; }
     /// No time step has been made yet of the step at hand.
     bool begins_step() const { return time == step_start; }
-    /// The surface of this time is saved.
-    bool is_saved() const { return !files.empty() && files.back().time == process_time(); }
+    /// The wafer that the step at hand has now is saved.
+    bool is_saved() const {
+        return !stacks.empty() && stacks.back().time == process_time() && stacks.back().step == step;
+    }
     /// Time since the epoch at which the next of the surfaces saved every so often is due.
     double next_save(double every) const { return static_cast<double>(saved) * every - epoch; }
     /// The time step at hand ends with a choice of all levels' columns.
     bool chooses_columns() const;
-    /// Prepares the first time step of a step of the recipe that lasts so long: a step under a millionth of the
+    /// Prepares the first time step of a step of the recipe that lasts so long, which has no endpoint yet: a step under a millionth of the
     /// process time before it counts from its own start, where that time would not resolve its time steps.
     void begin_step(double duration);
     /// Ends a time step of \p dt, which the caller cut so that it cannot pass \p stop: the last one lands on

@@ -6,11 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "app/process/endpoint.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/flat.hpp"
 #include "app/results/figure_values.hpp"
-#include "levelset/layers/layer_depths.hpp"
-#include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/ray_scene.hpp"
 
@@ -26,30 +25,6 @@ double lowest(const TriangleMesh& surface) {
     return z;
 }
 
-// The least thickness that lies on a material; 0 where it is bare.
-double cover(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material) {
-    std::vector<levelset::LayerDepths> depths;  // by level
-    for (const levelset::MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
-        depths.emplace_back(*level);
-    std::vector<float> depth(stack.layers.size() - 1);
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-        const Vec3 centroid = triangle_centroid(surface, t);
-        const levelset::MaterialStack& here_counts = levelset::level_at(stack, centroid);
-        const auto coarser =
-            static_cast<std::size_t>(levelset::level_count(stack) - levelset::level_count(here_counts));
-        const double touching = levelset::thinnest_film(here_counts.domain);
-        depths[coarser].at(here_counts.domain.to_index(centroid), depth);
-        for (std::size_t k = 0; k < stack.layers.size(); ++k) {
-            const double here = k < depth.size() ? static_cast<double>(depth[k]) : 0.0;
-            if (stack.layers[k].material == material)
-                least = std::min(least, here <= touching ? 0.0 : here - 0.5 * touching);
-            if (here <= touching) break;  // this layer is bare, those above end here
-        }
-    }
-    return least;
-}
-
 double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surface) {
     if (stack.layers.size() < 2) return 0.0;
     const TriangleMesh below = levelset::extract_surface(stack, stack.layers.size() - 2);
@@ -60,13 +35,23 @@ double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surfac
     return most;
 }
 
+// The least distance that the front may move before a material is bare, or no longer bare, of a share of the
+// floor.
+double way_to_bare(const StopRule& rule, const RunState& state, const TriangleMesh& surface) {
+    const BareFloor floor = bare_floor(state.stack, surface, rule.bare, state.endpoint.masks, rule.value);
+    if (rule.above) return floor.share > rule.value ? 0.0 : floor.left;
+    return floor.share < rule.value && std::isfinite(floor.left) ? 0.0
+                                                                 : std::numeric_limits<double>::infinity();
+}
+
 // The least distance that the front may move before the figure is beyond the value.
 double way_to(const StopRule& rule, const Recipe& recipe, const levelset::MaterialStack& stack,
               const TriangleMesh& surface) {
     const Measure now = measure_named(recipe, rule.figure, stack, surface);
     const double left = rule.above ? rule.value - now.value : now.value - rule.value;
     if (!std::isfinite(left)) return std::numeric_limits<double>::infinity();  // there is no such figure yet
-    if (left <= 0.0) return 0.0;
+    // A number, as of voids, is beyond a value that it does not equal.
+    if (left < 0.0 || (left == 0.0 && now.unit != "1")) return 0.0;
     const std::string& length = recipe.domain.length_unit;
     if (now.unit == length) return rule.figure == "depth" ? left : 0.5 * left;
     if (now.unit == volume_unit(recipe)) return left * width_of_strip(recipe) / total_area(surface);
@@ -75,7 +60,7 @@ double way_to(const StopRule& rule, const Recipe& recipe, const levelset::Materi
 
 // Time at which equal time steps must end: the end of the recipe's step or the next surface to save.
 double next_event(const Recipe& recipe, const Step& step, const RunState& state) {
-    const double end = state.step_start + step.duration;
+    const double end = step_end(step, state);
     return recipe.output.every ? std::min(end, state.next_save(*recipe.output.every)) : end;
 }
 
@@ -127,37 +112,42 @@ double bounding_speed(const Model& model, double speed) {
 
 }  // namespace
 
-StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack,
+StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const RunState& state,
                               const TriangleMesh& surface) {
+    const levelset::MaterialStack& stack = state.stack;
     StopDistance nearest;
+    if (state.endpoint.time) return nearest;
     const auto consider = [&](double left, const char* key) {
         if (left < nearest.left) nearest = {left, key};
     };
     if (step.stop_depth) consider(*step.stop_depth + lowest(surface), "stop_depth");
     if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
-    if (!step.stop_material.empty())
-        consider(cover(stack, surface, *material_id(recipe.materials, step.stop_material)), "stop_material");
-    if (const std::string& stop = step.stop; !stop.empty())
-        consider(way_to(stop_rule(recipe, stop), recipe, stack, surface), "stop");
     if (nearest.left <= kArrived * stack.domain.spacing) nearest.left = 0.0;
+    if (const auto rule = bare_rule(recipe, step))
+        consider(way_to_bare(*rule, state, surface), step.stop_material.empty() ? "stop" : "stop_material");
+    if (!step.stop.empty())
+        if (const StopRule rule = stop_rule(recipe, step.stop); rule.bare < 0)
+            if (const double left = way_to(rule, recipe, stack, surface); left < nearest.left)
+                nearest = {left <= kArrived * stack.domain.spacing ? 0.0 : left, "stop"};
     return nearest;
 }
 
-std::string stop_warning(const Step& step, std::size_t number, double to_stop) {
+std::string stop_warning(const Recipe& recipe, const Step& step, std::size_t number, double to_stop) {
     const std::string& name = step.name.empty() ? step.model : step.name;
     if (to_stop == 0.0)
-        return fmt::format("step {} ({}): its stop condition holds before it begins: it does nothing", number,
-                           name);
-    if (std::isinf(to_stop) && !step.stop_material.empty())
-        return fmt::format("step {} ({}): there is no {} on the wafer for stop_material to meet", number,
-                           name, step.stop_material);
+        return fmt::format("step {} ({}): its stop condition holds before it begins: {}", number, name,
+                           step.over_etch_time > 0.0 ? "it over-etches only" : "it does nothing");
+    const auto rule = bare_rule(recipe, step);
+    if (std::isinf(to_stop) && rule && rule->above)
+        return fmt::format("step {} ({}): there is no {} under an opening for its stop condition to meet",
+                           number, name, recipe.materials[static_cast<std::size_t>(rule->bare)].name);
     return {};
 }
 
 std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
                                    const levelset::MaterialStack& stack) {
     const std::string& stop = step.stop;
-    if (stop.empty()) return {};
+    if (stop.empty() || stop_rule(recipe, stop).bare >= 0) return {};
     const std::string figure = stop_rule(recipe, stop).figure;
     if (std::isfinite(measure_named(recipe, figure, stack, levelset::extract_surface(stack)).value))
         return {};
@@ -179,7 +169,7 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
     next.until = next_event(recipe, step, state);
     next.speed = bounding_speed(model, levelset::max_speed(state.stack, motion));
     if (next.speed > 0.0) {
-        const double left = state.step_start + step.duration - state.time;
+        const double left = step_end(step, state) - state.time;
         refuse_endless(recipe, step, std::min(left, to_stop / next.speed), next.speed, spacing);
     }
     const double left = next.until - state.time;

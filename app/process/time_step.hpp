@@ -23,20 +23,20 @@ struct StopDistance {
 
 /// How far the surface may still move before one of the step's stop conditions holds. A condition counts as reached a thousandth of a grid spacing early.
 ///
-/// stop_depth: the lowest point's depth below z = 0. stop_material: bare somewhere; what covers it does not
-/// count, since a time step ends at an interface by itself. stop_thickness: of the uppermost layer where
+/// stop_depth: the lowest point's depth below z = 0. stop_material and a stop at a bare share: what covers the floor that is
+/// still to be bared (process/endpoint.hpp). After the endpoint none holds any more. stop_thickness: of the uppermost layer where
 /// it is thickest. stop: a figure that is a length changes by no more than twice the way of the front, a depth by as
 /// much, a volume by the front's area times it; for how much an angle or a ratio changes there is no bound, and nothing
 /// is left of the way only when they are there.
-/// \param surface  as extracted from the stack.
+/// \param surface  as extracted from the state's stack.
 /// \note O(n log n) for stop_thickness, for stop as the figure takes, else O(n).
-StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack,
+StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const RunState& state,
                               const TriangleMesh& surface);
 
 /// A warning if a stop condition holds before the step begins, or can never be met; else empty.
 /// \param number   the step's, counted from 1.
 /// \param to_stop  from distance_to_stop.
-std::string stop_warning(const Step& step, std::size_t number, double to_stop);
+std::string stop_warning(const Recipe& recipe, const Step& step, std::size_t number, double to_stop);
 
 /// A warning if a step has ended by its duration while the wafer had no figure of its `stop`, which could not stop it;
 /// else empty.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "app/models/geometric_steps.hpp"
 #include "app/models/model.hpp"
@@ -14,6 +15,7 @@
 #include "app/recipe/layers.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
+#include "levelset/layers/layer_depths.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
@@ -83,26 +85,6 @@ std::string choices(const StartSection& start, const RunState& run, const std::v
     return fmt::format("{}", fmt::join(list, ", "));
 }
 
-// The stack of the bodies below each interface and the surface.
-levelset::MaterialStack rebuilt(const fs::path& folder, std::size_t number, const SavedStack& saved,
-                                const std::vector<SavedFile>& written, const levelset::Domain& domain,
-                                const std::function<bool()>& stop) {
-    std::vector<std::pair<int, levelset::Shape>> bodies;
-    const std::size_t top = saved.materials.size() - 1;
-    for (std::size_t k = 0; k <= top; ++k) {
-        const fs::path file = folder / (k == top ? fmt::format("surface_{:04}.vtp", number)
-                                                 : fmt::format("interface_{:04}_{}.vtp", number, k));
-        const bool has_surface = std::any_of(written.begin(), written.end(),
-                                             [&](const SavedFile& f) { return file.filename() == f.name; });
-        if (k != top && !has_surface) continue;  // nothing was left of that layer and those below
-        levelset::Shape shape;
-        shape.kind = levelset::ShapeKind::mesh;
-        shape.file = file.string();
-        bodies.emplace_back(saved.materials[k], shape);
-    }
-    return levelset::make_stack(domain, bodies, stop);
-}
-
 // Polishing below all that was ever shaped would leave a flat piece of substrate.
 void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::MaterialStack& stack) {
     const double height = geometric_step(step.parameters)->height, lowest = lowest_of_substrate(stack);
@@ -139,9 +121,9 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
                                          *start.time, choices(start, run, all), recipe.domain.time_unit)
                            : fmt::format("it saved no surface at the end of start.step = {}; it did of {}",
                                          start.step, choices(start, run, all)));
-    levelset::MaterialStack stack = chosen + 1 == all.size() ? levelset::on_one_level(run.stack)
-                                                             : rebuilt(start.from, chosen, all[chosen],
-                                                                       run.files, domain_of(recipe), stop);
+    levelset::MaterialStack stack = chosen + 1 == all.size()
+                                        ? levelset::on_one_level(run.stack)
+                                        : stack_of_saved(start.from, run, chosen, domain_of(recipe), stop);
     for (levelset::Layer& layer : stack.layers) {
         const std::string& name = checkpoint.materials.at(static_cast<std::size_t>(layer.material));
         const std::optional<int> id = material_id(recipe.materials, name);
@@ -172,10 +154,55 @@ RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop) 
     return state;
 }
 
+levelset::MaterialStack stack_of_saved(const fs::path& folder, const RunState& run, std::size_t number,
+                                       const levelset::Domain& domain, const std::function<bool()>& stop) {
+    const SavedStack& saved = run.stacks[number];
+    std::vector<std::pair<int, levelset::Shape>> bodies;
+    const std::size_t top = saved.materials.size() - 1;
+    for (std::size_t k = 0; k <= top; ++k) {
+        const fs::path file = folder / (k == top ? fmt::format("surface_{:04}.vtp", number)
+                                                 : fmt::format("interface_{:04}_{}.vtp", number, k));
+        const bool has_surface = std::any_of(run.files.begin(), run.files.end(),
+                                             [&](const SavedFile& f) { return file.filename() == f.name; });
+        if (k != top && !has_surface) continue;  // nothing was left of that layer and those below
+        levelset::Shape shape;
+        shape.kind = levelset::ShapeKind::mesh;
+        shape.file = file.string();
+        bodies.emplace_back(saved.materials[k], shape);
+    }
+    return levelset::make_stack(domain, bodies, stop);
+}
+
 double lowest_of_substrate(const levelset::MaterialStack& stack) {
     double lowest = std::numeric_limits<double>::infinity();
     for (const Vec3& p : levelset::extract_surface(stack, 0).vertices) lowest = std::min(lowest, p.z());
     return lowest;
+}
+
+std::string strip_warning(const Recipe& recipe, const Step& step, std::size_t number,
+                          const levelset::MaterialStack& stack) {
+    if (step.model != "strip") return {};
+    const std::vector<int> there = layer_materials(stack);
+    const TriangleMesh surface = levelset::extract_surface(stack);
+    std::set<int> bare;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+        bare.insert(levelset::exposed_material(stack, triangle_centroid(surface, t)));
+    std::string absent, buried;
+    for (const std::string& name : geometric_step(step.parameters)->materials) {
+        const int id = *material_id(recipe.materials, name);
+        std::string* list = std::ranges::count(there, id) == 0 ? &absent
+                            : bare.contains(id)                ? nullptr
+                                                               : &buried;
+        if (list != nullptr) *list += (list->empty() ? "" : ", ") + name;
+    }
+    std::string text;
+    if (!absent.empty()) text = fmt::format("there is no {} on the wafer to strip", absent);
+    if (!buried.empty())
+        text += fmt::format(
+            "{}{} is buried, with no place bare: it goes all the same, and what lies on it stays "
+            "where it is, on a void",
+            text.empty() ? "" : "; ", buried);
+    return text.empty() ? text : fmt::format("step {} ({}): {}", number, step.name, text);
 }
 
 bool reshape(const Recipe& recipe, const Step& step, levelset::MaterialStack& stack) {

@@ -17,6 +17,14 @@ namespace sidewall::app {
 ///         step, which names those there are; RecipeError if a step has no value for a material on it.
 RunState initial_state(const Recipe& recipe, const std::function<bool()>& stop = {});
 
+/// The wafer of one of the surfaces that a run has saved, as the bodies below each interface and the surface. Sharp edges are
+/// rounded within their cell.
+/// \param number  of run.stacks.
+/// \throws FileError if a mesh is missing or damaged; Interrupted if \p stop said so.
+levelset::MaterialStack stack_of_saved(const std::filesystem::path& folder, const RunState& run,
+                                       std::size_t number, const levelset::Domain& domain,
+                                       const std::function<bool()>& stop = {});
+
 /// Checks that a step has a value for every material on the wafer: the reader checks those of the recipe, and a
 /// wafer that comes from elsewhere may hold others.
 /// \throws RecipeError naming the key and the material.
@@ -24,6 +32,11 @@ void require_values(const Recipe& recipe, const Step& step, const levelset::Mate
 
 /// z of the lowest point of the substrate's surface, bare or covered; +infinity if nothing is left of it.
 double lowest_of_substrate(const levelset::MaterialStack& stack);
+
+/// Warns of materials that a strip does not find, or finds nowhere bare; empty if there are none.
+/// \param number  of the step, from 1.
+std::string strip_warning(const Recipe& recipe, const Step& step, std::size_t number,
+                          const levelset::MaterialStack& stack);
 
 /// Does a geometric step, which happens at once.
 /// \param step  of expanded_steps.

@@ -25,6 +25,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> kFigures = {
     {"bow", {"bow"}},
     {"undercut", {"undercut"}},
     {"aspect_ratio", {"aspect_ratio"}},
+    {"voids", {"voids", "void_volume", "void_volume_whole", "void_top", "void_width"}},
+    {"seam_depth", {"seam_depth"}},
     {"scallops", {"scallop_pitch", "scallop_depth"}},
     {"film", {"film_top", "film_side", "film_bottom", "step_coverage_side", "step_coverage_bottom"}},
 };
@@ -63,7 +65,7 @@ std::vector<std::string> figures_of_all(const Recipe& recipe) {
 std::optional<Figure> read_as(const Form& form, const std::string& name, const Materials& materials) {
     const std::string prefix = fmt::format("{}_", form.prefix);
     if (!name.starts_with(prefix)) return std::nullopt;
-    Figure figure{name, form.kind, -1, 0.0};
+    Figure figure{name, form.kind, -1, 0.0, -1, {}};
     std::string rest = "_" + name.substr(prefix.size());
     if (form.place) {
         const std::size_t at = rest.rfind("_at_");
@@ -75,14 +77,39 @@ std::optional<Figure> read_as(const Form& form, const std::string& name, const M
         rest = rest.substr(0, at);
     }
     if (!form.material) return rest.empty() ? std::optional(figure) : std::nullopt;
-    const auto id = rest.size() > 1 ? material_id(materials, rest.substr(1)) : std::nullopt;
+    const auto id = rest.size() > 1 ? meant_material(materials, rest.substr(1)) : std::nullopt;
     if (!id) return std::nullopt;
     figure.material = *id;
     return figure;
 }
 
+// FIGURE_without_MATERIAL, of a figure that is measured.
+std::optional<Figure> read_without(const std::string& name, const Materials& materials) {
+    constexpr std::string_view kWithout = "_without_";
+    const std::size_t at = name.rfind(kWithout);
+    if (at == std::string::npos) return std::nullopt;
+    const std::string of = name.substr(0, at);
+    const auto id = material_id(materials, name.substr(at + kWithout.size()));
+    const bool known = named_figure(of, materials) ||
+                       std::any_of(kFigures.begin(), kFigures.end(),
+                                   [&](const auto& word) { return contains(word.second, of); });
+    if (!id || !known) return std::nullopt;
+    return Figure{name, FigureKind::without, -1, 0.0, *id, of};
+}
+
 void add_once(auto& list, const auto& value) {
     if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
+}
+
+// The material of "bare(MATERIAL)"; -1 if the name has another form.
+int bare_material(const Recipe& recipe, const std::string& name) {
+    const std::string_view view = name;
+    if (!view.starts_with("bare(") || !view.ends_with(")")) return -1;
+    const std::string material(trimmed(view.substr(5, view.size() - 6)));
+    if (const auto id = material_id(recipe.materials, material)) return *id;
+    throw KeyError("stop", fmt::format("{}: there is no material {}{}", name, material,
+                                       did_you_mean(": ", material, material_names(recipe.materials),
+                                                    "; name one of the wafer's")));
 }
 
 [[noreturn]] void refuse(const Recipe& recipe, const std::string& name, const std::string& option) {
@@ -105,7 +132,7 @@ const std::vector<std::string>& measure_names() {
 std::optional<Figure> named_figure(const std::string& name, const Materials& materials) {
     for (const Form& form : kForms)
         if (auto figure = read_as(form, name, materials)) return figure;
-    return std::nullopt;
+    return read_without(name, materials);
 }
 
 std::optional<std::string> word_of(const Recipe& recipe, const std::string& figure) {
@@ -144,6 +171,8 @@ void require_measure(const Recipe& recipe, const std::string& name, const std::s
                                    "two numbers",
                                    name));
     const auto figure = named_figure(name, recipe.materials);
+    if (figure && figure->kind == FigureKind::without && named_figure(figure->of, recipe.materials))
+        require_measure(recipe, figure->of, key);
     if (figure && figure->kind == FigureKind::thickness) {
         const int axis = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
         const double half = 0.5 * recipe.domain.extent[static_cast<std::size_t>(axis)];
@@ -159,6 +188,15 @@ void require_measure(const Recipe& recipe, const std::string& name, const std::s
                                         fmt::join(measure_names(), ", "), nearest_figure(recipe, name)));
 }
 
+std::optional<StopRule> bare_rule(const Recipe& recipe, const Step& step) {
+    if (!step.stop_material.empty())
+        return StopRule{fmt::format("bare({})", step.stop_material), true, kBareShare,
+                        *material_id(recipe.materials, step.stop_material)};
+    if (step.stop.empty()) return std::nullopt;
+    const StopRule rule = stop_rule(recipe, step.stop);
+    return rule.bare < 0 ? std::nullopt : std::optional(rule);
+}
+
 StopRule stop_rule(const Recipe& recipe, const std::string& text) {
     const std::size_t sign = text.find_first_of("<>");
     if (sign == std::string::npos)
@@ -171,6 +209,13 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text) {
     if (!value)
         throw KeyError("stop", fmt::format("\"{}\" is no number: write e.g. \"{} {} 2.0\"", after,
                                            name.empty() ? "depth" : name, text[sign]));
+    if (const int bare = bare_material(recipe, name); bare >= 0) {
+        if (!(*value > 0.0 && *value < 1.0))
+            throw KeyError("stop", fmt::format("{} is a share of the floor: write a number between 0 and 1, "
+                                               "such as \"{} > 0.9\"",
+                                               name, name));
+        return {name, text[sign] == '>', *value, bare};
+    }
     const auto word = word_of(recipe, name);
     if (!word && contains(measure_names(), name))
         throw KeyError("stop", fmt::format("{} stands for several figures{}", name,

@@ -11,7 +11,7 @@ namespace sidewall::app {
 /// The words that [metrology] measures accepts (results/metrology.hpp).
 const std::vector<std::string>& measure_names();
 
-enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volume };
+enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volume, without };
 
 /// A figure at a place or of a material, in the plane of [metrology] cut:
 ///
@@ -22,11 +22,14 @@ enum class FigureKind { opening, width, thickness, wall, recess, ler, lwr, volum
 /// - recess_MATERIAL: how far the material, where it is on both walls of the opening, stands back behind its narrowest place, by the median of its heights above the floor
 /// - ler_at_D, lwr_at_D: three standard deviations, across the cut, of the opening's edges and of its width
 /// - volume_MATERIAL: in the domain; of the substrate above z = 0, less what is missing below
+/// - FIGURE_without_MATERIAL: any figure of the wafer as it were after a strip of the material, if it has it above its substrate
 struct Figure {
     std::string name;
     FigureKind kind = FigureKind::opening;
     int material = -1;
-    double at = 0.0;  ///< D or X
+    double at = 0.0;    ///< D or X
+    int stripped = -1;  ///< of FIGURE_without_MATERIAL
+    std::string of;     ///< the FIGURE there
 };
 
 /// The figure of that name; nothing if \p name has none of these forms or names an unknown material.
@@ -48,9 +51,18 @@ struct StopRule {
     std::string figure;
     bool above = true;
     double value = 0.0;
+    int bare =
+        -1;  ///< the figure is the share of the floor that is bare of this material (process/endpoint.hpp)
 };
 
-/// Reads a stop condition, e.g. `depth > 2.0`.
+/// The share that `stop_material` asks for: `stop_material = "Si"` is `stop = "bare(Si) > 0.75"`. The foot of a wall, up to
+/// half a cell wide, stays longer: of a contact ten cells across it holds a fifth of the floor. An over-etch clears it.
+inline constexpr double kBareShare = 0.75;
+
+/// The stop condition of a step that stops at a material, be it by `stop` or by `stop_material`.
+std::optional<StopRule> bare_rule(const Recipe& recipe, const Step& step);
+
+/// Reads a stop condition, e.g. `depth > 2.0` or `bare(Si) > 0.9`.
 /// \throws KeyError of "stop" saying what is wrong, with the nearest name.
 StopRule stop_rule(const Recipe& recipe, const std::string& text);
 

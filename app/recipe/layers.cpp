@@ -1,7 +1,6 @@
 #include "app/recipe/layers.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
@@ -12,15 +11,20 @@
 #include "app/recipe/layout/layout_file.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/schema/units.hpp"
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
 
 // Names for a message: ten at most.
 std::string first_of(const auto& names) {
-    const auto count = std::min<std::ptrdiff_t>(std::ssize(names), 10);
-    return fmt::format("{}{}", fmt::join(names.begin(), std::next(names.begin(), count), ", "),
-                       std::ssize(names) > count ? ", ..." : "");
+    std::string list;
+    for (int count = 0; const std::string& name : names) {
+        if (count == 10) return list + ", ...";
+        list += (count++ > 0 ? ", " : "") + surface::printable(name);
+    }
+    return list;
 }
 
 // The blur of a mask's outlines; nothing if they are as drawn.
@@ -137,6 +141,8 @@ std::vector<levelset::Polygon> drawn_outlines(const Layer& layer, const std::str
     if (layer.file.empty()) return polygons;
     const Layout layout = read_layout(layer.file);
     const std::vector<std::string> tops = top_cells(layout);
+    if (tops.empty() && !layout.cells.contains(layer.cell))
+        throw KeyError("file", "has no top cell: its cells refer to each other in a circle, or it has none");
     if (layer.cell.empty() ? tops.size() != 1 : !layout.cells.contains(layer.cell))
         throw KeyError("cell", "must be one of the file's cells, whose top ones are: " + first_of(tops));
     std::set<std::string> missing;

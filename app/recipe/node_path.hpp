@@ -1,4 +1,5 @@
 #pragma once
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -7,7 +8,7 @@
 
 namespace sidewall::app {
 
-/// One part of a path such as `step[0].sticking`.
+/// One part of a path such as `step[0].sticking` or `step."main etch".rate`.
 struct PathPart {
     std::string key;
     std::vector<std::size_t> indices;
@@ -15,6 +16,23 @@ struct PathPart {
 
 /// Whether TOML lets a key without quotes hold \p c.
 bool key_character(char c);
+
+/// A step that a recipe has given a name.
+struct NamedStep {
+    std::string name;
+    std::string path;  ///< e.g. "step[1].steps[0]"
+};
+
+/// \p path with a step's place instead of its name: "step.etch.duration" becomes "step[1].duration". Other paths
+/// stay as they are.
+/// \throws RecipeError that lists the names, if no step or several have that one.
+std::string with_place_of_step(std::string_view path, std::span<const NamedStep> steps);
+
+/// The start of the path of a step's keys by its name: `step.etch`, or `step."main etch"`.
+std::string path_by_name(const std::string& name);
+
+/// The recipe's steps that have names, those in loops too.
+std::vector<NamedStep> named_steps(const toml::table& root);
 
 /// Parts of a path; empty if it is not one or has more than kMostKeyParts of them (recipe/reader.hpp).
 std::vector<PathPart> split_path(std::string_view path);

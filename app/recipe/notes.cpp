@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/recipe/flat.hpp"
+#include "app/recipe/idle_parts.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/step_model.hpp"
 #include "flux/radiosity/exchange.hpp"
@@ -70,6 +71,8 @@ std::vector<std::string> notes_on(const Recipe& recipe) {
         notes.push_back(fmt::format("domain.grid_spacing = {:g} is rounded to {:g} {}, which divides {}",
                                     wanted, spacing, recipe.domain.length_unit,
                                     is_flat(recipe.domain) ? "the extent" : "both extents"));
+    const std::vector<std::string> idle = idle_parts(recipe);
+    notes.insert(notes.end(), idle.begin(), idle.end());
     note_steps(recipe, notes);
     note_radiosity(recipe, notes);
     return notes;

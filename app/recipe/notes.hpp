@@ -7,7 +7,7 @@
 namespace sidewall::app {
 
 /// What a user should know of a valid recipe: names that keys no longer have, how the grid's spacing was
-/// rounded, beams that sides mirror.
+/// rounded, beams that sides mirror, parts that do nothing.
 std::vector<std::string> notes_on(const Recipe& recipe);
 
 }  // namespace sidewall::app

@@ -46,11 +46,18 @@ void apply_override(toml::table& root, const std::string& setting) {
     const std::string source =
         fmt::format("--set {}{}", setting.substr(0, kShown), setting.size() > kShown ? "..." : "");
     const std::size_t equals = setting.find('=');
-    const std::vector<PathPart> parts =
-        equals == std::string::npos ? std::vector<PathPart>() : split_path(setting.substr(0, equals));
+    std::vector<PathPart> parts;
+    try {
+        if (equals != std::string::npos)
+            parts = split_path(with_place_of_step(setting.substr(0, equals), named_steps(root)));
+    } catch (const RecipeError& error) {
+        throw RecipeError(fmt::format("{}: {}", source, error.what()));
+    }
     if (parts.empty())
-        throw RecipeError(
-            fmt::format("{}: must be key=value, e.g. step[0].duration=2 or flux.rays=1000", source));
+        throw RecipeError(fmt::format(
+            "{}: must be key=value, e.g. step[0].duration=2, step.etch.duration=2 of the step with that "
+            "name, or flux.rays=1000",
+            source));
     toml::table value = parse_value(setting.substr(equals + 1), source);
 
     toml::node* node = &root;
@@ -86,7 +93,7 @@ std::optional<double> written_number(const std::string& text, const std::string&
                                      const std::vector<std::string>& overrides, const std::string& key) {
     toml::table root = parse_toml(text, file);
     for (const std::string& setting : overrides) apply_override(root, setting);
-    const toml::node* node = find_node(root, key);
+    const toml::node* node = find_node(root, with_place_of_step(key, named_steps(root)));
     return node == nullptr ? std::nullopt : node->value<double>();
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "surface/files/file.hpp"
@@ -68,16 +69,28 @@ std::string read_word(const toml::node& node, const std::string& path,
     fail(node, path, rule);
 }
 
-void check_material(const toml::node& node, const std::string& path, const std::string& name,
-                    const Materials& materials) {
-    if (material_id(materials, name)) return;
+// The name of the material that a recipe's word means, with a note where it is another.
+std::string known_material(const toml::node& node, const std::string& path, const std::string& name,
+                           const Reading& reading) {
+    const Materials& materials = reading.materials;
+    if (const auto id = meant_material(materials, name)) {
+        const std::string& meant = materials[static_cast<std::size_t>(*id)].name;
+        const std::string note = fmt::format(
+            "{0} is taken as the built-in {1}; for another material give it a [[material]] with name = "
+            "\"{0}\"",
+            name, meant);
+        if (meant != name &&
+            std::find(reading.notes.begin(), reading.notes.end(), note) == reading.notes.end())
+            reading.notes.push_back(note);
+        return meant;
+    }
     fail(node, path,
          fmt::format("unknown material{} A new one needs a [[material]] of that name",
                      did_you_mean(": ", name, material_names(materials), ".")));
 }
 
 std::string read_string(const toml::node& node, const std::string& path, const Rule& rule,
-                        const Materials& materials) {
+                        const Reading& reading) {
     if (!rule.choices.empty()) return read_word(node, path, rule.choices);
     if (!node.is_string()) fail(node, path, "must be a string, in quotes");
     std::string text = node.as_string()->get();
@@ -85,8 +98,7 @@ std::string read_string(const toml::node& node, const std::string& path, const R
     if (surface::printable(text, true) != text)
         fail(node, path,
              "must hold no line break, tab or control character: it is shown and written to tables");
-    if (rule.material) check_material(node, path, text, materials);
-    return text;
+    return rule.material ? known_material(node, path, text, reading) : text;
 }
 
 const toml::array& read_array(const toml::node& node, const std::string& path, std::size_t size,
@@ -125,7 +137,7 @@ struct Reader {
             *target =
                 read_number(node, path, rule, rule.word.empty() ? "" : fmt::format(" or \"{}\"", rule.word));
     }
-    void operator()(std::string* target) const { *target = read_string(node, path, rule, reading.materials); }
+    void operator()(std::string* target) const { *target = read_string(node, path, rule, reading); }
     void operator()(std::span<double> target) const {
         // With a rule.size the last of two may be missing, which stands for 0.
         const toml::array* given = node.as_array();
@@ -142,10 +154,14 @@ struct Reader {
         refuse_empty(array);
     }
     void operator()(std::vector<std::string>* target) const {
+        if (node.is_string() && rule.or_one) {
+            *target = {read_string(node, path, rule, reading)};
+            return;
+        }
         const toml::array& array = read_array(node, path, rule.size, "strings");
         target->clear();
         for (std::size_t i = 0; i < array.size(); ++i)
-            target->push_back(read_string(array[i], at(i), rule, reading.materials));
+            target->push_back(read_string(array[i], at(i), rule, reading));
         refuse_empty(array);
     }
     void operator()(ByMaterial* target) const {
@@ -157,17 +173,19 @@ struct Reader {
                 read_number(node, path, rule, " or a table by material, e.g. { Si = 0.2, default = 0.1 }");
             return;
         }
+        std::set<std::string> given;
         for (const auto& [key, value] : *table) {
-            const std::string name(key.str());
+            std::string name(key.str());
             const std::string name_path = path + "." + name;
-            // The key's own table may name what only some recipes have.
-            if (name != "default" && !target->named.contains(name))
-                check_material(value, name_path, name, reading.materials);
             const double number = read_number(value, name_path, rule);
-            if (name == "default")
+            if (name == "default") {
                 target->fallback = number;
-            else
-                target->named[name] = number;
+                continue;
+            }
+            // The key's own table may name what only some recipes have.
+            if (!target->named.contains(name)) name = known_material(value, name_path, name, reading);
+            refuse_twice(value, name_path, name, given);
+            target->named[name] = number;
         }
         if (table->empty()) fail(node, path, "must not be empty: name a material or give a number");
     }
@@ -182,9 +200,12 @@ struct Reader {
             return;
         }
         if (!rule.material || table->contains("default")) target->named.clear();
+        std::set<std::string> given;
         for (const auto& [key, value] : *table) {
-            const std::string name(key.str()), name_path = path + "." + name;
-            if (rule.material && name != "default") check_material(value, name_path, name, reading.materials);
+            std::string name(key.str());
+            const std::string name_path = path + "." + name;
+            if (rule.material && name != "default") name = known_material(value, name_path, name, reading);
+            refuse_twice(value, name_path, name, given);
             target->named[name] = read_expression(value, name_path);
         }
         if (table->empty()) fail(node, path, "must not be empty: must be " + example);
@@ -200,7 +221,7 @@ struct Reader {
             read_keys(*table, at(i), "this table", target.keys(i), reading);
         }
     }
-    // A single word stands for all of several.
+    // A single word stands for all of several, in a list of its own, too.
     void operator()(const Choice& target) const {
         const auto index = [&](const std::string& word) {
             return static_cast<std::uint8_t>(std::find(target.words.begin(), target.words.end(), word) -
@@ -210,15 +231,23 @@ struct Reader {
             std::fill_n(target.values, target.count, index(read_word(node, path, target.words)));
             return;
         }
-        const toml::array& array = read_array(node, path, target.count, "words");
+        const toml::array* given = node.as_array();
+        const bool one = given != nullptr && given->size() == 1;
+        const toml::array& array = read_array(node, path, one ? 1 : target.count, "words");
         for (std::size_t i = 0; i < target.count; ++i)
-            target.values[i] = index(read_word(array[i], at(i), target.words));
+            target.values[i] = index(read_word(array[one ? 0 : i], at(one ? 0 : i), target.words));
     }
 
     static std::string read_expression(const toml::node& node, const std::string& path) {
         if (node.is_number()) return toml_text(read_number(node, path, {}));
         if (!node.is_string()) fail(node, path, "must be an expression in quotes, or a number");
         return node.as_string()->get();
+    }
+    // A material may be named by two words.
+    static void refuse_twice(const toml::node& value, const std::string& path, const std::string& name,
+                             std::set<std::string>& given) {
+        if (!given.insert(name).second)
+            fail(value, path, fmt::format("is the second value for {}; drop one", name));
     }
     void refuse_empty(const toml::array& array) const {
         if (rule.required && array.empty()) fail(node, path, "must not be empty");

@@ -186,22 +186,39 @@ void read_metrology(const toml::table& root, Recipe& recipe) {
     });
 }
 
+// Tells what lacks a value in all steps at once.
+void require_all_values(const toml::table& root, const Recipe& recipe) {
+    std::string missing;
+    for (const StepMaterials& here : materials_by_step(recipe)) {
+        try {
+            located(*find_node(root, here.path)->as_table(), here.path,
+                    [&] { require_values(here, recipe.materials); });
+        } catch (const RecipeError& error) {
+            missing += (missing.empty() ? "" : "\n") + std::string(error.what());
+        }
+    }
+    if (!missing.empty()) throw RecipeError(missing);
+}
+
 // A figure that no wafer of this step can have: of a material that is not on it, or without an end.
-void require_figure(const Recipe& recipe, const Step& step, const std::string& name,
+void require_figure(const Recipe& recipe, const Step& step, const StopRule& rule,
                     const std::vector<StepMaterials>& met) {
+    const std::string& name = rule.figure;
     const auto figure = named_figure(name, recipe.materials);
-    if (!figure || figure->material < 0 || !recipe.start.from.empty()) return;
-    const std::string& material = recipe.materials[static_cast<std::size_t>(figure->material)].name;
+    const int id = figure ? figure->material : rule.bare;
+    if (id < 0 || !recipe.start.from.empty()) return;
+    const std::string& material = recipe.materials[static_cast<std::size_t>(id)].name;
     const auto here =
         std::find_if(met.begin(), met.end(), [&](const StepMaterials& entry) { return entry.step == &step; });
     const auto meshes = std::any_of(recipe.layers.begin(), recipe.layers.end(),
                                     [](const Layer& layer) { return layer.shape == "mesh"; });
-    if (here != met.end() && std::count(here->ids.begin(), here->ids.end(), figure->material) == 0)
+    if (here != met.end() && std::count(here->ids.begin(), here->ids.end(), id) == 0)
         throw KeyError("stop",
                        fmt::format("there is no {} on the wafer in this step, and {} never exists; name "
                                    "another material",
                                    material, name));
-    if (figure->kind == FigureKind::thickness && !meshes && recipe.layers.front().material == material)
+    if (figure && figure->kind == FigureKind::thickness && !meshes &&
+        recipe.layers.front().material == material)
         throw KeyError("stop",
                        fmt::format("the substrate of {} has no end below, and {} never exists; use depth, or "
                                    "a substrate of another material below",
@@ -214,9 +231,21 @@ void check_stops(const toml::table& root, const std::vector<Step>& steps, const 
     for (std::size_t i = 0; i < steps.size(); ++i) {
         const std::string here = fmt::format("{}[{}]", path, i);
         check_stops(root, steps[i].steps, here + ".steps", recipe, met);
-        if (const std::string& stop = steps[i].stop; !stop.empty())
-            located(*find_node(root, here)->as_table(), here,
-                    [&] { require_figure(recipe, steps[i], stop_rule(recipe, stop).figure, met); });
+        const Step& step = steps[i];
+        if (!has_stop(step) && step.over_etch == 0.0 && step.over_etch_time == 0.0) continue;
+        located(*find_node(root, here)->as_table(), here, [&] {
+            if (!has_stop(step))
+                throw KeyError(step.over_etch > 0.0 ? "over_etch" : "over_etch_time",
+                               "goes on after an endpoint, which this step has none of: add stop, such as "
+                               "\"bare(Si) > 0.9\"");
+            if (step.over_etch > 0.0 && step.over_etch_time > 0.0)
+                throw KeyError("over_etch_time", "over_etch says how long, too: drop one");
+            if (step.stop.empty()) return;
+            const StopRule rule = stop_rule(recipe, step.stop);
+            if (rule.bare >= 0 && !step.stop_material.empty())
+                throw KeyError("stop", "stop_material is a stop at a bare share, too: drop stop_material");
+            require_figure(recipe, step, rule, met);
+        });
     }
 }
 
@@ -281,9 +310,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
     read_start(root, recipe);
     read_layers(root, recipe);
     read_steps(root, recipe);
-    for (const StepMaterials& here : materials_by_step(recipe))
-        located(*find_node(root, here.path)->as_table(), here.path,
-                [&] { require_values(here, recipe.materials); });
+    require_all_values(root, recipe);
     const Reading reading = reading_for(recipe);
     read_section(root, "advection", recipe.advection, reading, [] {});
     read_section(root, "flux", recipe.flux, reading, [&] {
@@ -344,6 +371,10 @@ std::vector<Step> expanded_steps(const Recipe& recipe) {
     std::vector<Step> list;
     unroll(recipe.steps, "", "", list);
     return list;
+}
+
+bool has_stop(const Step& step) {
+    return step.stop_depth || step.stop_thickness || !step.stop_material.empty() || !step.stop.empty();
 }
 
 double total_duration(const std::vector<Step>& steps) {

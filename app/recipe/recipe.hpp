@@ -89,7 +89,9 @@ struct Step {
     double duration = 0.0;  ///< at most, if it has a stop condition (process/time_step.hpp)
     std::optional<double> stop_depth, stop_thickness;
     std::string stop_material;
-    std::string stop;  ///< a figure and the value that ends the step, such as "depth > 2.0"
+    std::string
+        stop;  ///< a figure and the value that ends the step, such as "depth > 2.0" or "bare(Si) > 0.9"
+    double over_etch = 0.0, over_etch_time = 0.0;  ///< goes on after that: share of the time so far, time
     std::int64_t repeat = 1;
     std::any parameters;                       ///< the model's own struct, which its keys fill (ModelEntry)
     Layer pattern{.shape = "polygons"};        ///< of a step that has one: openings, seen from above
@@ -182,6 +184,9 @@ levelset::Domain domain_of(const Recipe& recipe);
 /// The steps in the order they run, loops unrolled, each with repeat 1 and a name such as "2.1 etch (cycle 3 of
 /// 10)".
 std::vector<Step> expanded_steps(const Recipe& recipe);
+
+/// Whether anything but its duration can end a step.
+bool has_stop(const Step& step);
 
 /// The sum of the durations of unrolled steps.
 double total_duration(const std::vector<Step>& steps);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 
 #include "app/models/model.hpp"
@@ -74,7 +75,7 @@ std::vector<Key> keys_of(DomainSection& domain) {
         {"padding", &domain.padding, kLength,
          "with extent = \"gds\" or [cut]: around the layouts, on every side; default 0", kNotNegative},
         {"boundary", choice(domain.boundary, {"reflective", "periodic"}), "",
-         "sides across x and across y; of a profile across x, the others are periodic"},
+         "sides across x and across y; one word is for both, and all that a profile needs: its other sides are periodic"},
         {"length_unit", &domain.length_unit, "", "unit of every length", one_of(length_units())},
         {"time_unit", &domain.time_unit, "", "unit of every time", one_of(time_units())},
     };
@@ -202,7 +203,7 @@ std::vector<Key> keys_of(levelset::AdvectionOptions& advection) {
 
 std::vector<Key> keys_of(OutputSection& output) {
     return {
-        {"every", &output.every, kTime, "between saved surfaces; \"end\" saves one a step",
+        {"every", &output.every, kTime, "between saved surfaces; \"end\" saves the wafer after every step",
          or_word("end", kPositive)},
         {"profiles", &output.profiles, "", "planes to cut the surface by, such as \"y=0\" or \"x=-1.5\""},
     };
@@ -211,10 +212,11 @@ std::vector<Key> keys_of(OutputSection& output) {
 std::vector<Key> keys_of(MetrologySection& metrology) {
     return {
         {"measures", &metrology.measures, "",
-         "depth, cd, sidewall_angle, bow, undercut, aspect_ratio, scallops, film; or by name, D being a depth below z = 0, "
+         "depth, cd, sidewall_angle, bow, undercut, aspect_ratio, scallops, film, voids, seam_depth; or by name, D being a depth below z = 0, "
          "negative above it, X a place along the cut: cd_at_D (opening), cd_MATERIAL_at_D (width of the material), "
          "thickness_MATERIAL_at_X, wall_MATERIAL_at_D (beside the opening), recess_MATERIAL (behind the narrowest "
-         "place), ler_at_D and lwr_at_D (3 sigma of edges and width across the cut), volume_MATERIAL"},
+         "place), ler_at_D and lwr_at_D (3 sigma of edges and width across the cut), volume_MATERIAL; FIGURE_without_MATERIAL, such as cd_at_0.5_without_Polymer, is "
+         "any of them after a strip of the material"},
         {"cd_depths", &metrology.cd_depths, kLength, "below z = 0, negative above it, where cd is taken"},
         {"mask_bottom", &metrology.mask_bottom, kLength, "z below which undercut is measured"},
         {"cut", &metrology.cut, "", "vertical plane to measure in"},
@@ -266,6 +268,18 @@ std::vector<KeyDoc> settable_keys(Recipe recipe) {
     for (std::size_t i = 0; i < recipe.layers.size(); ++i)
         add(keys, fmt::format("layer[{}]", i), document(keys_of(recipe.layers[i])));
     add_steps(keys, "step", recipe.steps);
+    const std::vector<NamedStep> named = named_steps(recipe.steps);
+    for (const NamedStep& step : named) {
+        const auto same = [&](const NamedStep& other) { return other.name == step.name; };
+        if (std::count_if(named.begin(), named.end(), same) > 1) continue;
+        for (std::size_t k = 0, count = keys.size(); k < count; ++k) {
+            const std::string rest = keys[k].name.substr(std::min(step.path.size(), keys[k].name.size()));
+            if (!keys[k].name.starts_with(step.path + ".") || rest.starts_with(".steps[")) continue;
+            KeyDoc key = keys[k];
+            key.name = path_by_name(step.name) + rest;
+            keys.push_back(std::move(key));
+        }
+    }
     return keys;
 }
 

@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
+#include "app/models/geometric_steps.hpp"
 #include "app/models/model.hpp"
 #include "app/recipe/steps.hpp"
 
@@ -49,7 +51,8 @@ class Walk {
             return name == nullptr ? std::string() : *name;
         };
         if (step.model == "strip") {
-            if (const auto id = material_id(materials_, named("material"))) present_.erase(*id);
+            for (const std::string& name : geometric_step(step.parameters)->materials)
+                if (const auto id = material_id(materials_, name)) present_.erase(*id);
             return;
         }
         add(named("deposit"));
@@ -74,6 +77,28 @@ struct Column {
     std::string key, unit;
     const ByMaterial* value;
 };
+
+// The numbers or expressions of a key by material, as texts.
+struct TextColumn {
+    std::string key;
+    std::map<std::string, std::string, std::less<>> values;  // "default" among them
+};
+
+void add_texts(const std::vector<Key>& keys, const std::string& path, std::vector<TextColumn>& list) {
+    for (const Key& key : keys) {
+        TextColumn column{path + key.name, {}};
+        if (const auto* numbers = std::get_if<ByMaterial*>(&key.target)) {
+            for (const auto& [name, number] : (*numbers)->named) column.values[name] = toml_text(number);
+            if ((*numbers)->fallback) column.values["default"] = toml_text(*(*numbers)->fallback);
+        }
+        if (const auto* texts = std::get_if<Expressions*>(&key.target); texts != nullptr && key.rule.material)
+            column.values.insert((*texts)->named.begin(), (*texts)->named.end());
+        if (!column.values.empty()) list.push_back(std::move(column));
+        const auto* tables = std::get_if<TableList>(&key.target);
+        for (std::size_t i = 0; tables != nullptr && i < tables->size(); ++i)
+            add_texts(tables->keys(i), fmt::format("{}{}[{}].", path, key.name, i), list);
+    }
+}
 
 void add_columns(const std::vector<Key>& keys, const std::string& path, std::vector<Column>& list) {
     for (const Key& key : keys) {
@@ -137,21 +162,54 @@ std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<con
 
 void require_values(const StepMaterials& here, const Materials& materials) {
     const auto* film = target_of<std::string>(model_keys(*here.step), "deposit");
+    std::string first, rule;
     for (const auto& [key, unit, value] : columns(*here.step)) {
-        if (value->fallback) continue;
+        std::vector<std::string> missing, known;
         for (const int id : here.ids) {
             const std::string& name = materials[static_cast<std::size_t>(id)].name;
-            if (value->named.contains(name)) continue;
-            if (film != nullptr && *film == name) continue;
-            std::string known;
-            for (const auto& [other, number] : value->named)
-                known += fmt::format("{}{} {:g}", known.empty() ? "" : ", ", other, number);
-            throw KeyError(key,
-                           fmt::format("has no value for {0}, which is on the wafer, and no published one is "
-                                       "known: give {1} = {{ {0} = ... }}; there is {2}",
-                                       name, key, known));
+            if (!value->fallback && !value->named.contains(name) && (film == nullptr || *film != name))
+                missing.push_back(name);
         }
+        if (missing.empty()) continue;
+        for (const auto& [other, number] : value->named)
+            known.push_back(fmt::format("{} {:g}", other, number));
+        const std::string last = missing.size() > 1 ? " and " + missing.back() : "";
+        rule += fmt::format(
+            "{}has no value for {}{}, which {} on the wafer, and no published one is known: give {} = {{ {} = ... }}; "
+            "there is {}",
+            first.empty() ? "" : fmt::format("; {}, too, ", key),
+            fmt::join(missing.begin(), last.empty() ? missing.end() : missing.end() - 1, ", "), last,
+            last.empty() ? "is" : "are", key, fmt::join(missing, " = ..., "), fmt::join(known, ", "));
+        if (first.empty()) first = key;
     }
+    if (!first.empty()) throw KeyError(first, rule);
+}
+
+std::vector<IdleValues> idle_values(const StepMaterials& here, const Materials& materials) {
+    std::set<std::string> met{"default"};
+    for (const int id : here.ids) met.insert(materials[static_cast<std::size_t>(id)].name);
+    const ModelEntry& model = *find_model(here.step->model);
+    std::any defaults = model.defaults;
+    std::vector<TextColumn> given, usual;
+    add_texts(model_keys(*here.step), "", given);
+    add_texts(model.keys(defaults), "", usual);
+    std::vector<IdleValues> idle;
+    for (const TextColumn& column : given) {
+        const auto of_model = std::ranges::find(usual, column.key, &TextColumn::key);
+        IdleValues here_idle{column.key, {}};
+        for (const auto& [name, text] : column.values) {
+            const auto same = [&, &text = text](const TextColumn& other, const std::string& key) {
+                const auto found = other.values.find(key);
+                return found != other.values.end() && found->second == text;
+            };
+            if (met.contains(name) || same(column, "default") ||
+                (of_model != usual.end() && same(*of_model, name)))
+                continue;
+            here_idle.materials.push_back(name);
+        }
+        if (!here_idle.materials.empty()) idle.push_back(std::move(here_idle));
+    }
+    return idle;
 }
 
 std::string values_by_material(const Recipe& recipe) {
@@ -183,6 +241,11 @@ std::string built_in_materials() {
                 if (!material_id(materials, name)) others.insert(name);
         }
     }
+    std::map<std::string, std::string> words;  // by material
+    for (const auto& [word, name] : material_words())
+        words[name] += fmt::format("{}{}", words[name].empty() ? "" : " ", word);
+    rows[0].push_back("also called");
+    for (std::size_t m = 0; m < materials.size(); ++m) rows[m + 1].push_back(words[materials[m].name]);
     return fmt::format(
         "Built-in materials: density in 1e22 atoms, or formula units of a compound, per cm^3; yields as the models' "
         "keys\nsay, - where none is published and a recipe gives its own. There are yields of {}, too, whose "

@@ -23,8 +23,17 @@ std::vector<StepMaterials> materials_by_step(const Recipe& recipe, std::span<con
 
 /// Refuses a step with a key by material that has no value, neither given nor published, for a material it meets. Its
 /// own film is excepted: models that ask for such values grow and remove it by other laws.
-/// \throws KeyError naming the key, the material and what to write.
+/// \throws KeyError naming all such keys, their materials and what to write.
 void require_values(const StepMaterials& here, const Materials& materials);
+
+/// Materials that a key by material gives a value of their own, though the step does not meet them.
+struct IdleValues {
+    std::string key;  ///< in the step, e.g. "species[0].rate"
+    std::vector<std::string> materials;
+};
+
+/// Such keys of a step; values that are the model's own, or those of all materials not named, do not count.
+std::vector<IdleValues> idle_values(const StepMaterials& here, const Materials& materials);
 
 /// The values of the models' keys by material for the materials of every step, a table a step, as comments of TOML.
 std::string values_by_material(const Recipe& recipe);

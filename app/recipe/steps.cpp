@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "app/models/geometric_steps.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "app/recipe/layer_keys.hpp"
 #include "app/recipe/layer_reader.hpp"
 #include "app/recipe/layers.hpp"
@@ -151,7 +152,7 @@ void check_cut(const Step& step, const toml::table& table, const std::string& pa
 // Heights and thicknesses of geometric steps. \p lowest is the wafer's lowest point for as long as it is
 // known: until a step takes time, which may etch.
 void check_geometric(const toml::table& root, const std::vector<Step>& steps, const std::string& path,
-                     const Recipe& recipe, double& lowest) {
+                     Recipe& recipe, double& lowest) {
     const auto refuse = [&](const std::string& key_path, const std::string& rule) {
         fail(*find_node(root, key_path), key_path, rule);
     };
@@ -175,8 +176,13 @@ void check_geometric(const toml::table& root, const std::vector<Step>& steps, co
                                    kMostCells));
         if (step.model == "cut") check_cut(step, *find_node(root, here)->as_table(), here, recipe, lowest);
         if (step.model == "strip" && !recipe.layers.empty() &&
-            shaping->material == recipe.layers.front().material)
+            std::ranges::count(shaping->materials, recipe.layers.front().material) > 0)
             refuse(here + ".material", "the substrate cannot be taken away: name another material");
+        if (step.model == "fill" && shaping->height <= lowest)
+            recipe.notes.push_back(fmt::format(
+                "{}.height = {:g} lies below the whole wafer, whose lowest point is at {:g}: the step fills nothing; "
+                "fill higher, or drop it",
+                here, shaping->height, lowest));
         if (step.model == "planarize" && shaping->height < lowest)
             refuse(
                 here + ".height",
@@ -199,15 +205,26 @@ std::vector<Key> keys_of(Step& step) {
         list.push_back({"duration", &step.duration, "time", "process time, at most", required(kPositive)});
         list.push_back({"stop_depth", &step.stop_depth, "length",
                         "ends the step when the lowest point is that far below z = 0"});
-        list.push_back({"stop_material", &step.stop_material, "", "ends the step when this material is bare",
-                        kMaterial});
+        list.push_back(
+            {"stop_material", &step.stop_material, "",
+             fmt::format(
+                 "ends the step when this material is bare on over {:g} of the floor under the openings: "
+                 "stop = \"bare(MATERIAL) > {:g}\"",
+                 kBareShare, kBareShare),
+             kMaterial});
         list.push_back({"stop_thickness", &step.stop_thickness, "length",
                         "ends the step when the uppermost layer is that thick somewhere", kPositive});
         list.push_back(
             {"stop", &step.stop, "",
-             "ends the step when a figure of [metrology] measures is above or below a value, e.g. \"depth > 2.0\" or "
-             "\"cd_SiO2_at_0.5 < 0.3\", in the recipe's units; lengths and volumes within a twentieth of a grid "
-             "spacing of the front's way, angles and ratios at the end of the time step"});
+             "ends the step when \"bare(Si) > 0.9\", a share of the floor under the openings, or when a figure of "
+             "[metrology] measures is above or below a value, e.g. \"depth > 2.0\" or \"cd_SiO2_at_0.5 < 0.3\", in the "
+             "recipe's units; lengths and volumes within a twentieth of a grid spacing of the front's way, angles and "
+             "ratios at the end of the time step"});
+        list.push_back({"over_etch", &step.over_etch, "",
+                        "goes on after the stop condition holds for this share of the time so far",
+                        within(0.0, 1000.0)});
+        list.push_back({"over_etch_time", &step.over_etch_time, "time",
+                        "goes on after the stop condition holds for this time", within(0.0, kHuge)});
     }
     append_keys(list, model->keys(step.parameters));
     if (model->patterned) append_keys(list, pattern_keys(step.pattern));
@@ -218,6 +235,17 @@ std::vector<Key> model_keys(const Step& step) {
     const ModelEntry* model = find_model(step.model);
     // Targets can be written, which nobody does with these.
     return model == nullptr ? std::vector<Key>() : model->keys(const_cast<std::any&>(step.parameters));
+}
+
+std::vector<NamedStep> named_steps(const std::vector<Step>& steps, const std::string& path) {
+    std::vector<NamedStep> found;
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        const std::string here = fmt::format("{}[{}]", path, i);
+        if (!steps[i].name.empty()) found.push_back({steps[i].name, here});
+        const std::vector<NamedStep> inner = named_steps(steps[i].steps, here + ".steps");
+        found.insert(found.end(), inner.begin(), inner.end());
+    }
+    return found;
 }
 
 void read_steps(const toml::table& root, Recipe& recipe) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "app/recipe/node_path.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/toml.hpp"
 
@@ -11,6 +12,9 @@ std::vector<Key> keys_of(Step& step);
 
 /// The keys of the step's model alone, whose targets are to be read only.
 std::vector<Key> model_keys(const Step& step);
+
+/// The steps that have names, those in loops too.
+std::vector<NamedStep> named_steps(const std::vector<Step>& steps, const std::string& path = "step");
 
 /// Reads [[step]] into \p recipe, whose domain, materials and layers are read, and builds the steps' models.
 /// \throws RecipeError.

@@ -15,6 +15,7 @@ SIDEWALL_EMBED(orbit, SIDEWALL_ORBIT_CONTROLS_JS);
 SIDEWALL_EMBED(style, SIDEWALL_REPORT_DIR "/page.css");
 SIDEWALL_EMBED(charts, SIDEWALL_REPORT_DIR "/charts.js");
 SIDEWALL_EMBED(tables, SIDEWALL_REPORT_DIR "/tables.js");
+SIDEWALL_EMBED(contours, SIDEWALL_REPORT_DIR "/contours.js");
 SIDEWALL_EMBED(solid, SIDEWALL_REPORT_DIR "/solid.js");
 SIDEWALL_EMBED(viewer, SIDEWALL_REPORT_DIR "/viewer.js");
 SIDEWALL_EMBED(panel, SIDEWALL_REPORT_DIR "/panel.js");
@@ -63,8 +64,9 @@ std::string page_html(const std::string& title, const std::string& data) {
                         embedded(sidewall_orbit, sidewall_orbit_end));
     for (const std::string_view text :
          {embedded(sidewall_charts, sidewall_charts_end), embedded(sidewall_tables, sidewall_tables_end),
-          embedded(sidewall_solid, sidewall_solid_end), embedded(sidewall_viewer, sidewall_viewer_end),
-          embedded(sidewall_panel, sidewall_panel_end), embedded(sidewall_page, sidewall_page_end)})
+          embedded(sidewall_contours, sidewall_contours_end), embedded(sidewall_solid, sidewall_solid_end),
+          embedded(sidewall_viewer, sidewall_viewer_end), embedded(sidewall_panel, sidewall_panel_end),
+          embedded(sidewall_page, sidewall_page_end)})
         html += fmt::format("<script>\n{}</script>\n", text);
     return html + "</body>\n</html>\n";
 }

@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/fit/fit_report.hpp"
+#include "app/recipe/recipe.hpp"
 #include "app/report/parts.hpp"
 #include "app/report/view_mesh.hpp"
 #include "surface/error.hpp"
@@ -48,31 +50,64 @@ std::vector<ViewFrame> final_surfaces(const fs::path& folder, const TextTable& t
     return frames;
 }
 
-// Measures of a table: its columns between the keys and the seconds.
-Json measures_of(const TextTable& table, const std::vector<std::string>& keys, const Json& units) {
-    Json measures = Json::array();
-    for (std::size_t k = 1 + keys.size(); k < table.names.size(); ++k)
-        if (table.names[k] != "seconds" && table.names[k] != "status")
-            measures.push_back(Json{{"column", k},
-                                    {"name", table.names[k]},
-                                    {"label", with_unit(table.names[k], text_at(units, table.names[k]))}});
-    return measures;
-}
-
-Json keys_of(const Json& plan) {
+// Keys of a table with their columns, which follow those of run and recipe.
+Json keys_of(const TextTable& table, const Json& plan, const Json& units) {
     Json all = Json::array();
     for (const std::string& key : varied_keys(plan))
-        all.push_back(Json{{"column", all.size() + 1},
+        all.push_back(Json{{"column", table.column(key).value_or(all.size() + 1)},
                            {"name", key},
+                           {"label", axis_label(key, text_at(units, key))},
                            {"log", plan["vary"][all.size()].get<std::string>().ends_with(":log")}});
     return all;
 }
 
-// Adds response curves, scatter matrix and table, which share their rows.
+// Measures of a table: its columns between the keys and the seconds.
+Json measures_of(const TextTable& table, const Json& keys, const Json& units) {
+    Json measures = Json::array();
+    const std::size_t last = keys.empty() ? 0 : keys.back()["column"].get<std::size_t>();
+    for (std::size_t k = last + 1; k < table.names.size(); ++k)
+        if (table.names[k] != "seconds" && table.names[k] != "status")
+            measures.push_back(Json{{"column", k},
+                                    {"name", table.names[k]},
+                                    {"label", axis_label(table.names[k], text_at(units, table.names[k]))}});
+    return measures;
+}
+
+// Adds the units of the varied keys to those of the measures, as a run's recipe has them.
+void add_key_units(const fs::path& effective, const Json& plan, Json& units) {
+    try {
+        const Recipe recipe = load_recipe(effective);
+        for (const std::string& key : varied_keys(plan)) units[key] = unit_of_key(recipe, key);
+    } catch (const Error&) {  // files that it names may be gone
+    }
+}
+
+// The contours of figures over two keys, with the lines on which a fit's targets are met, and its best
+// values.
+Json contour_section(const TextTable& table, const Json& plan) {
+    Json section{{"type", "contour"}, {"title", "Contours over both keys"}, {"targets", Json::array()}};
+    section["note"] = "Dots are runs, between which figures are taken to be linear.";
+    const Json residuals = plan.value("residuals", Json::object());
+    for (const auto& [name, target] : residuals.items())
+        if (const auto column = table.column(name))
+            section["targets"].push_back(
+                {{"name", name}, {"column", *column}, {"value", target.at("asked")}});
+    if (plan.contains("parameters"))
+        for (const std::string& key : varied_keys(plan))
+            section["best"].push_back(plan["parameters"].at(key).at("value"));
+    return section;
+}
+
+// Adds response curves, contours, scatter matrix and table, which share their rows.
 void add_table(const TextTable& table, const Json& plan, const Json& units, const std::string& curves,
                Page& page) {
     Json rows = table_section("All runs", table, units);
-    const Json shared{{"keys", keys_of(plan)}, {"measures", measures_of(table, varied_keys(plan), units)}};
+    const Json keys = keys_of(table, plan, units),
+               shared{{"keys", keys}, {"measures", measures_of(table, keys, units)}};
+    if (keys.size() == 2 && !table.column("recipe")) {
+        page.sections.push_back(contour_section(table, plan));
+        page.sections.back().update(shared);
+    }
     for (const auto& [type, title] : {std::pair("response", curves), {"matrix", "Scatter matrix"}}) {
         page.sections.push_back(Json{{"type", type}, {"title", title}});
         page.sections.back().update(shared);
@@ -95,6 +130,11 @@ std::size_t failures(const TextTable& table) {
     return count;
 }
 
+std::string sentence(std::string remark) {
+    remark.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(remark.front())));
+    return remark + ".";
+}
+
 // Fitted values with their intervals, and the bounds of the search.
 Json parameters_section(const Json& fit) {
     Json section{{"type", "intervals"}, {"title", "Parameters"}, {"rows", Json::array()}};
@@ -102,6 +142,7 @@ Json parameters_section(const Json& fit) {
         Json row{{"name", key},
                  {"value", parameter.at("value")},
                  {"interval", parameter.at("interval95")},
+                 {"unit", shown_unit(text_at(parameter, "unit"))},
                  {"at_bound", parameter.contains("at_bound")}};
         for (const Json& text : fit.value("vary", Json::array())) {
             const auto parts = split(text.get<std::string>(), '=');
@@ -112,11 +153,13 @@ Json parameters_section(const Json& fit) {
         }
         section["rows"].push_back(std::move(row));
     }
+    if (fit.contains("noise_runs")) section["note"] = sentence(noise_remark(fit));
     return section;
 }
 
 Json residuals_section(const Json& fit) {
     Json rows = Json::array();
+    bool sigmas = false;
     for (const auto& [name, r] : fit.at("residuals").items()) {
         const bool known = r.at("asked").is_number() && r.at("got").is_number();
         const Json residual =
@@ -124,12 +167,17 @@ Json residuals_section(const Json& fit) {
         const Json scaled = known && r.at("sigma").is_number()
                                 ? number_or_null(residual.get<double>() / r.at("sigma").get<double>(), 4)
                                 : Json();
-        rows.push_back(Json::array({name, r.at("asked"), r.at("got"), residual, r.at("sigma"), scaled,
-                                    shown_unit(text_at(r, "unit"))}));
+        sigmas = sigmas || r.at("sigma").is_number();
+        rows.push_back(Json::array({name, r.at("asked"), r.at("got"), residual, r.value("noise", Json()),
+                                    r.at("sigma"), scaled, shown_unit(text_at(r, "unit"))}));
     }
-    return plain_table("Targets and residuals",
-                       {"target", "asked", "got", "residual", "sigma", "residual / sigma", "unit"},
-                       std::move(rows));
+    std::vector<std::string> columns{"target",           "asked", "got", "residual", "noise", "sigma",
+                                     "residual / sigma", "unit"};
+    if (!sigmas) {
+        columns.erase(columns.begin() + 5, columns.begin() + 7);
+        for (Json& row : rows) row.erase(row.begin() + 5, row.begin() + 7);
+    }
+    return plain_table("Targets and residuals", columns, std::move(rows));
 }
 
 // The measured profiles of a fit and the contours of its runs, from overlay*.csv.
@@ -151,7 +199,7 @@ Json overlays_section(const fs::path& folder) {
         }
         const auto label = [&](std::size_t column) {
             const auto [name, unit] = name_and_unit(table.names[column]);
-            return with_unit(name, unit);
+            return axis_label(name, unit);
         };
         charts.push_back({{"title", file.stem().string()},
                           {"x", label(1)},
@@ -163,17 +211,7 @@ Json overlays_section(const fs::path& folder) {
 }
 
 void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
-    for (const Json& keys : fit.value("not_identifiable", Json::array()))
-        page.notes.push_back("The targets do not tell " + joined(keys) +
-                             (keys.size() > 1
-                                  ? " apart: only a combination of them; fix one, or add a target."
-                                  : ": it changes none of them."));
-    if (text_at(fit, "status") == "max-runs")
-        page.notes.push_back("The runs did not suffice: the values are the best so far.");
-    if (const std::string unmet = unmet_targets(fit); !unmet.empty())
-        page.notes.push_back("The" + unmet.substr(3) + ".");
-    if (fit.contains("several_minima") && fit["several_minima"] == true)
-        page.notes.push_back("There are several minima, of which this is the lowest found.");
+    for (const std::string& remark : fit_remarks(fit)) page.notes.push_back(sentence(remark));
     page.sections.push_back(parameters_section(fit));
     page.sections.push_back(residuals_section(fit));
     Json overlays = overlays_section(folder);
@@ -188,7 +226,7 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
 Page sweep_page(const fs::path& folder, std::size_t bytes) {
     Page page("sweep", folder_name(folder));
     const Json plan = read_json(folder / "sweep.json", "make the sweep again");
-    const Json units = plan.value("units", Json::object());
+    Json units = plan.value("units", Json::object());
     page.fact("Recipe", text_at(plan, "recipe"));
     page.fact("Design", text_at(plan, "design"));
     page.fact("Varied", joined(plan.value("vary", Json())));
@@ -205,8 +243,9 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
     if (const std::size_t failed = failures(table); failed > 0)
         page.notes.push_back(fmt::format("{} runs failed: the column status of the table says why.", failed));
     if (table.rows.empty()) return page;
-    add_table(table, plan, units, "Response curves", page);
     const fs::path first = folder / "runs" / table.rows[0][table.column("run").value_or(0)] / "recipe.toml";
+    add_key_units(first, plan, units);
+    add_table(table, plan, units, "Response curves", page);
     add_view(final_surfaces(folder, table, varied_keys(plan)), first, bytes, "Final surfaces",
              "Final profiles", page);
     page.sections.push_back(recipe_section("Recipe of the first run", first, text_at(plan, "recipe")));
@@ -250,6 +289,7 @@ Page fit_page(const fs::path& folder, std::size_t bytes) {
         const fs::path any = folder / "runs" / (best.empty() ? table.rows[0][0] : best);
         if (is_there(any / "summary.json"))
             units = read_summary(any).value("metrology_units", Json::object());
+        add_key_units(any / "recipe.toml", fit, units);
         add_table(table, fit, units, "Figures of all runs over the keys", page);
     }
     const Json several = fit.value("best_runs", Json::object());  // by recipe

@@ -134,7 +134,9 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
     for (const [at, name] of chart.marks || [])
       if (at >= x.low && at <= x.high)
         grid.append(svg("line", { class: "mark", x1: x.at(at), x2: x.at(at), y1: box.top, y2: box.bottom },
-                        svg("title", {}, name)));
+                        svg("title", {}, name)),
+                    svg("text", { class: "mark", transform: `translate(${x.at(at) + 11} ${box.top + 3}) rotate(-90)`,
+                                  "text-anchor": "end" }, name.length > 30 ? `${name.slice(0, 29)}…` : name));
     root.append(grid, labels,
                 svg("path", { class: "frame", d: `M${box.left} ${box.top}V${box.bottom}H${box.right}` }),
                 svg("text", { class: "axis", x: (box.left + box.right) / 2, y: box.bottom + 34, "text-anchor": "middle" },
@@ -289,17 +291,17 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
       const at = known ? [place(from), place(to)] : [0, 100];
       list.append(el("div", { class: "interval" },
         el("div", { class: "interval-name" }, el("code", {}, row.name),
-           el("b", {}, number(row.value, 5)),
+           el("b", {}, number(row.value, 5)), row.unit || "",
            el("span", {}, (known ? `95 %: ${number(from)} to ${number(to)}` : row.at_bound ? "95 %: none" : "95 %: unknown") +
               (row.at_bound ? ", at its bound" : ""))),
         el("div", { class: "interval-bar" },
            el("i", { class: known ? "range" : "range unknown", style: `left:${at[0]}%;width:${Math.max(at[1] - at[0], 0.4)}%` }),
            el("i", { class: "value", style: `left:${place(row.value)}%` })),
         el("div", { class: "interval-ends" }, el("span", {}, number(low)),
-           el("span", {}, row.log ? "bounds, logarithmic" : "bounds"), el("span", {}, number(high)))));
+           el("span", {}, `bounds${row.unit ? ` in ${row.unit}` : ""}${row.log ? ", logarithmic" : ""}`), el("span", {}, number(high)))));
     }
     return list;
   };
 
-  Sidewall.svg = svg;
+  Object.assign(Sidewall, { svg, axis, drawAxes });
 })();

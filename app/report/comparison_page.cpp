@@ -3,6 +3,7 @@
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
+#include "app/evaluation/compare.hpp"
 #include "app/report/parts.hpp"
 
 namespace sidewall::app {
@@ -56,7 +57,9 @@ Json comparison_table(const Json& comparison, const Json& units) {
         row(
             with_unit(name, text_at(units, name)),
             [&key = name](const Json& v) { return v.at("metrology").value(key, Json()); }, Json());
-    return plain_table("Methods against each other", columns, std::move(rows));
+    Json section = plain_table("Methods against each other", columns, std::move(rows));
+    section["note"] = compare_verdict(comparison);
+    return section;
 }
 
 Json phases(const Json& comparison) {

@@ -12,6 +12,7 @@
     view: Sidewall.view, charts, bars: Sidewall.bars, table: Sidewall.table, recipe: Sidewall.recipe,
     markdown: Sidewall.markdown, intervals: Sidewall.intervals, correlation: Sidewall.correlation,
     response: (s) => Sidewall.response(s, rows),
+    contour: (s) => Sidewall.contours(s, rows),
     matrix: (s) => Sidewall.scatterMatrix(s, rows),
   };
 

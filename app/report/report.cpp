@@ -14,7 +14,8 @@
 namespace sidewall::app {
 
 // Pages by what a folder holds; each takes the bytes that its 3-D view may have.
-Page run_page(const std::filesystem::path& folder, std::size_t bytes);         // run_page.cpp
+Page run_page(const std::filesystem::path& folder, std::size_t bytes,
+              const std::optional<SavedSurface>& only);                        // run_page.cpp
 Page comparison_page(const std::filesystem::path& folder, std::size_t bytes);  // comparison_page.cpp
 Page sweep_page(const std::filesystem::path& folder, std::size_t bytes);       // batch_page.cpp
 Page fit_page(const std::filesystem::path& folder, std::size_t bytes);
@@ -30,12 +31,17 @@ std::size_t view_bytes() {
     return kMostPageBytes - page_assets_size() - kTables;
 }
 
-Page page_of(const fs::path& folder, std::size_t bytes) {
+Page whole_run_page(const fs::path& folder, std::size_t bytes) {
+    return run_page(folder, bytes, {});
+}
+
+Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
+    if (only) return run_page(folder, bytes, only);
     using Maker = Page (*)(const fs::path&, std::size_t);
     constexpr std::pair<const char*, Maker> kPages[] = {
-        {"sweep.json", sweep_page}, {"fit.json", fit_page},     {"compare.json", comparison_page},
-        {"study.json", study_page}, {"summary.json", run_page}, {"surface.pvd", run_page},
-        {"timeline.csv", run_page}};
+        {"sweep.json", sweep_page},      {"fit.json", fit_page},           {"compare.json", comparison_page},
+        {"study.json", study_page},      {"summary.json", whole_run_page}, {"surface.pvd", whole_run_page},
+        {"timeline.csv", whole_run_page}};
     for (const auto& [file, page] : kPages)
         if (is_there(folder / file)) return page(folder, bytes);
     throw FileError(fmt::format(
@@ -71,14 +77,14 @@ std::string html_of(const Page& page) {
     return page_html(escaped(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
 }
 
-Report report_within(const fs::path& folder, std::size_t bytes) {
-    const Page page = page_of(folder, bytes);
+Report report_within(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
+    const Page page = page_of(folder, bytes, only);
     return {.kind = page.kind, .html = html_of(page), .surfaces = page.surfaces};
 }
 
 }  // namespace
 
-Report make_report(const fs::path& folder) {
+Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
     if (!is_there(folder))
         throw FileError(fmt::format("{}: no such folder: check the path", folder.string()));
     std::error_code failure;
@@ -86,10 +92,11 @@ Report make_report(const fs::path& folder) {
         throw FileError(
             fmt::format("{}: is a file: name the folder of results that holds it", folder.string()));
     try {
-        Report report = report_within(folder, view_bytes());
+        Report report = report_within(folder, view_bytes(), only);
         // Texts and tables may take more than expected: then the view gets less.
         if (const std::size_t size = report.html.size(); size > kMostPageBytes)
-            report = report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes));
+            report =
+                report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes), only);
         if (report.html.size() > kMostPageBytes)
             throw FileError(fmt::format("{}: its page would take {} bytes, over {}: report one of its runs",
                                         folder.string(), report.html.size(), kMostPageBytes));

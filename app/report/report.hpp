@@ -1,7 +1,10 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
+
+#include "app/results/result.hpp"
 
 namespace sidewall::app {
 
@@ -17,7 +20,8 @@ struct Report {
 
 /// Makes a page of all that a folder of `run`, `sweep`, `fit`, `compare` or `study` holds, finished or not: a 3-D
 /// view, charts, tables and the recipe.
+/// \param only  of a run's surfaces, to be the only one in the view; none: all of them.
 /// \throws FileError naming what is missing or damaged.
-Report make_report(const std::filesystem::path& folder);
+Report make_report(const std::filesystem::path& folder, const std::optional<SavedSurface>& only = {});
 
 }  // namespace sidewall::app

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
@@ -30,7 +31,7 @@ class Timeline {
     }
 
     const TextTable& table() const { return table_; }
-    std::string time_label() const { return with_unit("time", name_and_unit(table_.names[time_]).second); }
+    std::string time_label() const { return axis_label("time", name_and_unit(table_.names[time_]).second); }
 
     /// Points of a column. A measure's value at the end is in the summary, not in a row.
     Json points(std::size_t column) const {
@@ -46,14 +47,20 @@ class Timeline {
         return all;
     }
 
-    /// Times at which steps begin, if they are few.
+    /// Times at which steps begin, with their names, if they are few.
     Json marks() const {
         constexpr std::size_t kMost = 20;
         Json marks = Json::array();
         const auto name = table_.column("name");
-        for (std::size_t r = 1; name && r < table_.rows.size(); ++r)
-            if (table_.rows[r][*name] != table_.rows[r - 1][*name])
-                marks.push_back(Json::array({field_json(table_.rows[r][time_]), table_.rows[r][*name]}));
+        for (std::size_t r = 0; name && r < table_.rows.size(); ++r) {
+            const auto& row = table_.rows[r];
+            if (r > 0 && row[*name] == table_.rows[r - 1][*name]) continue;
+            const Json time = field_json(row[time_]);
+            if (!marks.empty() && marks.back()[0] == time)  // a step that took no time
+                marks.back()[1] = marks.back()[1].get<std::string>() + ", " + row[*name];
+            else
+                marks.push_back(Json::array({time, row[*name]}));
+        }
         return marks.size() > kMost ? Json::array() : marks;
     }
 
@@ -100,7 +107,7 @@ Json measure_charts(const Timeline& timeline) {
         const auto [name, unit] = name_and_unit(table.names[k]);
         const std::string family = family_of(name);
         const auto [at, fresh] = place.try_emplace(family, charts.size());
-        if (fresh) charts.push_back(timeline.chart(family, with_unit(family, unit), {}));
+        if (fresh) charts.push_back(timeline.chart(family, axis_label(family, unit), {}));
         charts[at->second]["series"].push_back(Json{{"name", name}, {"points", timeline.points(k)}});
     }
     return charts;
@@ -111,12 +118,12 @@ Json numerics_charts(const Timeline& timeline) {
     const std::string unit = speed ? name_and_unit(timeline.table().names[*speed]).second : "";
     const std::string time = name_and_unit(timeline.table().names[*timeline.table().column("time")]).second;
     return Json::array(
-        {timeline.chart("mesh size", "triangles",
+        {timeline.chart("mesh size", axis_label("triangles", ""),
                         {{"raw_triangles", "extracted"}, {"simplified_triangles", "traced"}}),
-         timeline.chart("flux error", "relative standard error",
+         timeline.chart("flux error", axis_label("relative standard error", ""),
                         {{"relative_error", "largest of all species"}}),
-         timeline.chart("time step", with_unit("time step", time), {{"dt", "time step"}}),
-         timeline.chart("largest speed", with_unit("speed", unit), {{"max_speed", "largest speed"}})});
+         timeline.chart("time step", axis_label("time step", time), {{"dt", "time step"}}),
+         timeline.chart("largest speed", axis_label("speed", unit), {{"max_speed", "largest speed"}})});
 }
 
 Json phases_section(const Json& timing) {
@@ -131,6 +138,37 @@ Json phases_section(const Json& timing) {
     rows.push_back(Json::array({"other", number_or_null(std::max(0.0, rest), 4)}));
     return Json{
         {"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"names", {"seconds"}}, {"rows", rows}};
+}
+
+// What every step was asked for, how it ended, and the measures at its end, if the run took them.
+Json steps_section(const Json& summary, const Json& units, const std::string& time) {
+    std::vector<std::string> columns{
+        "step",     "model",     fmt::format("asked [{}]", time), fmt::format("took [{}]", time),
+        "ended by", "time steps"};
+    std::vector<Json::json_pointer> fields;
+    for (const char* field :
+         {"/name", "/model", "/asked_duration", "/duration", "/stopped_by", "/time_steps"})
+        fields.emplace_back(field);
+    std::set<std::string> names;
+    for (const Json& step : summary["steps"]) {
+        if (step.contains("bare") && names.insert("bare").second) {
+            columns.emplace_back("bare share");
+            fields.emplace_back("/bare");
+        }
+        const Json measures = step.value("measures", Json::object());
+        for (const auto& [name, value] : measures.items())
+            if (names.insert(name).second) {
+                columns.push_back(with_unit(name, text_at(units, name)));
+                fields.push_back(Json::json_pointer("/measures") / name);
+            }
+    }
+    Json rows = Json::array();
+    for (const Json& step : summary["steps"]) {
+        Json row = Json::array();
+        for (const auto& field : fields) row.push_back(step.value(field, Json()));
+        rows.push_back(std::move(row));
+    }
+    return plain_table("Steps", columns, std::move(rows));
 }
 
 void add_summary_tables(const Json& summary, Page& page) {
@@ -154,10 +192,7 @@ void add_summary_tables(const Json& summary, Page& page) {
         }
         page.sections.push_back(plain_table(title, columns, std::move(all)));
     };
-    list("steps", "Steps",
-         {"step", "model", fmt::format("asked [{}]", time), fmt::format("took [{}]", time), "ended by",
-          "time steps"},
-         {"name", "model", "asked_duration", "duration", "stopped_by", "time_steps"});
+    if (summary.contains("steps")) page.sections.push_back(steps_section(summary, units, time));
     list("events", "Events", {"what", fmt::format("time [{}]", time), "step", "material"},
          {"kind", "time", "name", "material"});
     list("flux", "Fluxes of the last time step",
@@ -192,7 +227,7 @@ void add_facts(const Json& summary, Page& page) {
 
 }  // namespace
 
-Page run_page(const fs::path& folder, std::size_t bytes) {
+Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
     Page page("run", folder_name(folder));
     Json summary = Json::object();
     if (is_there(folder / "summary.json")) {
@@ -208,6 +243,13 @@ Page run_page(const fs::path& folder, std::size_t bytes) {
     if (is_there(folder / "surface.pvd")) {
         std::vector<ViewFrame> frames;
         std::vector<SavedSurface> saved_ones = saved_surfaces(folder);
+        if (only) {
+            page.notes.push_back(
+                only->after.empty()
+                    ? fmt::format("The view shows the wafer at time {:.6g} alone.", only->time)
+                    : fmt::format("The view shows the wafer at the end of step {} alone.", only->after));
+            saved_ones = {*only};
+        }
         surface::MeshMetadata metadata;
         surface::read_mesh(saved_ones.front().file, &metadata);
         const std::string unit = metadata_text(metadata, "time_unit", "");

@@ -36,7 +36,7 @@ Json over_removal(const Json& surface, const char* title, const char* y, const c
 Json distance_charts(const Json& surface) {
     Json chart{{"title", "Distances at the largest removal"},
                {"x", "distance d [dx]"},
-               {"y", "share of vertices farther than d"},
+               {"y", "share of vertices farther than d [1]"},
                {"log_x", true},
                {"log_y", true},
                {"series", Json::array()}};
@@ -52,7 +52,7 @@ Json five_ways_chart(const Json& entry) {
         {"title", fmt::format("Time to {:.3g} % flux error, sticking {:.3g}",
                               100.0 * entry.at("target").get<double>(), entry.at("sticking").get<double>())},
         {"x", "depth [%], floor at 105"},
-        {"y", "CPU seconds"},
+        {"y", "CPU time [s]"},
         {"log_y", true},
         {"series", Json::array()}};
     for (const Json& way : entry.at("ways")) {
@@ -90,8 +90,8 @@ Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
              over_removal(surface, "Largest distance to the original", "distance [dx]",
                           "/original_to_simplified/max"),
              distance_charts(surface),
-             over_removal(surface, "Simplification time", "CPU seconds", "/seconds/simplification"),
-             over_removal(surface, "Tracing time", "CPU seconds", "/trace/seconds/trace")});
+             over_removal(surface, "Simplification time", "CPU time [s]", "/seconds/simplification"),
+             over_removal(surface, "Tracing time", "CPU time [s]", "/trace/seconds/trace")});
         for (const Json& entry : surface.value("five_ways", Json::array()))
             charts.push_back(five_ways_chart(entry));
         page.sections.push_back(

@@ -39,7 +39,7 @@
     return values.length > 1 && Math.max(...values) > Math.min(...values);
   };
 
-  const choice = (label, names, change, first = 0) => {
+  const choice = Sidewall.choice = (label, names, change, first = 0) => {
     const select = el("select", { onchange: () => change(select.selectedIndex) },
                       ...names.map((name) => el("option", {}, name)));
     select.selectedIndex = first;
@@ -66,7 +66,7 @@
           .map((row) => [row[key.column], row[measure.column], `run ${row[0]}`]);
         const series = lines ? [...groups].map(([name, group]) => ({ name, points: points(group), marked: true }))
                              : [{ name: "runs", points: points(good), dots: true }];
-        return Sidewall.lineChart({ title: measure.name, x: key.name, y: measure.label, log_x: key.log, series,
+        return Sidewall.lineChart({ title: measure.name, x: key.label, y: measure.label, log_x: key.log, series,
                                     ramp: lines && series.length > 2 });
       }));
     };
@@ -98,7 +98,7 @@
           const group = Sidewall.svg("g", { transform: `translate(${j * cell} ${i * cell})` },
                                      Sidewall.svg("rect", { class: "cell", width: cell - 4, height: cell - 4 }));
           if (i === j) {
-            const words = dims[i].name.split(/(?<=[_\].])/).reduce((lines, part) => {
+            const words = dims[i].label.split(/(?<=[_\].]| )/).reduce((lines, part) => {
               if (lines.length && (lines[lines.length - 1] + part).length * 6.3 < cell - 12) lines[lines.length - 1] += part;
               else lines.push(part);
               return lines;

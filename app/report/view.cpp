@@ -369,4 +369,9 @@ std::string with_unit(const std::string& name, const std::string& unit) {
     return shown.empty() ? name : fmt::format("{} [{}]", name, shown);
 }
 
+std::string axis_label(const std::string& name, const std::string& unit) {
+    const std::string shown = shown_unit(unit);
+    return fmt::format("{} [{}]", name, shown.empty() ? "1" : shown);
+}
+
 }  // namespace sidewall::app

@@ -37,4 +37,7 @@ std::string shown_unit(const std::string& unit);
 /// "name [unit]", or the name alone.
 std::string with_unit(const std::string& name, const std::string& unit);
 
+/// "name [unit]" for an axis, "name [1]" without a dimension.
+std::string axis_label(const std::string& name, const std::string& unit);
+
 }  // namespace sidewall::app

@@ -183,9 +183,9 @@ const FigureReader::Cuts& FigureReader::cuts() {
 double FigureReader::value_of(const Figure& figure) {
     const auto level = [&](const Profile& p) { return solid_at(p, -figure.at); };
     switch (figure.kind) {
-        case FigureKind::opening:
-            return opening(profile_of(surface_, surface::parse_plane(recipe_.metrology.cut), stack_.domain),
-                           -figure.at);
+        case FigureKind::opening:  // these are metrology.cpp's
+        case FigureKind::without:
+            break;
         case FigureKind::width:
             return widest(cuts().of_material(figure.material, level));
         case FigureKind::thickness: {
@@ -210,17 +210,6 @@ Measure FigureReader::at(const Figure& figure) {
     const std::string unit =
         figure.kind == FigureKind::volume ? volume_unit(recipe_) : recipe_.domain.length_unit;
     return {figure.name, value_of(figure), unit};
-}
-
-Measure measure_named(const Recipe& recipe, const std::string& name, const levelset::MaterialStack& stack,
-                      const TriangleMesh& surface) {
-    if (const auto figure = named_figure(name, recipe.materials))
-        return FigureReader(recipe, stack, surface).at(*figure);
-    MetrologySection one = recipe.metrology;
-    one.measures = {word_of(recipe, name).value_or(name)};
-    for (const Measure& measure : measure(recipe, one, stack, surface))
-        if (measure.name == name) return measure;
-    return {name, kNone, ""};
 }
 
 }  // namespace sidewall::app

@@ -29,8 +29,4 @@ class FigureReader {
     std::unique_ptr<const Cuts> cuts_;
 };
 
-/// Any one figure of measure() by its name; NaN if no recipe measures that.
-Measure measure_named(const Recipe& recipe, const std::string& name, const levelset::MaterialStack& stack,
-                      const TriangleMesh& surface);
-
 }  // namespace sidewall::app

@@ -86,20 +86,13 @@ Floor deepest_point(const Profile& below, const std::pair<double, double>& withi
     return lowest;
 }
 
-// The middle, along the profile, of what lies within a hundredth of the depth, or within `flat`, above the
-// floor; of a groove its lowest point.
-double middle_of_floor(const Profile& below, const Floor& floor, double top, double flat,
-                       const std::pair<double, double>& within) {
-    const double near = floor.z + std::max(0.01 * (top - floor.z), flat);
-    double sum = 0.0, length = 0.0;
-    below.each_segment([&](const Vec3& p, const Vec3& q) {
-        if (std::max(p.z(), q.z()) > near) return;
-        const double twice = (p + q).dot(below.along), d = (q - p).norm();
-        if (0.5 * twice < within.first || 0.5 * twice > within.second) return;
-        sum += 0.5 * d * twice;
-        length += d;
-    });
-    return length > 0.0 ? sum / length : floor.along;
+// Where a floor is measured, along the profile: midway between its walls a cell above it, or at half its
+// depth if it is less deep; by its lowest point if no walls are there. Corners on the floor may be cut on one
+// side.
+double middle_of_floor(const Profile& below, const Floor& floor, double top, double spacing) {
+    for (const auto& [left, right] : openings(below, floor.z + std::min(spacing, 0.5 * (top - floor.z))))
+        if (floor.along >= left - spacing && floor.along <= right + spacing) return 0.5 * (left + right);
+    return floor.along;
 }
 
 // Whether an opening begins or ends at a height, as at the ceiling of a cavity: it has no width there to
@@ -109,18 +102,16 @@ bool has_ledge(const Profile& profile, double z, double near) {
     return std::abs(above - below) > 0.1 * std::max(above, below);
 }
 
-// Measures the film on top and floor, of profiles that may go on beyond their sides. Returns z of the top
+// Measures the film on top and floor, of profiles with what lies beyond their sides. Returns z of the top
 // below it.
-double measure_flats(const Profile& surface, const Profile& below, double beside, double flat,
-                     const std::pair<double, double>& within, Film& film) {
-    const Floor floor = deepest_point(below, within);
-    const double top = crossings(below, beside).second,
-                 floor_at = middle_of_floor(below, floor, top, flat, within);
+double measure_flats(const Profile& surface, const Profile& below, double beside, double floor_at,
+                     double floor, Film& film) {
+    const double top = crossings(below, beside).second;
     film.top = crossings(surface, beside).second - top;
     // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
     // floor the film's own surface is the lowest crossing above it.
     film.bottom = crossings(surface, floor_at).first - crossings(below, floor_at).first;
-    film.depth = top - floor.z;
+    film.depth = top - floor;
     return top;
 }
 
@@ -136,25 +127,44 @@ Film film_between(const Profile& surface, const Profile& below, double spacing) 
     Film film;
     const ProfileSpan span = span_of_profile(below);
     if (!std::isfinite(span.floor)) return film;
-    const double flat = kFlat * spacing;
-    constexpr std::pair everywhere{-kInfinity, kInfinity};
-    if (span.crest - span.floor <= flat) {  // which of its points is the lowest, rounding decides
-        measure_flats(surface, below, span.left, flat, everywhere, film);
+    if (span.crest - span.floor <= kFlat * spacing) {  // which of its points is the lowest, rounding decides
+        measure_flats(surface, below, span.left, 0.5 * (span.left + span.right), span.floor, film);
         return film;
     }
-    const double half = 0.5 * (span.crest + span.floor), rounding = 1e-6 * (span.right - span.left);
+    const double half = 0.5 * (span.crest + span.floor);
     const std::pair<double, double> open = widest_opening(below, half);
     const double beside = middle_beside(below, open, half);
-    const bool over_side = open.first < span.left - rounding || open.second > span.right + rounding;
-    const double top = over_side && std::isfinite(beside)
-                           ? measure_flats(with_beyond(surface), with_beyond(below), beside, flat, open, film)
-                           : measure_flats(surface, below, span.left, flat, everywhere, film);
+    // Within a cell of a side there may be a wall, no flat top.
+    const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
+               across = over_side && std::isfinite(beside);
+    const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
+    const Floor floor = deepest_point(all_below, across ? open : std::pair(span.left, span.right));
+    const double along = across ? beside : span.left, crest = crossings(all_below, along).second,
+                 top = measure_flats(all_above, all_below, along,
+                                     middle_of_floor(below, floor, crest, spacing), floor.z, film);
     const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
                  still_open = opening(surface, middle);
     constexpr double kNearMiddle = 0.02;  // of the depth
     if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = 0.5 * (width - still_open);
     film.filled = std::isfinite(width) && !std::isfinite(still_open);
     return film;
+}
+
+double seam_depth(const Profile& surface, const Profile& below) {
+    const ProfileSpan span = span_of_profile(below);
+    if (!std::isfinite(span.floor)) return kNone;
+    const double half = 0.5 * (span.crest + span.floor);
+    const std::pair<double, double> open = widest_opening(below, half);
+    const Profile above = with_beyond(surface);
+    const Floor floor = deepest_point(with_beyond(below), open), notch = deepest_point(above, open);
+    if (!std::isfinite(notch.z) || !std::isfinite(floor.z)) return kNone;
+    // From the floor alone an even film has come no higher when its walls meet.
+    const double width = opening(below, std::min(notch.z, half));
+    if (!(notch.z - floor.z > 0.5 * width)) return kNone;
+    constexpr double kNotch = 0.1;  // slope of both its sides
+    for (const double aside : {-0.25 * width, 0.25 * width})
+        if (!(crossings(above, notch.along + aside).first - notch.z > kNotch * 0.25 * width)) return kNone;
+    return -notch.z;
 }
 
 }  // namespace sidewall::app

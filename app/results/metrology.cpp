@@ -3,16 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
+#include "app/recipe/flat.hpp"
 #include "app/results/cut_profile.hpp"
 #include "app/results/figure_values.hpp"
 #include "app/results/film.hpp"
+#include "app/results/scallops.hpp"
+#include "app/results/voids.hpp"
+#include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/motion/geometric.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -65,35 +70,150 @@ double sidewall_angle(const Wall& wall) {
     return std::atan2(1.0, (n * szw - sz * sw) / spread) * 180.0 / std::numbers::pi;
 }
 
-// Turning points of the opening that stand out by a twentieth of a grid spacing: maxima and minima in turn.
-std::array<double, 2> scallops(const Wall& wall, double spacing) {
-    const double least = 0.05 * spacing;
-    std::vector<std::array<double, 2>> turns;  // depth, opening
-    int direction = 0;
-    std::array<double, 2> extreme{0.0, 0.0};
-    bool started = false;
-    for (std::size_t k = 0; k < wall.opening.size(); ++k) {
-        const double w = wall.opening[k], depth = (static_cast<double>(k) + 0.5) * wall.step;
-        if (!std::isfinite(w)) continue;
-        if (!started) extreme = {depth, w};
-        started = true;
-        const double change = w - extreme[1];
-        if (direction * change >= 0.0 && direction != 0) {
-            extreme = {depth, w};
-        } else if (std::abs(change) > least) {
-            if (direction != 0) turns.push_back(extreme);
-            direction = change > 0.0 ? 1 : -1;
-            extreme = {depth, w};
+// The wafer without a material; as it is if it has none of it but its substrate.
+levelset::MaterialStack stripped(const levelset::MaterialStack& stack, int material) {
+    const std::vector<int> there = layer_materials(stack);
+    if (there.front() == material || std::find(there.begin(), there.end(), material) == there.end())
+        return stack;
+    levelset::MaterialStack bare = levelset::copy(stack.coarser ? levelset::on_one_level(stack) : stack);
+    levelset::strip(bare, material);
+    return bare;
+}
+
+// What measures have in common, each found once for those who ask.
+class Metrologist {
+  public:
+    Metrologist(const Recipe& recipe, const MetrologySection& section, const levelset::MaterialStack& stack,
+                const TriangleMesh& mesh)
+        : recipe_(recipe),
+          section_(section),
+          stack_(stack),
+          mesh_(mesh),
+          plane_(surface::parse_plane(section.cut)),
+          figures_(recipe, stack, mesh) {}
+
+    std::vector<Measure> take() {
+        for (const std::string& what : section_.measures) {
+            if (what == "film")
+                add_film();
+            else if (what == "scallops")
+                add_scallops();
+            else if (what == "voids")
+                add_voids();
+            else if (what == "cd")
+                for (const double at : section_.cd_depths)
+                    add(fmt::format("cd_at_{:g}", at), opening(open(), -at));
+            else if (const auto figure = named_figure(what, recipe_.materials))
+                add_named(*figure);
+            else
+                add_shape(what);
+        }
+        return measures_;
+    }
+
+  private:
+    void add(std::string name, double value) {
+        measures_.push_back({std::move(name), value, recipe_.domain.length_unit});
+    }
+    void add_pure(std::string name, double value) { measures_.push_back({std::move(name), value, "1"}); }
+
+    // The profile of what is open: closed voids are no openings.
+    const Profile& open() {
+        if (!open_) {
+            const auto open = open_surface(mesh_, stack_.domain);
+            open_ = profile_of(open ? *open : mesh_, plane_, stack_.domain);
+        }
+        return *open_;
+    }
+    // The profile of the layer below the uppermost one.
+    const Profile& below() {
+        if (!below_)
+            below_ = profile_of(levelset::extract_around(stack_, stack_.layers.size() - 2, plane_), plane_,
+                                stack_.domain);
+        return *below_;
+    }
+    double depth() {
+        const double floor = lowest(open());
+        return std::isfinite(floor) ? -floor : kNone;
+    }
+    const Wall& openings() {
+        if (!openings_) openings_ = wall(open(), depth(), stack_.domain.spacing);
+        return *openings_;
+    }
+
+    void add_named(const Figure& figure) {
+        if (figure.kind == FigureKind::opening) {
+            add(figure.name, opening(open(), -figure.at));
+        } else if (figure.kind == FigureKind::without) {
+            if (!bare_ || stripped_ != figure.stripped) {
+                bare_ = stripped(stack_, figure.stripped);
+                bare_surface_ = levelset::extract_surface(*bare_);
+                stripped_ = figure.stripped;
+            }
+            const Measure bare = measure_named(recipe_, figure.of, *bare_, bare_surface_);
+            measures_.push_back({figure.name, bare.value, bare.unit});
+        } else {
+            measures_.push_back(figures_.at(figure));
         }
     }
-    if (turns.size() < 3) return {kNone, kNone};
-    // Every second turn is of the same kind.
-    double pitch = 0.0, swing = 0.0;
-    for (std::size_t k = 0; k + 2 < turns.size(); ++k) pitch += turns[k + 2][0] - turns[k][0];
-    for (std::size_t k = 0; k + 1 < turns.size(); ++k) swing += std::abs(turns[k + 1][1] - turns[k][1]);
-    return {pitch / static_cast<double>(turns.size() - 2),
-            0.5 * swing / static_cast<double>(turns.size() - 1)};
-}
+    void add_shape(const std::string& what) {
+        const double dx = stack_.domain.spacing;
+        if (what == "depth") {
+            add(what, depth());
+        } else if (what == "sidewall_angle") {
+            measures_.push_back({what, sidewall_angle(openings()), "degree"});
+        } else if (what == "bow") {
+            double widest = kNone;
+            for (const double w : openings().opening) widest = std::fmax(widest, w);
+            add(what, widest - opening(open(), -dx));
+        } else if (what == "undercut") {
+            const double z = section_.mask_bottom;
+            add(what, 0.5 * (opening(open(), z - dx) - mask_opening(open(), z, dx)));
+        } else if (what == "aspect_ratio") {
+            add_pure(what, depth() / opening(open(), -0.5 * depth()));
+        } else if (what == "seam_depth") {
+            add(what, stack_.layers.size() > 1 ? seam_depth(open(), below()) : kNone);
+        }
+    }
+    void add_scallops() {
+        const Scallops found = scallops(openings().opening, openings().step, stack_.domain.spacing);
+        add("scallop_pitch", found.pitch);
+        add("scallop_depth", found.depth);
+    }
+    void add_voids() {
+        const Voids found = voids_in(mesh_, stack_.domain, surface::plane_axes(plane_)[0]);
+        add_pure("voids", found.count);
+        const double strip = width_of_strip(recipe_);
+        const std::string unit = volume_unit(recipe_);
+        measures_.push_back({"void_volume", found.volume / strip, unit});
+        measures_.push_back({"void_volume_whole", found.whole_volume / strip, unit});
+        add("void_top", -found.top);
+        add("void_width", found.width);
+    }
+    void add_film() {
+        const double dx = stack_.domain.spacing;
+        Film t;
+        if (stack_.layers.size() > 1) t = film_between(profile_of(mesh_, plane_, stack_.domain), below(), dx);
+        add("film_top", t.top);
+        add("film_side", t.side);
+        add("film_bottom", t.bottom);
+        add_pure("step_coverage_side", t.coverage(t.side, dx));
+        add_pure("step_coverage_bottom", t.coverage(t.bottom, dx));
+    }
+
+    const Recipe& recipe_;
+    const MetrologySection& section_;
+    const levelset::MaterialStack& stack_;
+    const TriangleMesh& mesh_;
+    surface::Plane plane_;
+    FigureReader figures_;
+    std::optional<Profile> open_, below_;
+    std::optional<Wall> openings_;  // hundreds of them
+    int stripped_ = -1;             // the material that bare_ lacks
+    std::optional<levelset::MaterialStack> bare_;
+    TriangleMesh bare_surface_;
+    std::vector<Measure> measures_;
+};
 
 }  // namespace
 
@@ -105,57 +225,16 @@ std::vector<Measure> measure(const Recipe& recipe, const levelset::MaterialStack
 std::vector<Measure> measure(const Recipe& recipe, const MetrologySection& section,
                              const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
     if (section.measures.empty()) return {};
-    const std::string& length = recipe.domain.length_unit;
-    const double dx = stack.domain.spacing;
-    const surface::Plane plane = surface::parse_plane(section.cut);
-    const Profile profile = profile_of(mesh, plane, stack.domain);
-    const double floor = lowest(profile), depth = std::isfinite(floor) ? -floor : kNone;
-    std::optional<Wall> found;  // hundreds of openings, for those who ask
-    const auto openings = [&]() -> const Wall& {
-        if (!found) found = wall(profile, depth, dx);
-        return *found;
-    };
-    FigureReader figures(recipe, stack, mesh);
-    std::vector<Measure> measures;
-    for (const std::string& what : section.measures) {
-        if (what == "depth") {
-            measures.push_back({"depth", depth, length});
-        } else if (what == "cd") {
-            for (const double at : section.cd_depths)
-                measures.push_back({fmt::format("cd_at_{:g}", at), opening(profile, -at), length});
-        } else if (what == "sidewall_angle") {
-            measures.push_back({"sidewall_angle", sidewall_angle(openings()), "degree"});
-        } else if (what == "bow") {
-            double widest = kNone;
-            for (const double w : openings().opening) widest = std::fmax(widest, w);
-            measures.push_back({"bow", widest - opening(profile, -dx), length});
-        } else if (what == "undercut") {
-            const double z = section.mask_bottom;
-            measures.push_back(
-                {"undercut", 0.5 * (opening(profile, z - dx) - mask_opening(profile, z, dx)), length});
-        } else if (what == "aspect_ratio") {
-            measures.push_back({"aspect_ratio", depth / opening(profile, -0.5 * depth), "1"});
-        } else if (what == "scallops") {
-            const auto [pitch, amplitude] = scallops(openings(), dx);
-            measures.push_back({"scallop_pitch", pitch, length});
-            measures.push_back({"scallop_depth", amplitude, length});
-        } else if (what == "film") {
-            Film t;
-            if (stack.layers.size() > 1)
-                t = film_between(profile,
-                                 profile_of(levelset::extract_around(stack, stack.layers.size() - 2, plane),
-                                            plane, stack.domain),
-                                 dx);
-            measures.push_back({"film_top", t.top, length});
-            measures.push_back({"film_side", t.side, length});
-            measures.push_back({"film_bottom", t.bottom, length});
-            measures.push_back({"step_coverage_side", t.coverage(t.side, dx), "1"});
-            measures.push_back({"step_coverage_bottom", t.coverage(t.bottom, dx), "1"});
-        } else if (const auto figure = named_figure(what, recipe.materials)) {
-            measures.push_back(figures.at(*figure));
-        }
-    }
-    return measures;
+    return Metrologist(recipe, section, stack, mesh).take();
+}
+
+Measure measure_named(const Recipe& recipe, const std::string& name, const levelset::MaterialStack& stack,
+                      const TriangleMesh& surface) {
+    MetrologySection one = recipe.metrology;
+    one.measures = {named_figure(name, recipe.materials) ? name : word_of(recipe, name).value_or(name)};
+    for (const Measure& measure : measure(recipe, one, stack, surface))
+        if (measure.name == name) return measure;
+    return {name, kNone, ""};
 }
 
 std::vector<int> layer_materials(const levelset::MaterialStack& stack) {

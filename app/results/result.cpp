@@ -1,6 +1,7 @@
 #include "app/results/result.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -91,7 +92,35 @@ bool has_bars(const Json& summary) {
 struct PvdEntry {
     double time = 0.0;
     std::filesystem::path file;  ///< the collection's folder included
+    std::string after;
 };
+
+// The text that the quotes of an attribute hold.
+std::string plain_text(std::string_view attribute) {
+    std::string text;
+    for (std::size_t at = 0; at < attribute.size(); ++at) {
+        unsigned code = 0;
+        const std::size_t end = attribute.find(';', at);
+        if (attribute.substr(at).starts_with("&#") && end != std::string_view::npos &&
+            std::from_chars(attribute.data() + at + 2, attribute.data() + end, code).ec == std::errc() &&
+            code < 128) {
+            text += static_cast<char>(code);
+            at = end;
+        } else {
+            text += attribute[at];
+        }
+    }
+    return text;
+}
+
+// Whether a step's label, such as "2.1 etch (cycle 3 of 10)", is meant by "etch", "2.1" or itself.
+bool is_step(const std::string& label, const std::string& wanted) {
+    const std::size_t blank = label.find(' ');
+    if (label.empty() || blank == std::string::npos) return false;
+    const std::string name = label.substr(blank + 1);
+    return label == wanted || label.substr(0, blank) == wanted || name == wanted ||
+           name.substr(0, name.rfind(" (cycle ")) == wanted;
+}
 
 // The files of a ParaView collection, in its order.
 std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
@@ -111,6 +140,7 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
             throw FileError(
                 fmt::format("{}: a DataSet names no file: run the simulation again", path.string()));
         entry.file = path.parent_path() / std::string(file);
+        entry.after = plain_text(tag_attribute(tag, "after"));
         entries.push_back(std::move(entry));
     }
     if (entries.empty())
@@ -174,7 +204,7 @@ std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
         const std::size_t digits = name.find_first_of("0123456789");
         if (digits != std::string::npos)
             std::from_chars(name.data() + digits, name.data() + name.size(), number);
-        saved.push_back({number, entry.time, entry.file});
+        saved.push_back({number, entry.time, entry.file, entry.after});
     }
     if (saved.empty())
         throw FileError(fmt::format("{}: lists no file named surface_*: has the run saved a surface yet?",
@@ -196,6 +226,20 @@ const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time
     for (const SavedSurface& surface : saved)
         if (std::abs(surface.time - time) <= std::abs(nearest->time - time)) nearest = &surface;
     return *nearest;
+}
+
+const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const std::string& step) {
+    std::vector<std::string> steps;
+    for (const SavedSurface& surface : saved)
+        if (!surface.after.empty()) steps.push_back(surface.after);
+    for (auto surface = saved.rbegin(); surface != saved.rend(); ++surface)
+        if (is_step(surface->after, step)) return *surface;
+    constexpr std::size_t kMost = 20;
+    if (steps.size() > kMost) steps.erase(steps.begin() + kMost / 2, steps.end() - kMost / 2);
+    throw RecipeError(fmt::format(
+        "--step {}: no surface was saved at the end of such a step; there {}: choose one, or run with "
+        "[output] every = \"end\"",
+        step, steps.empty() ? "is none" : fmt::format("are {}", fmt::join(steps, ", "))));
 }
 
 const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number) {

@@ -15,6 +15,7 @@ struct SavedSurface {
     std::size_t number = 0;  ///< NNNN of surface_NNNN.vtp
     double time = 0.0;       ///< process time
     std::filesystem::path file;
+    std::string after;  ///< the step at whose end the wafer was so; empty within a step
 };
 
 /// The surfaces that DIR/surface.pvd lists, in its order.
@@ -24,6 +25,11 @@ std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder);
 /// The surface whose time is nearest; of several at that time the last.
 /// \pre there is one. \throws RecipeError, naming --time, if none was saved before or after \p time.
 const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time);
+
+/// The surface at the end of a step; of a loop's the last one.
+/// \param step  its name in the recipe, such as etch, its number, such as 2 or 2.1, or both as reports print them.
+/// \throws RecipeError, naming --step and the steps whose end was saved.
+const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const std::string& step);
 
 /// The surface of that number.
 /// \throws RecipeError, naming --frame and the numbers there are.

@@ -110,7 +110,10 @@ std::string type_text(const Key& key) {
                        return key.rule.size > 0 ? fmt::format("{} numbers", key.rule.size)
                                                 : "list of numbers";
                    },
-                   [&](const std::vector<std::string>*) { return "list of " + string_type; },
+                   [&](const std::vector<std::string>*) {
+                       return key.rule.or_one ? fmt::format("{0}, or list of {0}", string_type)
+                                              : "list of " + string_type;
+                   },
                    [](const ByMaterial*) -> std::string { return "number, or table by material"; },
                    [&](const Expressions*) -> std::string {
                        return key.rule.material ? "expression, or table by material" : "table of expressions";
@@ -119,7 +122,7 @@ std::string type_text(const Key& key) {
                    [](const Choice& choice) {
                        return choice.count == 1
                                   ? words_text(choice.words)
-                                  : fmt::format("{} of {}", choice.count, words_text(choice.words));
+                                  : fmt::format("one or {} of {}", choice.count, words_text(choice.words));
                    }},
         key.target);
 }
@@ -128,7 +131,7 @@ std::string type_text(const Key& key) {
 std::vector<std::string> words_of(const Key& key) {
     if (std::holds_alternative<bool*>(key.target)) return {"true", "false"};
     if (const auto* choice = std::get_if<Choice>(&key.target)) return choice->words;
-    if (std::holds_alternative<std::string*>(key.target))
+    if (std::holds_alternative<std::string*>(key.target) || key.rule.or_one)
         return key.rule.material ? material_names(default_materials()) : key.rule.choices;
     if (key.rule.word.empty()) return {};
     return {key.rule.word};

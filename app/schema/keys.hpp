@@ -52,6 +52,7 @@ struct Rule {
     bool required = false;                  ///< there is no default
     bool material = false;                  ///< strings, or the names of expressions, name materials
     std::size_t size = 0;                   ///< numbers in a list, 0 = any
+    bool or_one = false;                    ///< a list of strings may be one string
     bool whole = false;                     ///< a number that is whole
     std::string word = {};                  ///< what an absent optional number is written as
     std::vector<std::string> choices = {};  ///< the strings allowed, if not all

@@ -24,6 +24,35 @@ std::optional<int> material_id(const Materials& materials, std::string_view name
     return static_cast<int>(found - materials.begin());
 }
 
+const std::vector<MaterialWord>& material_words() {
+    static const std::vector<MaterialWord> words = {
+        {"silicon", "Si"},         {"c-si", "Si"},
+        {"oxide", "SiO2"},         {"quartz", "SiO2"},
+        {"sin", "Si3N4"},          {"nitride", "Si3N4"},
+        {"poly", "PolySi"},        {"poly-si", "PolySi"},
+        {"polysilicon", "PolySi"}, {"germanium", "Ge"},
+        {"photoresist", "Resist"}, {"pr", "Resist"},
+        {"tungsten", "W"},         {"alumina", "Al2O3"},
+        {"hafnia", "HfO2"},        {"copper", "Cu"},
+        {"a-c", "Carbon"},         {"carbon", "Carbon"},
+        {"resist", "Resist"},      {"polymer", "Polymer"},
+        {"mask", "Mask"},          {"fluorocarbon", "Polymer"},
+    };
+    return words;
+}
+
+std::optional<int> meant_material(const Materials& materials, std::string_view name) {
+    if (const auto id = material_id(materials, name)) return id;
+    const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+    const auto same = [&](std::string_view word) {
+        return std::equal(word.begin(), word.end(), name.begin(), name.end(),
+                          [&](char a, char b) { return a == small(b); });
+    };
+    for (const auto& [word, built_in] : material_words())
+        if (same(word)) return material_id(materials, built_in);
+    return std::nullopt;
+}
+
 std::vector<std::string> material_names(const Materials& materials) {
     std::vector<std::string> names;
     for (const Material& material : materials) names.push_back(material.name);

@@ -24,6 +24,18 @@ const Materials& default_materials();
 /// The id of the material of that name, if there is one.
 std::optional<int> material_id(const Materials& materials, std::string_view name);
 
+/// The id of the material that \p name means: one of that name, else the built-in one that it is a common word
+/// for, such as photoresist for Resist or SiN for Si3N4.
+std::optional<int> meant_material(const Materials& materials, std::string_view name);
+
+/// A common word for a built-in material.
+struct MaterialWord {
+    const char* word;  ///< in small letters; capitals do not count
+    const char* name;
+};
+
+const std::vector<MaterialWord>& material_words();
+
 std::vector<std::string> material_names(const Materials& materials);
 
 }  // namespace sidewall::app

@@ -1,11 +1,15 @@
 #include "app/schema/units.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <string_view>
 #include <utility>
+
+#include "surface/error.hpp"
+#include "surface/files/file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -71,9 +75,17 @@ std::optional<double> size_in(const Units& units, const std::string& unit) {
 }
 
 void convert_columns(CsvTable& table, const Units& units) {
+    static constexpr std::array<std::string_view, 11> kNeither{"",       "1",       "%",   "eV", "keV", "deg",
+                                                               "degree", "degrees", "rad", "K",  "Pa"};
     bool converted = false;
     for (CsvColumn& column : table.columns) {
         const auto size = size_in(units, column.unit);
+        if (!size && std::ranges::find(kNeither, column.unit) == kNeither.end())
+            throw FileError(fmt::format(
+                "{}: {} [{}]: the unit is unknown: write a length ({}), a time ({}), such as nm/min a quotient of the two, "
+                "or eV, deg, K, Pa or 1, which are taken as they are",
+                table.file, surface::printable(column.name), surface::printable(column.unit),
+                fmt::join(length_units(), ", "), fmt::join(time_units(), ", ")));
         if (!size || *size == 1.0) continue;
         converted = true;
         for (double& value : column.values) value *= *size;

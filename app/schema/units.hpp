@@ -29,7 +29,9 @@ double seconds_in(const std::string& time_unit);
 /// The size of a length, a time or a quotient of the two, such as "nm/min", in a recipe's units; nothing for another unit.
 std::optional<double> size_in(const Units& units, const std::string& unit);
 
-/// Converts the columns whose headings have such a unit into the recipe's, and tells so in `understood`.
+/// Converts the columns whose headings have such a unit into the recipe's, and tells so in `understood`; leaves those in eV,
+/// deg, K, Pa or 1 as they are.
+/// \throws FileError for another unit.
 void convert_columns(CsvTable& table, const Units& units);
 
 /// A key's unit such as "length/time" written in a recipe's units, e.g. "um/s".

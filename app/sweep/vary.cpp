@@ -8,6 +8,7 @@
 
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
+#include "app/recipe/steps.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {
@@ -86,11 +87,17 @@ Vary parse_vary(const std::string& text) {
 std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe& recipe) {
     std::vector<Vary> varied;
     const std::vector<KeyDoc> keys = settable_keys(recipe);
+    const std::vector<NamedStep> steps = named_steps(recipe.steps);
+    std::vector<std::string> places;  // of the keys, whichever way they are written
     for (const std::string& text : texts) {
         Vary vary = parse_vary(text);
-        for (const Vary& other : varied)
-            if (other.key == vary.key)
-                throw RecipeError(fmt::format("--vary {}: {} is varied twice", text, vary.key));
+        try {
+            places.push_back(with_place_of_step(vary.key, steps));
+        } catch (const RecipeError& error) {
+            throw RecipeError(fmt::format("--vary {}: {}", text, error.what()));
+        }
+        if (std::find(places.begin(), places.end() - 1, places.back()) != places.end() - 1)
+            throw RecipeError(fmt::format("--vary {}: {} is varied twice", text, vary.key));
         const auto key =
             std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& any) { return any.name == vary.key; });
         if (key != keys.end()) {

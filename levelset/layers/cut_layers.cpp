@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -45,10 +46,16 @@ void expose(Leaf& leaf, const Leaf& above, bool made) {
         if (made || leaf.getValue(it.pos()) < 0.0f) leaf.setValueOn(it.pos(), above.getValue(it.pos()));
 }
 
+// A released node follows the surface, by little. One that is suddenly deep under it has been closed over by
+// a film: there the layer's front stays.
+float follow(float old, float surface, float most) {
+    return surface < old - most ? old : surface;
+}
+
 // phi = max(phi, surface) on the surface's band; elsewhere nothing can have changed, or all of it is gone.
 void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grown) {
     const auto snap = static_cast<float>(thinnest_film(domain));
-    const float background = phi.background();
+    const float background = phi.background(), most = 0.5f * static_cast<float>(domain.spacing);
     const std::vector<openvdb::Coord> made = make_exposed_leaves(phi, surface);
     std::vector<Leaf*> leaves;
     phi.tree().getNodes(leaves);
@@ -69,7 +76,10 @@ void cut(Grid& phi, const Grid& surface, const Domain& domain, const Grown* grow
             for (auto it = leaf.beginValueOn(); it; ++it) {
                 const openvdb::Index n = it.pos();
                 const float s = above ? above->getValue(n) : far;
-                if (value[n] < (grew && has(*grew, n) ? s : s + snap)) value[n] = s;
+                if (is_released(value[n], background))
+                    value[n] = follow(before_release(value[n], background), s, most);
+                else if (value[n] < (grew && has(*grew, n) ? s : s + snap))
+                    value[n] = s;
             }
             if (!trim_leaf(leaf, domain, background)) any_empty = true;
         }

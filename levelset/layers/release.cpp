@@ -37,11 +37,10 @@ void set_bits(RowBits& bits, Is&& is) {
     }
 }
 
-void release(Leaf* layer, const Leaf& surface, const float* old, float mark, LeafNodes& nodes) {
+void release(Leaf* layer, const Leaf& surface, const float* old, float background, LeafNodes& nodes) {
     nodes.layer = layer;
     nodes.released = nodes.any_overgrown = false;
     if (!layer) return;
-    const float background = -0.5f * mark;
     const float* moved = surface.buffer().data();
     float* value = layer->buffer().data();
     int released = 0, overgrown = 0;
@@ -50,7 +49,7 @@ void release(Leaf* layer, const Leaf& surface, const float* old, float mark, Lea
         const bool bare = (std::abs(value[i]) < background) & (value[i] == old[i]) & (moved[i] >= value[i]);
         released |= bare;
         overgrown |= (value[i] >= 0.0f) & (moved[i] < 0.0f) & (moved[i] < old[i]);
-        value[i] = bare ? mark : value[i];
+        value[i] = bare ? as_released(value[i], background) : value[i];
     }
     nodes.released = released != 0;
     nodes.any_overgrown = overgrown != 0;
@@ -68,7 +67,7 @@ class Keeper {
         : domain_(domain), leaves_(leaves), table_(table), before_(before), nodes_(nodes), stride_(stride) {}
 
     // Beside those of one leaf; any number of leaves at once.
-    void keep_beside(std::size_t n, float mark) const {
+    void keep_beside(std::size_t n, float background) const {
         if (!nodes(n).any_overgrown || !releases_near(n)) return;
         const openvdb::Coord origin = leaves_[n]->origin();
         std::array<int, 10> own_x, own_y;  // of the nodes -1 .. 8 of the leaf
@@ -85,7 +84,8 @@ class Keeper {
                                        z + static_cast<int>(k % 3) - 1);
                 const bool here = (q & ~7) == origin;
                 const std::int32_t leaf = here ? 0 : table_.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
-                if (leaf >= 0) keep(here ? n : static_cast<std::size_t>(leaf), Leaf::coordToOffset(q), mark);
+                if (leaf >= 0)
+                    keep(here ? n : static_cast<std::size_t>(leaf), Leaf::coordToOffset(q), background);
             }
         }
     }
@@ -94,11 +94,12 @@ class Keeper {
     const LeafNodes& nodes(std::size_t leaf) const { return nodes_[leaf * stride_]; }
 
     // Leaves on several sides may give the same node the same value.
-    void keep(std::size_t leaf, openvdb::Index node, float mark) const {
+    void keep(std::size_t leaf, openvdb::Index node, float background) const {
         const float old = before_[leaf * Leaf::SIZE + node];
         if (!nodes(leaf).released || !(old < 0.0f)) return;
         const std::atomic_ref value(nodes(leaf).layer->buffer().data()[node]);
-        if (value.load(std::memory_order_relaxed) == mark) value.store(old, std::memory_order_relaxed);
+        if (is_released(value.load(std::memory_order_relaxed), background))
+            value.store(old, std::memory_order_relaxed);
     }
 
     bool releases_near(std::size_t n) const {
@@ -126,7 +127,7 @@ class Keeper {
 
 Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
                       const float* before) {
-    const float mark = -2.0f * stack.top().background();
+    const float background = stack.top().background();
     Grown grown{table, LargeVector<RowBits>(leaves.size())};
     const std::size_t below = stack.layers.size() - 1;
     LargeVector<LeafNodes> nodes(leaves.size() * below);  // leaf by leaf
@@ -134,12 +135,12 @@ Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const
         const float *moved = leaves[n]->buffer().data(), *old = before + n * Leaf::SIZE;
         set_bits(grown.nodes[n], [&](std::size_t i) { return moved[i] < old[i]; });
         for (std::size_t k = 0; k < below; ++k)
-            release(stack.layers[k].phi->tree().probeLeaf(leaves[n]->origin()), *leaves[n], old, mark,
+            release(stack.layers[k].phi->tree().probeLeaf(leaves[n]->origin()), *leaves[n], old, background,
                     nodes[n * below + k]);
     });
     each(leaves.size(), [&](std::size_t n) {
         for (std::size_t k = 0; k < below; ++k)
-            Keeper(stack.domain, leaves, table, before, &nodes[k], below).keep_beside(n, mark);
+            Keeper(stack.domain, leaves, table, before, &nodes[k], below).keep_beside(n, background);
     });
     return grown;
 }

@@ -29,6 +29,18 @@ struct Grown {
     }
 };
 
+/// Value of a released node, for cut_layers to set: below all that a band of a level set holds.
+inline float as_released(float value, float background) {
+    return value - 4.0f * background;
+}
+inline bool is_released(float value, float background) {
+    return value < -2.0f * background;
+}
+/// Value that a released node had, but for rounding.
+inline float before_release(float value, float background) {
+    return value + 4.0f * background;
+}
+
 /// Releases the nodes of lower layers that were bare before a time step and did not grow, for cut_layers to set: they
 /// follow the surface, and nothing that re-distancing changes there can come to lie on them. Not so beside a piece of
 /// their layer's front that a film grows over: the surface leaves it, and the layer's front stays.

@@ -113,7 +113,7 @@ std::vector<Nodes> nodes_at_edges(const std::vector<Leaf*>& leaves,
         for (openvdb::Index node = 0; node < Leaf::SIZE; ++node) {
             const std::int32_t sample = SampleIndex::sample(samples[n][node]);
             if (sample >= 0 && phi[node] >= farthest &&
-                speeds.way[static_cast<std::size_t>(sample)] == SampleSpeeds::Way::at_edge)
+                speeds.way[static_cast<std::size_t>(sample)] == SampleSpeeds::Way::as_distance)
                 held[n].setOn(node);
         }
     });

@@ -138,7 +138,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
         sample[n] = SampleIndex::sample(entry[n]);
         ways[n] = sample[n] < 0 ? Way::still : in.way[static_cast<std::size_t>(sample[n])];
         if (ways[n] == Way::still) continue;
-        constant |= ways[n] == Way::constant || ways[n] == Way::at_edge, beam |= ways[n] == Way::beam,
+        constant |= ways[n] == Way::constant || ways[n] == Way::as_distance, beam |= ways[n] == Way::beam,
             general |= ways[n] == Way::general;
         if (ways[n] != Way::general) first[n] = in.first[static_cast<std::size_t>(sample[n])];
         if (ways[n] == Way::beam) second[n] = in.second[static_cast<std::size_t>(sample[n])];
@@ -156,7 +156,7 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
             upwind[n] = first[n] * inv_dx * std::sqrt(first[n] > 0.0f ? growing[n] : etching[n]);
         for (std::size_t n = 0; n < kLanes; ++n) {
             h[n] = ways[n] == Way::constant ? upwind[n] : h[n];
-            h[n] = ways[n] == Way::at_edge ? first[n] : h[n];
+            h[n] = ways[n] == Way::as_distance ? first[n] : h[n];
         }
     }
     for (std::size_t n = 0; general && n < kLanes; ++n) {

@@ -102,7 +102,10 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
     speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
-    speeds.all_constant = !motion.law.depends_on_normal && motion.extension.body.empty();
+    // One growth everywhere keeps a distance one. Differences are too small beside convex edges, whose arcs
+    // would lag.
+    const bool one_growth = motion.law.same_growth && motion.law.keeps_edges && count == 1;
+    speeds.all_constant = !motion.law.depends_on_normal && motion.extension.body.empty() && !one_growth;
     if (!motion.law.depends_on_normal) {
         const auto ask = [&](std::size_t n, std::size_t layer) {
             return motion.law.speed(n, layer, Vec3::UnitZ());
@@ -111,7 +114,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
             if (v < 0.0 && !stays(stack, motion, n, layer, -v * duration))
                 v = speed_from(stack, motion, n, layer, Vec3::UnitZ(), duration);
             speeds.first[n] = static_cast<float>(v);
-            if (v != 0.0) speeds.way[n] = Way::constant;
+            if (v != 0.0) speeds.way[n] = one_growth ? Way::as_distance : Way::constant;
         });
         const std::size_t plain = motion.extension.plain();
         surface::parallel_each(motion.extension.body.size(), 1024, [&](std::size_t k) {
@@ -120,7 +123,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
             const double v = speed_from(stack, motion, n, body, Vec3::UnitZ(), duration);
             if (!(v < 0.0)) return;
             speeds.first[n] = static_cast<float>(v);
-            speeds.way[n] = Way::at_edge;
+            speeds.way[n] = Way::as_distance;
         });
     } else if (motion.law.beam_speed && scheme == Scheme::lax_friedrichs && motion.law.dissipation.empty()) {
         speeds.second.resize(count);

@@ -14,11 +14,12 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
 /// What a Runge-Kutta stage needs to know of the samples' speeds, found once for all nodes that share them.
 struct SampleSpeeds {
     enum class Way : std::uint8_t {
-        still,     ///< V is 0
-        constant,  ///< V = first, whatever the normal
-        at_edge,   ///< V = first, and |grad phi| = 1: nodes at the edge of a body that etches
-        beam,      ///< V(n) = first max(0, n . d) + second
-        general    ///< evaluated at every node, by speed_over
+        still,        ///< V is 0
+        constant,     ///< V = first, whatever the normal
+        as_distance,  ///< V = first, and |grad phi| = 1: nodes at the edge of a body that etches; one growth
+                      ///< everywhere
+        beam,         ///< V(n) = first max(0, n . d) + second
+        general       ///< evaluated at every node, by speed_over
     };
     const MaterialStack& stack;
     const Motion& motion;

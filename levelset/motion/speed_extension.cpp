@@ -1,20 +1,19 @@
 #include "levelset/motion/speed_extension.hpp"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <memory>
-#include <mutex>
 #include <optional>
 
 #include "levelset/block.hpp"
 #include "levelset/layers/layers_below.hpp"
 #include "levelset/layers/stack.hpp"
 #include "levelset/motion/cell_triangles.hpp"
+#include "levelset/motion/nearest_surface.hpp"
 #include "levelset/motion/sample_index.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/row.hpp"
@@ -74,64 +73,20 @@ void find_feet(const float* v, double dx, Feet& feet) {
     }
 }
 
-// The mesh that samples lie on.
-class Surface {
-  public:
-    explicit Surface(const surface::RayScene& scene)
-        : vertices(scene.vertices()), triangles(scene.triangles()), scene_(&scene) {}
-    // Without a hierarchy, which is made when a node has no triangle near.
-    explicit Surface(const TriangleMesh& mesh)
-        : vertices(mesh.vertices), triangles(mesh.triangles), mesh_(&mesh) {}
-
-    surface::SurfaceHit closest(const CellTriangles& cells, const openvdb::Coord& node, const Vec3& world,
-                                double dx) const {
-        constexpr double kSure = 0.99, kFar = 1.99;  // dx; the margins are for rounding
-        surface::SurfaceHit best;
-        // All points less than a cell away lie in the cells around the node.
-        best.distance = kSure * dx;
-        cells.each_around(node, [&](std::uint32_t t) { keep_nearer(t, world, best); });
-        if (best) return best;
-        best.distance = kFar * dx;
-        cells.each_in_leaves(node, 2, [&](std::uint32_t t) { keep_nearer(t, world, best); });
-        if (best) return best;
-        // Isolated: a thread that waits for the hierarchy's own tasks must not come back here with another
-        // node.
-        if (scene_ == nullptr)
-            std::call_once(once_,
-                           [&] { tbb::this_task_arena::isolate([&] { own_scene_.emplace(*mesh_); }); });
-        return (scene_ != nullptr ? *scene_ : *own_scene_).closest_point(world, 1e30);
-    }
-
-    const std::span<const Vec3> vertices;
-    const std::span<const Triangle> triangles;
-
-  private:
-    // Ties go to the lowest triangle.
-    void keep_nearer(std::uint32_t t, const Vec3& world, surface::SurfaceHit& best) const {
-        const auto [a, b, c] = triangles[t];
-        surface::SurfaceHit hit =
-            surface::closest_point_on_triangle(world, vertices[a], vertices[b], vertices[c]);
-        hit.triangle = t;
-        if (hit.distance < best.distance || (hit.distance == best.distance && t < best.triangle)) best = hit;
-    }
-
-    const surface::RayScene* scene_ = nullptr;
-    const TriangleMesh* mesh_ = nullptr;
-    mutable std::once_flag once_;
-    mutable std::optional<surface::RayScene> own_scene_;
-};
-
 // In a smooth region the foot point lies along the gradient; elsewhere, or where the mesh is farther off than
 // the level set says, the nearest point is searched.
-SurfaceSample find_sample(const CellTriangles& cells, const Surface& surface, const openvdb::Coord& node,
-                          const Vec3& world, double phi, const Vec3& normal, double dx) {
+SurfaceSample find_sample(const CellTriangles& cells, const NearestSurface& surface, const Domain& domain,
+                          const openvdb::Coord& node, double phi, const Vec3& normal) {
+    const double dx = domain.spacing;
+    Vec3 world(domain.coordinate(0, node.x()), domain.coordinate(1, node.y()),
+               domain.coordinate(2, node.z()));
     SurfaceSample sample{0, 0.0f, 0.0f, {node.x(), node.y(), node.z()}};
     CellTriangles::Hit near{surface::kNoTriangle, 0.0f, 0.0f};
     if (normal != Vec3::Zero()) near = cells.nearest_hit(node, normal, -phi / dx);
     if (near) {
         sample.triangle = near.triangle, sample.u = near.u, sample.v = near.v;
     } else {
-        const surface::SurfaceHit hit = surface.closest(cells, node, world, dx);
+        const surface::SurfaceHit hit = surface.closest(cells, domain, node, world);
         sample.triangle = hit.triangle;
         sample.u = static_cast<float>(hit.u), sample.v = static_cast<float>(hit.v);
     }
@@ -275,8 +230,8 @@ void set_still_sample(const openvdb::Coord& origin, Extension& extension) {
 // \param everywhere  samples without a lower layer near get a point on the surface, too; else the top layer
 // stays
 //                    where it is.
-Extension build(const Grid& grid, const Domain& domain, const Surface* surface, const MaterialStack* under,
-                const LevelColumns* left_out, bool everywhere = true) {
+Extension build(const Grid& grid, const Domain& domain, const NearestSurface* surface,
+                const MaterialStack* under, const LevelColumns* left_out, bool everywhere = true) {
     Extension extension;
     const double dx = domain.spacing;
     const auto near = static_cast<float>(kNearCells * dx);
@@ -328,12 +283,9 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
                 sample = {0, 0.0f, 0.0f, {c.x(), c.y(), c.z()}, foot.cast<float>()};
                 const bool alone = below && below->none_near(c, foot);
                 if (alone) extension.alone[k] = 1;
-                if (surface && (everywhere || !alone)) {
-                    const Vec3 world(domain.coordinate(0, c.x()), domain.coordinate(1, c.y()),
-                                     domain.coordinate(2, c.z()));
-                    const auto phi = static_cast<double>(leaf.getValue(node));
-                    sample = find_sample(*cells, *surface, c, world, phi, feet.normal_of(z), dx);
-                }
+                if (surface && (everywhere || !alone))
+                    sample = find_sample(*cells, *surface, domain, c,
+                                         static_cast<double>(leaf.getValue(node)), feet.normal_of(z));
                 ++k;
             };
             for (openvdb::Index row = 0; row < 64; ++row) {
@@ -358,7 +310,7 @@ Extension build(const Grid& grid, const Domain& domain, const Surface* surface, 
 
 Extension extend(const Grid& grid, const Domain& domain, const surface::RayScene& scene,
                  const LevelColumns* left_out) {
-    const Surface surface(scene);
+    const NearestSurface surface(scene);
     return build(grid, domain, &surface, nullptr, left_out);
 }
 
@@ -366,7 +318,7 @@ Extension extend_untraced(const MaterialStack& stack, const TriangleMesh* mesh, 
                           const LevelColumns* left_out) {
     const MaterialStack* under = stack.layers.size() > 1 ? &stack : nullptr;
     if (mesh == nullptr) return build(stack.top(), stack.domain, nullptr, under, left_out, !top_is_inert);
-    const Surface surface(*mesh);
+    const NearestSurface surface(*mesh);
     return build(stack.top(), stack.domain, &surface, under, left_out, !top_is_inert);
 }
 

@@ -13,7 +13,7 @@ inline constexpr double kFar = 1e5;
 /// Where shapes that go on for ever end: beyond any wafer, and small enough for the grid spacing beside it, as lengths
 /// may be in m.
 inline double far_away(const Domain& domain) {
-    constexpr double kCells = 1e9;
+    constexpr double kCells = 1e6;
     return std::min(kFar, kCells * domain.spacing);
 }
 

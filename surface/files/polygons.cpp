@@ -69,9 +69,13 @@ void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertice
         if (std::any_of(corner.begin(), corner.end(), [&](auto v) { return v >= vertices.size(); })) continue;
         Vec3 normal = Vec3::Zero();
         for (const Triangle& t : fan) normal += area(t);
-        if (!normal.allFinite() || normal.isZero(0.0) ||
-            std::all_of(fan.begin(), fan.end(),
-                        [&](const Triangle& t) { return area(t).dot(normal) >= 0.0; }))
+        // Two loops of a figure of eight may cancel each other out.
+        const bool eight = normal.isZero(0.0) && std::any_of(fan.begin(), fan.end(), [&](const Triangle& t) {
+                               return !area(t).isZero(0.0);
+                           });
+        if (!normal.allFinite() || (!eight && std::all_of(fan.begin(), fan.end(), [&](const Triangle& t) {
+                return area(t).dot(normal) >= 0.0;
+            })))
             continue;
         Eigen::Index axis = 0;
         normal.cwiseAbs().maxCoeff(&axis);
@@ -79,7 +83,7 @@ void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertice
         std::vector<Point> points;
         points.reserve(corner.size());
         for (const std::uint32_t c : corner) points.push_back({vertices[c][u], vertices[c][v]});
-        if (corner.size() > kMostCorners || !cut_ears(points, corner, fan)) {
+        if (corner.size() > kMostCorners || eight || !cut_ears(points, corner, fan)) {
             const Vec3& p = vertices[corner[0]];
             throw FileError(
                 fmt::format("{}: the polygon of {} corners at ({:g}, {:g}, {:g}) {}: export it as triangles",

@@ -277,7 +277,8 @@ TEST_CASE("a profile leaves as triangles whose areas and edges are those of its 
     const json told = json::parse(test::read_bytes(folder.path / "o.json"));
     REQUIRE(told["regions"].size() == 2);
     CHECK(told["regions"][0]["area"].get<double>() == Approx(2.0 * 0.7).epsilon(1e-3));
-    CHECK(told["regions"][1]["area"].get<double>() == Approx(2.0 * 0.2).epsilon(1e-3));
+    // Faces on nodes are drawn a thousandth of a cell off them, on either side.
+    CHECK(told["regions"][1]["area"].get<double>() == Approx(2.0 * 0.2).margin(2.0 * 2.1e-4));
     std::map<std::string, double> length;
     for (const json& boundary : told["boundaries"]) length[boundary["name"]] = boundary["length"];
     CHECK(length.size() == 5);

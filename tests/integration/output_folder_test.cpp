@@ -17,6 +17,50 @@ const std::string kFlat =
 
 }  // namespace
 
+TEST_CASE("a trial with --set and without -o has a folder of its own, and asks nothing when it is repeated") {
+    const test::Folder folder;
+    test::write_bytes(folder.path / "flat.toml", kFlat);
+    const auto run = [&](const std::string& rest) {
+        const auto outcome = test::run_program(folder.path, "run flat.toml --quiet" + rest, 30);
+        INFO(rest << ": " << outcome.output);
+        CHECK(outcome.exit_code == 0);
+    };
+    const fs::path results = folder.path / "results";
+    run("");
+    for (const char* trial : {" --set 'step[0].duration=0.2'", " --set 'step[0].duration=0.3'",
+                              " --set 'step[0].duration=0.2'", ""})
+        run(trial);
+    CHECK(fs::exists(results / "flat" / "summary.json"));
+    CHECK(fs::exists(results / "flat,step.0.duration=0.2" / "summary.json"));
+    CHECK(fs::exists(results / "flat,step.0.duration=0.3" / "summary.json"));
+    // What is gone on with, changed, is where it was.
+    run(" --resume --set 'step[0].duration=0.7'");
+    CHECK_FALSE(fs::exists(results / "flat,step.0.duration=0.7"));
+    std::string longest;
+    for (int k = 0; k < 12; ++k)
+        longest += " --set 'step[0].name=\"a name of many letters " + std::to_string(k) + "\"'";
+    run(longest);
+    run(longest + " --set 'step[0].duration=0.1'");
+    CHECK(std::distance(fs::directory_iterator(results), {}) == 5);
+}
+
+TEST_CASE("a strip takes several materials and warns of those that are buried or absent") {
+    const test::Folder folder;
+    test::write_bytes(
+        folder.path / "strip.toml",
+        "[domain]\nextent = [2.0]\ngrid_spacing = 0.1\n[[layer]]\nmaterial = \"Si\"\n"
+        "[[layer]]\nmaterial = \"Resist\"\nthickness = 0.4\n[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.4\n"
+        "[[step]]\nmodel = \"strip\"\nmaterial = [\"Resist\", \"W\"]\n"
+        "[[step]]\nmodel = \"strip\"\nmaterial = \"oxide\"\n");
+    const auto run = test::run_program(folder.path, "run strip.toml", 30);
+    INFO(run.output);
+    CHECK(run.exit_code == 0);
+    CHECK(run.output.find("step 1 (1 strip): there is no W on the wafer to strip; Resist is buried") !=
+          std::string::npos);
+    CHECK(run.output.find("step 2 (") == std::string::npos);
+    CHECK(run.output.find("oxide is taken as the built-in SiO2") != std::string::npos);
+}
+
 TEST_CASE("a link, a device or a pipe among a run's files is refused before anything runs", "[slow]") {
     const test::Folder folder;
     test::write_bytes(folder.path / "flat.toml", kFlat);

@@ -101,7 +101,7 @@ extent = [0.4, 0.4]
 grid_spacing = 0.05
 boundary = ["periodic", "periodic"]
 [flux]
-rays = 50000
+rays = 200000
 [[layer]]
 material = "Si"
 top = 0.02
@@ -423,8 +423,9 @@ measures = ["sidewall_angle"]
         const double volume = strip.metrology("removed_volume_Si");
         CAPTURE(dx, volume / 0.8, wet::kGroove);
         CHECK(strip.metrology("sidewall_angle") == Approx(54.74).margin(0.5));
-        // First order, and the walls hardly move: a small part of a cell.
-        CHECK(std::abs(volume / 0.8 - wet::kGroove) < 2.0 * wet::kWall * 0.05 * dx);
+        // First order, and the walls hardly move: a small part of a cell. Half a cell more where the mask's
+        // foot, on nodes, is cut off at one side.
+        CHECK(std::abs(volume / 0.8 - wet::kGroove) < 2.0 * wet::kWall * 0.05 * dx + 0.5 * dx * dx);
     }
 }
 
@@ -443,14 +444,14 @@ TEST_CASE("the pit under a square window is an inverted pyramid, and its mask st
     const test::Folder folder;
     const Finished pit{app::run_recipe(app::load_recipe(SIDEWALL_SOURCE_DIR "/configs/wet_etch_pit.toml"),
                                        {.output = folder.path, .quiet = true})};
-    const double dx = pit.result.summary["grid_spacing"].get<double>(),
-                 mask = 0.6 * (10.0 * 10.0 - 6.0 * 6.0);
+    const double dx = pit.result.summary["grid_spacing"].get<double>();
     CHECK(pit.metrology("depth") == Approx(wet::kDepth).margin(0.1 * dx));
     CHECK(pit.metrology("sidewall_angle") == Approx(54.74).margin(0.2));
     CHECK(pit.metrology("removed_volume_Si") == Approx(wet::kPyramid).epsilon(0.005));
     CHECK(pit.metrology("added_volume_Si") == 0.0);
     CHECK(pit.result.summary["time_steps"].get<int>() > 500);
-    CHECK(pit.metrology("added_volume_Mask") + pit.metrology("removed_volume_Mask") < 1e-3 * mask);
+    // Half a cell along its lower edge here, too.
+    CHECK(pit.metrology("added_volume_Mask") + pit.metrology("removed_volume_Mask") < 0.5 * dx * dx * 24.0);
     // No wall below the mask's edge is taken for mask.
     const TriangleMesh surface = surface::read_mesh(folder.path / "surface_0004.vtp");
     const std::vector<double>& material = surface.triangle_attribute("material")->values;

@@ -154,13 +154,14 @@ TEST_CASE("a film grows on all materials and leaves the interfaces below where t
 TEST_CASE("a film that grows past a thin fence and closes over it leaves the fence where it is") {
     const Domain domain = test::unit_domain(24);
     for (const double width : {1.3, 2.0, 3.1})
-        for (const double cfl : {0.5, 0.1}) {
+        for (const auto& [cfl, height] :
+             {std::pair{0.5, 6.0}, {0.1, 6.0}, {0.5, 6.0 - 1e-7}, {0.1, 6.0 + 1e-7}}) {
             const double position = 0.8 * cfl;  // anywhere
-            CAPTURE(width, position);
+            CAPTURE(width, position, height);
             Shape fence;
             fence.kind = ShapeKind::fin;
             fence.width = width;
-            fence.height = 6.0;
+            fence.height = height;
             fence.position = {position, 0.0};
             MaterialStack stack = make_stack(domain, {{0, Shape{}}, {1, fence}});
             const TriangleMesh before = extract_surface(*stack.layers[1].phi, domain);

@@ -59,6 +59,16 @@ def test_items_are_checked_as_the_command_line_does():
         recipe["flux.rays"] = object()
 
 
+def test_a_step_is_found_by_its_name_in_loops_too():
+    etch = {"name": "main etch", "model": "isotropic", "duration": 1.0, "rate": -0.1}
+    recipe = sidewall.Recipe(PLANE | {"step": [{"repeat": 2, "steps": [etch, etch | {"name": "clean"}]}]})
+    recipe["step.clean.duration"] = 3.0
+    assert recipe["step[0].steps[1].duration"] == recipe["step.clean.duration"] == 3.0
+    assert recipe['step."main etch".rate'] == -0.1
+    with pytest.raises(sidewall.RecipeError, match="no step is named cleam; did you mean clean"):
+        recipe["step.cleam.duration"]
+
+
 def test_errors_have_the_programs_own_words(tmp_path):
     path = tmp_path / "bad.toml"
     path.write_text(str(sidewall.Recipe(TRENCH)).replace("sticking = 0.3", "sticking = 1.4"))

@@ -180,4 +180,7 @@ TEST_CASE("polygons that are not convex cover themselves and nothing else", "[fo
 TEST_CASE("a polygon that crosses itself is refused with its place", "[foreign]") {
     CHECK_THROWS_WITH(decode_obj("v 1 1 0\nv 5 1 0\nv 5 5 0\nv 3 -1 0\nv 1 5 0\nf 1 2 3 4 5\n", "t.obj"),
                       Contains("t.obj: the polygon of 5 corners at (1, 1, 0) crosses itself"));
+    // A figure of eight whose loops cancel each other out.
+    CHECK_THROWS_WITH(decode_obj("v 0 0 0\nv 2 2 0\nv 2 0 0\nv 0 2 0\nf 1 2 3 4\n", "t.obj"),
+                      Contains("4 corners at (0, 0, 0) crosses itself"));
 }

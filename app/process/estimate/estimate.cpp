@@ -10,17 +10,23 @@
 #include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
 #include "app/models/geometric_steps.hpp"
+#include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/rates.hpp"
+#include "app/process/arriving/surface_field.hpp"
+#include "app/process/endpoint.hpp"
+#include "app/process/estimate/blanket.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/estimate/pilot.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
 #include "app/recipe/layers.hpp"
+#include "app/results/cut_profile.hpp"
 #include "app/results/metrology.hpp"
 #include "flux/radiosity/exchange.hpp"
 #include "levelset/layers/levels.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/files/vtp.hpp"
 
 namespace sidewall::app {
@@ -122,6 +128,35 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
     return speed;
 }
 
+// The largest |V| of a flat wafer of any material that the step meets.
+double fastest_blanket(const Recipe& recipe, const Step& step) {
+    double fastest = 0.0;
+    for (const StepMaterials& here : materials_by_step(recipe))
+        if (here.step->built == step.built)
+            for (const BlanketRate& at : blanket_rates(here)) fastest = std::max(fastest, std::abs(at.rate));
+    return fastest;
+}
+
+// Measures the narrowest opening of the wafer before the first step, between a quarter and three quarters of
+// its height.
+void measure_openings(Estimation& e) {
+    const TriangleMesh surface = levelset::extract_surface(e.state.stack);
+    if (surface.vertices.empty()) return;
+    const Box3 box = bounding_box(surface);
+    const double height = box.max.z() - box.min.z();
+    if (height < e.state.stack.domain.spacing) return;
+    const Profile profile =
+        profile_of(surface, surface::parse_plane(e.recipe.metrology.cut), e.state.stack.domain);
+    double narrowest = std::numeric_limits<double>::infinity();
+    constexpr int kHeights = 16;
+    for (int k = kHeights / 4; k <= 3 * kHeights / 4; ++k)
+        for (const auto& [from, to] : openings(profile, box.min.z() + height * k / kHeights))
+            narrowest = std::min(narrowest, to - from);
+    if (!std::isfinite(narrowest)) return;
+    e.total.narrowest = narrowest;
+    e.total.aspect_ratio = height / narrowest;
+}
+
 // Makes the first time step of a step that is repeated \p times, and counts what all of them come to.
 void count_step(Estimation& e, const Step& step, double times) {
     const Model& model = *step.built;
@@ -141,7 +176,8 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_seconds = e.cells * pilot.reducing + pilot.seconds;
 
     double start = now();
-    const double to_stop = distance_to_stop(e.measured, step, e.state.stack, pilot.surface.raw).left;
+    note_masks(e.measured, step, model, pilot.surface, e.state);
+    const double to_stop = distance_to_stop(e.measured, step, e.state, pilot.surface.raw).left;
     if (to_stop == 0.0) return;
     Timing timing;
     std::vector<levelset::Motion> motions;
@@ -157,19 +193,34 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_seconds += e.cells * saving;
     start = now();
     advect(e.measured, model, motions, next, e.state.stack, timing);
+    if (pilot.surface.arriving && pilot.surface.arriving->trace)
+        field_to_carry(e.measured, model, pilot.surface, coverages_after(model, pilot.surface, next.dt));
     moving += now() - start;
 
-    const double steps =
-        std::max(time_steps(e.recipe, duration, fastest), duration / step.duration * model.least_time_steps);
-    const double saves = e.recipe.output.every ? duration / *e.recipe.output.every : 1.0;
     const bool all_stages = e.recipe.flux.stages == "all" && !model.species.empty();
     const double stages =
         all_stages ? static_cast<double>(levelset::stage_count(e.recipe.advection.time_integration)) : 1.0;
-    const double traces = steps * stages * pilot.later + pilot.at_start - pilot.later;
+    const auto count = [&](double lasting, double speed) {
+        return std::max(time_steps(e.recipe, lasting, speed),
+                        lasting / step.duration * model.least_time_steps);
+    };
+    const auto traces_in = [&](double steps) {
+        return steps * stages * pilot.later + pilot.at_start - pilot.later;
+    };
+    const auto seconds_of = [&](double lasting, double steps) {
+        const double saves = e.recipe.output.every ? lasting / *e.recipe.output.every : 1.0;
+        return times * (traces_in(steps) * pilot.seconds +
+                        e.cells * (steps * (moving + stages * pilot.reducing) + saves * saving));
+    };
+    const double steps = count(duration, fastest);
     e.total.time_steps += times * steps;
-    e.total.rays += times * traces * pilot.rays;
-    e.total.seconds += times * (traces * pilot.seconds +
-                                e.cells * (steps * (moving + stages * pilot.reducing) + saves * saving));
+    e.total.rays += times * traces_in(steps) * pilot.rays;
+    e.total.seconds += seconds_of(duration, steps);
+    // The fastest that the step can be on a flat wafer of what it meets, coverages as they come to be.
+    const double anywhere = std::max(fastest, fastest_blanket(e.recipe, step));
+    const double soonest = anywhere > 0.0 ? std::min(duration, to_stop / anywhere) : duration;
+    e.total.least_seconds += seconds_of(soonest, count(soonest, next.speed));
+    e.total.most_seconds += seconds_of(step.duration, count(step.duration, anywhere));
     e.lowest -= 2.0 * times * duration * fastest;
 }
 
@@ -182,7 +233,8 @@ void count_reshaping(Estimation& e, const Step& step, double times) {
     }
     const double start = now();
     reshape(e.measured, step, e.state.stack);
-    e.total.seconds += times * e.cells * (now() - start);
+    const double seconds = times * e.cells * (now() - start);
+    for (double* total : {&e.total.seconds, &e.total.least_seconds, &e.total.most_seconds}) *total += seconds;
 }
 
 // The steps as written, each \p times as often as loops repeat it.
@@ -237,16 +289,23 @@ Estimate estimate_run(const Recipe& recipe, double effort, double most_building)
     e.state = initial_state(e.measured);
     e.cells = std::pow(e.state.stack.domain.spacing / domain_of(recipe).spacing, 2);
     e.total.building = e.cells * (now() - e.start);
-    e.total.seconds = 2.0 * e.total.building;  // the summary compares with it
+    measure_openings(e);
     e.lowest = lowest_of_substrate(e.state.stack);
     e.start = now();
     count(e, recipe.steps, "", 1.0);
     if (e.measured_time > 0.0) {
         const double whole = 1.0 + e.left_out / e.measured_time;
-        for (double* figure : {&e.total.time_steps, &e.total.rays, &e.total.seconds}) *figure *= whole;
+        for (double* figure : {&e.total.time_steps, &e.total.rays, &e.total.seconds, &e.total.least_seconds,
+                               &e.total.most_seconds})
+            *figure *= whole;
     }
     e.total.rays += e.last_rays;
-    e.total.seconds += e.last_seconds;
+    constexpr double kScatter = 1.6;
+    const double around =
+        2.0 * e.total.building + e.last_seconds;  // the summary compares with the first wafer
+    e.total.seconds += around;
+    e.total.least_seconds = (e.total.least_seconds + around) / kScatter;
+    e.total.most_seconds = kScatter * (e.total.most_seconds + around);
     e.total.memory += e.exchange_bytes;
     return e.total;
 }

@@ -14,9 +14,14 @@ struct Estimate {
     double rays = 0.0;        ///< source rays of all species and time steps
     double flux_error =
         0.0;  ///< relative, of the worst species; 0 if nothing is traced, infinite if nothing is hit
-    double seconds = 0.0;   ///< wall time with the threads at hand
-    double building = 0.0;  ///< of these those that the wafer takes
-    bool known = true;      ///< time steps, rays and seconds are
+    double seconds = 0.0;  ///< wall time with the threads at hand
+    /// What bounds it: the materials bare at first, or the fastest that the step meets, set its time steps; its stop
+    /// condition is met as early as can be, or never; a surface of other size and load of the machine leave a factor of 1.6.
+    double least_seconds = 0.0, most_seconds = 0.0;
+    double narrowest = 0.0;     ///< opening in the cut of [metrology] at the start; 0: none
+    double aspect_ratio = 0.0;  ///< height of that surface over it
+    double building = 0.0;      ///< of these those that the wafer takes
+    bool known = true;          ///< time steps, rays and seconds are
     std::vector<std::string>
         short_of;  ///< relative errors that the rays allowed do not reach, in words, each once
     std::vector<std::string>

@@ -13,6 +13,7 @@
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
+#include "app/process/record/tables.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "surface/cut.hpp"
@@ -58,15 +59,16 @@ std::string profile_name(const std::string& number, std::size_t plane) {
                       : fmt::format("profile_{}_{}.csv", number, plane);
 }
 
-std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
-    const auto& length = recipe.domain.length_unit;
-    const auto& time = recipe.domain.time_unit;
-    std::string header = fmt::format(
-        "step,name,time [{0}],dt [{0}],max_speed [{1}/{0}],raw_vertices,raw_triangles,simplified_vertices,"
-        "simplified_triangles,segments,leaked,relative_error",
-        time, length);
-    for (const Measure& m : measures) header += fmt::format(",{} [{}]", m.name, m.unit);
-    return header + "\n";
+// A row of the timeline is none that a longer step may take back once another follows it.
+void count_end_row(RunState& state) {
+    if (!state.end_row.empty()) ++state.rows;
+    state.end_row.clear();
+}
+
+std::string with_measures(std::string row, const std::vector<Measure>& measures) {
+    for (const Measure& m : measures)  // none of something that is not there
+        row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
+    return row;
 }
 
 }  // namespace
@@ -226,28 +228,28 @@ std::string RunFolder::digest_of_names(std::size_t saved) const {
     return digest(text);
 }
 
-// Cuts the timeline to its header and the rows before the checkpoint.
+// Cuts the timeline to its header and the rows before the checkpoint, and gives the step that ended there its
+// row.
 void RunFolder::cut_timeline(RunState& state) const {
     const std::size_t rows = state.rows;
-    if (rows == 0) return remove_file(timeline());
+    if (rows == 0 && state.end_row.empty()) return remove_file(timeline());
     const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
-    std::size_t end = 0, lines = 0;
-    bool quoted = false;  // names of steps held line breaks in earlier versions
-    for (std::size_t at = 0; at < text.size() && lines <= rows; ++at) {
-        if (text[at] == '"') quoted = !quoted;
-        if (text[at] != '\n' || quoted) continue;
-        end = at + 1;
-        ++lines;
-    }
-    if (is_there(timeline()) && !state.timeline.empty() && digest(text.substr(0, end)) != state.timeline)
+    const std::vector<std::size_t> ends = row_ends(text, rows + 1);
+    std::string kept = text.substr(0, ends.back());
+    if (is_there(timeline()) && !state.timeline.empty() && digest(kept) != state.timeline)
         refuse_changed("timeline.csv");
+    const std::size_t lines = ends.size() - 1;
     if (lines <= rows) {
         state.rows = lines == 0 ? 0 : lines - 1;
         if (options_.warn)
             options_.warn(fmt::format("{}: lacks {} of the {} rows before the checkpoint",
                                       timeline().string(), rows - state.rows, rows));
     }
-    if (end != text.size()) write_file(timeline(), text.substr(0, end));
+    if (lines == 0)
+        state.end_row.clear();  // its columns have no names
+    else if (!state.end_row.empty())
+        kept += state.end_row + "\n";
+    if (kept != text) write_file(timeline(), kept);
 }
 
 void RunFolder::revise(RunState& state) {
@@ -275,27 +277,26 @@ bool RunFolder::due(const RunState& state) const {
     return state.begins_step() && !state.is_saved();
 }
 
-void RunFolder::save(RunState& state, const Model& model, const TracedSurface& surface) {
+void RunFolder::save(RunState& state, const Model& model, const TracedSurface& surface,
+                     const std::string& after) {
     const PhaseClock clock(state.timing.output);
-    if (!writes_) {
-        state.files.push_back({state.process_time(), 0, {}});
-        ++state.saved;
-        return;
+    if (writes_) {
+        require_there();
+        write_meshes(state, model, surface, after);
+        write_profiles(surface.raw, state.saved);
     }
-    require_there();
-    write_meshes(state, model, surface);
-    write_profiles(surface.raw, state.saved);
     ++state.saved;
     state.stacks.push_back({state.process_time(), state.step, layer_materials(state.stack)});
-    write_pvd(state);
+    if (writes_) write_pvd(state);
 }
 
-void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface) {
+void RunFolder::write_meshes(RunState& state, const Model& model, const TracedSurface& surface,
+                             const std::string& after) {
     const auto meta = metadata_of(recipe_, state.process_time());
     int part = 0;
     const auto write = [&](const std::string& name, const TriangleMesh& mesh) {
         surface::write_mesh(options_.output / name, mesh, meta);
-        state.files.push_back({state.process_time(), part++, name});
+        state.files.push_back({state.process_time(), part++, name, after});
     };
     const std::string number = fmt::format("{:04}", state.saved);
     levelset::StackMeshes meshes = levelset::extract_materials(state.stack, surface.raw);
@@ -325,45 +326,33 @@ void RunFolder::write_profiles(const TriangleMesh& surface, std::size_t number) 
 }
 
 void RunFolder::write_pvd(const RunState& state) const {
-    std::string text =
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-        "  <Collection>\n";
-    for (const SavedFile& file : state.files)
-        text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\"/>\n", file.time, file.part,
-                            file.name);
-    write_file(options_.output / "surface.pvd", text + "  </Collection>\n</VTKFile>\n");
+    write_file(options_.output / "surface.pvd", pvd_text(state.files));
 }
 
 void RunFolder::record(RunState& state, const Step& step, const TracedSurface& surface,
                        const TimeStep& next) {
     const PhaseClock clock(state.timing.output);
-    if (!writes_) {
-        ++state.rows;
-        return;
+    count_end_row(state);
+    if (writes_) {
+        const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
+        append_row(state, with_measures(timeline_row(state, step, surface, next), measures), measures);
     }
+    ++state.rows;
+}
+
+void RunFolder::record_end(RunState& state, const Step& step, const TriangleMesh& surface,
+                           const std::vector<Measure>& measures) {
+    count_end_row(state);
+    const std::string row = with_measures(timeline_end_row(state, step, surface), measures);
+    if (writes_) append_row(state, row, measures);
+    state.end_row = row;
+}
+
+void RunFolder::append_row(const RunState& state, const std::string& row,
+                           const std::vector<Measure>& measures) const {
     require_there();
-    const auto& traced = surface.traced();
-    std::uint64_t segments = 0, leaked = 0;
-    double error = 0.0;
-    // Fluxes of an earlier time step have no error of their own.
-    const bool reused = surface.arriving && !surface.arriving->trace;
-    if (surface.arriving && surface.arriving->trace)
-        for (const flux::FluxResult& flux : surface.arriving->trace->species) {
-            if (flux.pass_place == 0) segments += flux.segments;
-            leaked += flux.leaked;
-            error = std::max(error, flux.relative_error);
-        }
-    std::string row =
-        fmt::format("{},{},{:.9g},{:.9g},{:.9g},{},{},{},{},{},{},{}", state.step + 1, csv_field(step.name),
-                    state.process_time(), next.dt, next.speed, surface.raw.vertices.size(),
-                    surface.raw.triangles.size(), traced.vertices.size(), traced.triangles.size(), segments,
-                    leaked, reused ? std::string() : fmt::format("{:.6g}", error));
-    const std::vector<Measure> measures = measure(recipe_, state.stack, surface.raw);
-    for (const Measure& m : measures)  // none of something that is not there
-        row += std::isfinite(m.value) ? fmt::format(",{:.9g}", m.value) : ",";
     const bool fresh = state.rows == 0 || !is_there(timeline());
     surface::append_to_file(timeline(), (fresh ? timeline_header(recipe_, measures) : "") + row + "\n");
-    ++state.rows;
 }
 
 void RunFolder::checkpoint(RunState& state) const {
@@ -376,7 +365,8 @@ void RunFolder::checkpoint(RunState& state) const {
     state.timeline.clear();
     if (fs::exists(timeline(), unknown) || unknown) {
         surface::sync_file(timeline());
-        state.timeline = digest(surface::read_back(timeline()));
+        const std::string text = surface::read_back(timeline());
+        state.timeline = digest(text.substr(0, row_ends(text, state.rows + 1).back()));
     }
     state.manifest = digest_of_names(state.saved);
     save_state(options_.output, recipe_, state);

@@ -8,6 +8,7 @@
 #include "app/process/run_options.hpp"
 #include "app/process/state.hpp"
 #include "app/process/time_step.hpp"
+#include "app/results/metrology.hpp"
 
 namespace sidewall::app {
 
@@ -36,9 +37,13 @@ class RunFolder {
     /// Whether a surface is to be saved at this time.
     bool due(const RunState& state) const;
     /// Writes surface, traced mesh, material interfaces and profiles, and lists them in surface.pvd.
-    void save(RunState& state, const Model& model, const TracedSurface& surface);
+    /// \param after  the step at whose end the wafer is so; empty within a step.
+    void save(RunState& state, const Model& model, const TracedSurface& surface, const std::string& after);
     /// Adds a row to timeline.csv: the surface before the time step \p next.
     void record(RunState& state, const Step& step, const TracedSurface& surface, const TimeStep& next);
+    /// Adds a row to timeline.csv: the surface and its measures at the end of a step, with no time step.
+    void record_end(RunState& state, const Step& step, const TriangleMesh& surface,
+                    const std::vector<Measure>& measures);
     void checkpoint(RunState& state) const;
     /// Writes summary.json and returns it.
     Json finish(const RunState& state, const std::vector<Step>& steps, const TracedSurface& surface);
@@ -58,7 +63,10 @@ class RunFolder {
     std::filesystem::path timeline() const;
     void cut_timeline(RunState& state) const;
     void list(std::vector<std::string> names);
-    void write_meshes(RunState& state, const Model& model, const TracedSurface& surface);
+    void append_row(const RunState& state, const std::string& row,
+                    const std::vector<Measure>& measures) const;
+    void write_meshes(RunState& state, const Model& model, const TracedSurface& surface,
+                      const std::string& after);
     void write_profiles(const TriangleMesh& surface, std::size_t number) const;
     void write_pvd(const RunState& state) const;
 

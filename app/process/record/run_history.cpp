@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "app/common/json.hpp"
+#include "app/results/cut_profile.hpp"
 #include "app/results/metrology.hpp"
 #include "surface/error.hpp"
 
@@ -38,6 +40,50 @@ std::vector<Box3> boxes_from_json(const Json& json) {
     return boxes;
 }
 
+Json optional_json(const std::optional<double>& value) {
+    return value ? Json(*value) : Json();
+}
+
+std::optional<double> optional_from_json(const Json& json, const char* key) {
+    return json.contains(key) && !json[key].is_null() ? std::optional(json[key].get<double>()) : std::nullopt;
+}
+
+Json end_json(const StepEnd& end) {
+    Json measures = Json::array();
+    for (const Measure& m : end.measures)
+        measures.push_back(Json{
+            {"name", m.name}, {"unit", m.unit}, {"value", std::isfinite(m.value) ? Json(m.value) : Json()}});
+    return {{"duration", end.duration},
+            {"stopped_by", end.stopped_by},
+            {"grown", end.grown},
+            {"time", end.time},
+            {"has_stop", end.has_stop},
+            {"endpoint", optional_json(end.endpoint)},
+            {"over_etch", end.over_etch},
+            {"endpoint_bare", optional_json(end.endpoint_bare)},
+            {"bare", optional_json(end.bare)},
+            {"measures", measures}};
+}
+
+// Earlier versions wrote the first two entries alone.
+StepEnd end_from_json(const Json& json) {
+    StepEnd end;
+    end.duration = json.at("duration").get<double>();
+    end.stopped_by = json.at("stopped_by").get<std::string>();
+    end.grown = json.value("grown", 0.0);
+    end.time = json.value("time", 0.0);
+    end.has_stop = json.value("has_stop", false);
+    end.endpoint = optional_from_json(json, "endpoint");
+    end.over_etch = json.value("over_etch", 0.0);
+    end.endpoint_bare = optional_from_json(json, "endpoint_bare");
+    end.bare = optional_from_json(json, "bare");
+    for (const Json& m : json.value("measures", Json::array()))
+        end.measures.push_back({m.at("name").get<std::string>(),
+                                optional_from_json(m, "value").value_or(kNone),
+                                m.at("unit").get<std::string>()});
+    return end;
+}
+
 bool finite(const std::vector<double>& values) {
     return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
@@ -50,6 +96,7 @@ void check(const History& history, std::size_t materials, std::size_t step) {
         good = good && volumes->size() == materials && finite(*volumes);
     for (const int m : history.layer_materials)
         good = good && m >= 0 && static_cast<std::size_t>(m) < materials;
+    for (const StepEnd& end : history.ends) good = good && std::isfinite(end.grown);
     for (const Event& event : history.events)
         good = good && event.step <= step && std::isfinite(event.time) && std::isfinite(event.volume) &&
                event.at.allFinite();
@@ -70,13 +117,18 @@ History begin_history(const levelset::MaterialStack& stack, std::size_t material
     return history;
 }
 
-void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end, History& history) {
+void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end,
+              const std::function<bool(int)>& may_grow, History& history) {
     history.ends.resize(step + 1);
+    end.grown = history.ends[step].grown;  // of a step that is extended
     history.ends[step] = std::move(end);
     const std::vector<int> before_materials = std::move(history.layer_materials),
                            materials = layer_materials(stack);
     const std::vector<double> before = std::move(history.layer_volumes), after = layer_volumes(stack);
+    history.ends[step].grown +=
+        std::accumulate(after.begin(), after.end(), 0.0) - std::accumulate(before.begin(), before.end(), 0.0);
     const auto account = [&](std::size_t material, double change) {
+        if (change > 0.0 && !may_grow(static_cast<int>(material))) return;
         (change > 0.0 ? history.added : history.removed)[material] += std::abs(change);
     };
     const std::size_t count = history.initial.size();
@@ -129,8 +181,7 @@ Json to_json(const History& history) {
                                       {"count", event.count},
                                       {"volume", event.volume},
                                       {"at", point_json(event.at)}});
-    for (const StepEnd& end : history.ends)
-        json["ends"].push_back(Json{{"duration", end.duration}, {"stopped_by", end.stopped_by}});
+    for (const StepEnd& end : history.ends) json["ends"].push_back(end_json(end));
     return json;
 }
 
@@ -153,8 +204,7 @@ History history_from_json(const Json& json, std::size_t materials, std::size_t s
                                   event.at("material").get<std::string>(),
                                   event.at("count").get<std::size_t>(), event.at("volume").get<double>(),
                                   point_from_json(event.at("at"))});
-    for (const Json& end : json.at("ends"))
-        history.ends.push_back({end.at("duration").get<double>(), end.at("stopped_by").get<std::string>()});
+    for (const Json& end : json.at("ends")) history.ends.push_back(end_from_json(end));
     check(history, materials, step);
     return history;
 }

@@ -1,10 +1,13 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/common/json_fwd.hpp"
+#include "app/results/metrology.hpp"
 #include "levelset/layers/stack.hpp"
 #include "surface/triangle_mesh.hpp"
 
@@ -28,19 +31,30 @@ inline constexpr const char* kVoidClosed = "void-closed";        ///< gas that n
 inline constexpr const char* kBottomReached = "bottom-reached";  ///< of the substrate
 inline constexpr const char* kTopReached = "top-reached";        ///< of the room for films
 
+inline constexpr const char* kDuration = "duration";  ///< what ends a step that no stop condition ends
+
 /// How a step of the recipe ended.
 struct StepEnd {
-    double duration = 0.0;   ///< that it took
-    std::string stopped_by;  ///< "duration", or the key of the stop condition that held
+    double duration = 0.0;           ///< that it took, over-etch and all
+    std::string stopped_by;          ///< kDuration, or the key of the stop condition that held
+    double grown = 0.0;              ///< volume that all materials gained in it, less what they lost
+    double time = 0.0;               ///< process time then
+    bool has_stop = false;           ///< the step has a stop condition
+    std::optional<double> endpoint;  ///< process time at which a stop condition held, if one did
+    double over_etch = 0.0;          ///< time after it
+    std::optional<double> endpoint_bare, bare;  ///< shares of the floor (process/endpoint.hpp) that were bare
+                                                ///< at the endpoint and at the end, if it stops at a material
+    std::vector<Measure> measures;              ///< of the wafer then
 };
 
 /// Events and volumes that summary.json reports of a run, and what it needs to know for that. Part of
 /// its state.
 struct History {
     std::vector<Event> events;
-    std::vector<StepEnd> ends;           ///< of the steps made, loops unrolled
-    std::vector<double> initial, most;   ///< volumes at time 0 and the largest after a step, by material
-    std::vector<double> added, removed;  ///< by material: sums over the steps, positive
+    std::vector<StepEnd> ends;          ///< of the steps made, loops unrolled
+    std::vector<double> initial, most;  ///< volumes at time 0 and the largest after a step, by material
+    std::vector<double> added,
+        removed;  ///< by material: sums over the steps, positive; added is 0 of what no step could grow
 
     // When the step at hand began.
     std::vector<int> layer_materials;
@@ -60,7 +74,10 @@ History begin_history(const levelset::MaterialStack& stack, std::size_t material
 /// Notes that step number \p step ended, and what it added and removed since the one before: by layer, and so
 /// that a material which one layer loses and another gains counts twice; by material where the step has
 /// changed the list of layers.
-void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end, History& history);
+/// \param may_grow  of a material's id: whether the step can grow it. What another one gains is the grid's error and counts
+///                  as nothing.
+void end_step(const levelset::MaterialStack& stack, std::size_t step, StepEnd end,
+              const std::function<bool(int)>& may_grow, History& history);
 
 /// Notes the layers that the next step begins with; end_step has done so unless they have changed since.
 void note_layers(const levelset::MaterialStack& stack, History& history);

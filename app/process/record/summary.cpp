@@ -8,6 +8,7 @@
 #include "app/common/version.hpp"
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/recipe/flat.hpp"
+#include "app/results/cut_profile.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/layers/levels.hpp"
 
@@ -20,9 +21,12 @@ constexpr int kTimeDigits = 9, kDigits = 6, kErrorDigits = 4;
 // Less than a shift of the wafer's surface by this part of a grid spacing is rounding.
 constexpr double kLeastShift = 1e-6;
 
+double wafer_area(const levelset::Domain& domain) {
+    return (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
+}
+
 double settled(double volume, const levelset::Domain& domain) {
-    const double area = (domain.max[0] - domain.min[0]) * (domain.max[1] - domain.min[1]);
-    return std::abs(volume) < kLeastShift * domain.spacing * area ? 0.0 : volume;
+    return std::abs(volume) < kLeastShift * domain.spacing * wafer_area(domain) ? 0.0 : volume;
 }
 
 Json seconds_json(const Timing& timing) {
@@ -33,15 +37,36 @@ Json seconds_json(const Timing& timing) {
     return json;
 }
 
+// The mean rate of the whole wafer in a time: growth if positive, etching if negative; NaN of no time.
+double mean_rate(double grown, const levelset::Domain& domain, double time) {
+    return settled(grown, domain) / (wafer_area(domain) * time);
+}
+
 Json steps_json(const std::vector<Step>& steps, const RunState& state) {
+    const auto share = [](const std::optional<double>& bare) {
+        return number_or_null(bare.value_or(kNone), kErrorDigits);
+    };
     Json list = Json::array();
-    for (std::size_t k = 0; k < steps.size(); ++k)
-        list.push_back(Json{{"name", steps[k].name},
-                            {"model", steps[k].model},
-                            {"asked_duration", number_or_null(steps[k].duration, kTimeDigits)},
-                            {"duration", number_or_null(state.history.ends[k].duration, kTimeDigits)},
-                            {"stopped_by", state.history.ends[k].stopped_by},
-                            {"time_steps", state.time_steps[k]}});
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+        const StepEnd& end = state.history.ends[k];
+        Json step{
+            {"name", steps[k].name},
+            {"model", steps[k].model},
+            {"asked_duration", number_or_null(steps[k].duration, kTimeDigits)},
+            {"duration", number_or_null(end.duration, kTimeDigits)},
+            {"time", number_or_null(end.time, kTimeDigits)},
+            {"stopped_by", end.stopped_by},
+            {"mean_rate", number_or_null(mean_rate(end.grown, state.stack.domain, end.duration), kDigits)},
+            {"time_steps", state.time_steps[k]},
+            {"measures", Json::object()}};
+        if (end.has_stop)
+            step["endpoint"] = {{"time", number_or_null(end.endpoint.value_or(kNone), kTimeDigits)},
+                                {"bare", share(end.endpoint_bare)},
+                                {"over_etch", number_or_null(end.over_etch, kTimeDigits)}};
+        if (end.bare) step["bare"] = share(end.bare);
+        for (const Measure& m : end.measures) step["measures"][m.name] = number_or_null(m.value, kDigits);
+        list.push_back(std::move(step));
+    }
     return list;
 }
 
@@ -106,7 +131,9 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
     summary["volume_unit"] = unit;
     double grown = 0.0;
     for (std::size_t m = 0; m < last.size(); ++m) {
-        const double change = last[m] - history.initial[m], net = settled(change, domain) / width;
+        const double change = last[m] - history.initial[m],
+                     possible = history.added[m] == 0.0 ? std::min(0.0, change) : change,
+                     net = settled(possible, domain) / width;
         grown += change;
         if (history.initial[m] == 0.0 && last[m] == 0.0 && history.added[m] == 0.0) continue;
         const std::string& name = recipe.materials[m].name;
@@ -117,12 +144,9 @@ void add_volumes(const Recipe& recipe, const RunState& state, Json& summary, std
                  {"gross_added", number_or_null(settled(history.added[m], domain) / width, kDigits)},
                  {"gross_removed", number_or_null(settled(history.removed[m], domain) / width, kDigits)}};
     }
-    // The mean rate of the whole wafer: growth if positive, etching if negative.
     if (state.process_time() > 0.0)
-        measures.push_back({"mean_rate",
-                            settled(grown, domain) / ((domain.max[0] - domain.min[0]) *
-                                                      (domain.max[1] - domain.min[1]) * state.process_time()),
-                            length + "/" + time});
+        measures.push_back(
+            {"mean_rate", mean_rate(grown, domain, state.process_time()), length + "/" + time});
 }
 
 // The grid's levels as they were last, the finest first.

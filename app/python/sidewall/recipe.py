@@ -25,13 +25,19 @@ def _toml(value):
     raise TypeError(f"a recipe holds numbers, strings, lists and dicts, no {type(value).__name__}: {value!r}")
 
 
+def _named(steps, name):
+    """All steps of that name, those in loops too."""
+    return [found for step in steps for found in
+            [step] * (step.get("name") == name) + _named(step.get("steps", []), name)]
+
+
 class Recipe:
     """A recipe, read and checked as the program does.
 
     source: a path, a text in TOML (one of several lines), or a dict of the recipe's sections such as
     {"domain": {...}, "layer": [{...}], "step": [{...}]}. settings: keys to change, by path.
 
-    recipe["flux.rays"] and recipe["step[0].duration"] read any key in force, defaults included, and write it, with the
+    recipe["flux.rays"], recipe["step[0].duration"] and recipe["step.etch.duration"], of the step of that name, read any key in force, defaults included, and write it, with the
     checks and messages of --set. str(recipe) is the effective recipe; notes is what its author should know.
 
     Raises RecipeError with file, line and what to do; FileError for a file that cannot be read.
@@ -59,10 +65,13 @@ class Recipe:
     def __getitem__(self, key):
         value = self._values
         try:
-            for name, index in re.findall(r"([\w-]+)|\[(\d+)\]", key):
-                value = value[name] if name else value[int(index)]
+            for quoted, name, index in re.findall(r"[\"']([^\"']*)[\"']|([\w-]+)|\[(\d+)\]", key):
+                if not index and value is self._values["step"]:
+                    (value,) = _named(value, name or quoted)  # --set below tells which names there are
+                else:
+                    value = value[int(index)] if index else value[name or quoted]
             return value
-        except (KeyError, IndexError, TypeError):
+        except (KeyError, IndexError, TypeError, ValueError):
             self._read_with([*self._changes, f"{key}=0"])  # raises for a key that no recipe has
             return None  # a key without a value
 

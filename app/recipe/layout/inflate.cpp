@@ -20,6 +20,10 @@ std::optional<std::string> inflated(std::string_view packed, Packing packing, st
         stream.avail_out = static_cast<uInt>(buffer.size());
         code = inflate(&stream, Z_NO_FLUSH);
         bytes.append(buffer.data(), buffer.size() - stream.avail_out);
+        // A gzip file may have several members.
+        const bool another = packing == Packing::gzip && code == Z_STREAM_END && stream.avail_in > 2 &&
+                             stream.next_in[0] == 0x1f && stream.next_in[1] == 0x8b;
+        if (another) code = inflateReset(&stream);
     }
     inflateEnd(&stream);
     if (code != Z_STREAM_END || bytes.size() > most) return {};

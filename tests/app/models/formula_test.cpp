@@ -201,22 +201,54 @@ TEST_CASE("coverages that name each other settle, and those with a rate follow t
         explodes));
 }
 
+TEST_CASE("a blank before a function's bracket changes nothing") {
+    const Expression close("2*exp(-x) + max(x, y)*(x)", {"x", "y"}, {});
+    const std::vector<double> at{0.3, 0.7};
+    for (const char* text : {"2*exp (-x) + max(x, y)*(x)", "2*exp  (-x) + max\t(x, y)*(x)",
+                             "2 * exp ( -x ) + max ( x, y ) * (x)"})
+        CHECK(Expression(text, {"x", "y"}, {})(at) == close(at));
+    // Places are counted in the text as written.
+    CHECK_THROWS_WITH(Expression("exp (1) + zz", {"x"}, {}),
+                      Contains("character 11, \"zz\": unknown name zz"));
+    // A number in front of a bracket is no function.
+    CHECK_THROWS_WITH(Expression("x (1)", {"x"}, {}), Contains("character 3, \"(1)\""));
+    CHECK(names_variable("exp + 1", "exp"));
+    CHECK_FALSE(names_variable("exp (1)", "exp"));
+}
+
+TEST_CASE("a parameter may name others, in any order but a circle") {
+    const auto with = [](const std::string& parameters) {
+        return "rate = { Si = \"-d\" }\nparameters = { " + parameters + " }\n";
+    };
+    const auto value = [&](const std::string& parameters) {
+        const Formulated made = formulated(with(parameters));
+        return -made.model.speed(made.point("Si", {}));
+    };
+    CHECK(value("k = 0.3, a = \"2*k\", d = \"a + k\"") == Approx(0.9));
+    CHECK(value("d = \"a + w\", a = \"2*w\", w = 0.3") == Approx(0.9));
+    CHECK(value("d = \"exp (w)\", w = \"pi - pi\"") == Approx(1.0));
+    CHECK_THAT(formula_refusal(with("d = \"a\", a = \"2*d\"")), Contains("a, d name each other in a circle"));
+    CHECK_THAT(formula_refusal(with("d = \"1 - d\"")), Contains("parameters.d") && Contains("circle"));
+    CHECK_THAT(formula_refusal(with("d = \"2*kk\", k = 1")),
+               Contains("parameters.d") && Contains("unknown name kk"));
+}
+
 TEST_CASE("what cannot be evaluated is refused where it stands, with the nearest name", "[foreign]") {
     const auto refuses = [](const std::string& keys, std::initializer_list<const char*> parts) {
         const std::string message = formula_refusal(keys);
         CAPTURE(keys, message);
         for (const char* part : parts) CHECK_THAT(message, Contains(part));
     };
-    refuses(rate("-0.1*Fl"),
-            {"step.toml:13: step[0].rate.Si", "character 6: unknown name Fl; did you mean F?", "theta"});
-    refuses(rate("-sqr(F)"), {"character 2: unknown function sqr; did you mean sqrt?"});
+    refuses(rate("-0.1*Fl"), {"step.toml:13: step[0].rate.Si",
+                              "character 6, \"Fl\": unknown name Fl; did you mean F?", "theta"});
+    refuses(rate("-sqr(F)"), {"character 2, \"sqr(F)\": unknown function sqr; did you mean sqrt?"});
     refuses(rate("-sqrt(F, 2)"), {"character", "too many parameters for function \"sqrt\""});
     refuses(rate("-atan2(F)"), {"too few parameters for function \"atan2\""});
     refuses(rate("-(F"), {"missing parenthesis"});
     refuses(rate("-F)"), {"unexpected parenthesis"});
     refuses(rate("-F +"), {"unexpected end of expression"});
-    refuses(rate("2 F"), {"character 3", "unexpected variable"});
-    refuses(rate("F = 2"), {"character 3", "compare with =="});
+    refuses(rate("2 F"), {"character 3, \"F\"", "unexpected variable"});
+    refuses(rate("F = 2"), {"character 3, \"= 2\"", "compare with =="});
     refuses(rate("F, 2"), {"comma"});
     refuses(rate("   "), {"empty"});
     refuses(rate("\"F\""), {"step[0].rate.Si"});

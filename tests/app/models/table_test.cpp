@@ -74,6 +74,11 @@ TEST_CASE("a table is linear between the points of its grid and constant beyond,
     // The first row counts without headings, too, and units become the recipe's.
     CHECK(read_table(write(folder, "bare.csv", "-1,0.9\n0,0.1\n1,0.1\n"))(-1) == 0.9);
     CHECK(read_table(write(folder, "nm.csv", "x [nm];v\n0;1,5\n500;2,5\n"))(0.25) == 2.0);
+    CHECK(read_table(write(folder, "slash.csv", "x / nm;v / (nm/s)\n0;1500\n500;2500\n"))(0.25) == 2.0);
+    for (const char* heading : {"v [um/hour]", "v [nm/Min]", "v [furlong]", "v [kg/s]", "v/inch"})
+        CHECK_THROWS_WITH(read_table(write(folder, "odd.csv", std::string("x,") + heading + "\n0,1\n1,2\n")),
+                          Catch::Contains("the unit is unknown"));
+    CHECK(read_table(write(folder, "eV.csv", "E [eV],v [1]\n0,1\n100,2\n"))(50.0) == 1.5);
 }
 
 TEST_CASE("expressions call tables by name, by place and by angle") {

@@ -4,7 +4,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <tuple>
 
+#include "app/process/simulation.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/folder.hpp"
@@ -74,6 +77,25 @@ TEST_CASE("a profile along a line of the layout has the line's length and is ope
     CHECK(read("1", "padding = 0.3\n").domain.extent[0] == Approx(5.6));
     CHECK_THAT(ends(read("1", "", "position = [0.2, 0.1]\n")),
                Catch::Approx(std::vector{-1.3, -0.3, 0.7, 1.7}).margin(1e-9));
+}
+
+TEST_CASE(
+    "an etch along a line of the layout removes what two quarter circles and the opening between them hold") {
+    const test::Folder folder;
+    constexpr double kDepth = 0.3;
+    for (const auto& [line, openings, width] :
+         {std::tuple{1, 2, 1.0}, {2, 1, 1.0}, {3, 1, 0.995 * std::sqrt(2.0)}}) {
+        const Recipe recipe =
+            parse_recipe(recipe_on(folder, "[cut]\nlayer = \"63/0\"\nline = " + std::to_string(line)),
+                         "cut.toml", {"step[0].rate={ Si = -0.3, default = 0.0 }"});
+        const auto result =
+            run_recipe(recipe, {.output = folder.path / "out", .overwrite = true, .quiet = true});
+        const double expected = openings * (width * kDepth + 0.5 * M_PI * kDepth * kDepth);
+        CAPTURE(line);
+        // A corner off nodes is cut off by up to half a cell at either end.
+        CHECK(result.summary["metrology"]["removed_volume_Si"].get<double>() ==
+              Approx(expected).epsilon(0.02));
+    }
 }
 
 TEST_CASE("a line that is not there, or no line, is refused with what to choose", "[foreign]") {

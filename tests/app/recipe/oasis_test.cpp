@@ -176,6 +176,8 @@ TEST_CASE("layouts are known by their bytes: GDSII and OASIS, plain and in gzip"
         CHECK_THROWS_AS(drawn_in(bytes.substr(0, 40)), FileError);
     }
     CHECK_THROWS_WITH(drawn_in("<?xml version"), Catch::Contains("neither GDSII nor OASIS"));
+    const std::string half = gds.substr(0, 40), members = test::gzip_of(half) + test::gzip_of(gds.substr(40));
+    CHECK(area_in(drawn_in(members)) == Approx(100.0));
     CHECK_THROWS_WITH(drawn_in(test::gzip_of(test::gzip_of(gds))), Catch::Contains("packed twice"));
 }
 

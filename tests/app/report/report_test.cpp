@@ -1,7 +1,6 @@
 #include "app/report/report.hpp"
 
 #include <catch2/catch.hpp>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/report/parts.hpp"
@@ -10,42 +9,22 @@
 #include "surface/distance.hpp"
 #include "surface/error.hpp"
 #include "surface/topology.hpp"
+#include "tests/app/report/page_data.hpp"
 #include "tests/app/report/result_folder.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;
-using sidewall::test::Folder;
+using sidewall::test::Folder, sidewall::test::data_of, sidewall::test::data_text, sidewall::test::section,
+    sidewall::test::write;
 
 namespace {
 
 const std::string kHostile = "</script><script>alert(1)</script><!-- \" & '";
 
-void write(const std::filesystem::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
-
 const std::string kTimeline =
     "step,name,time [s],dt [s],max_speed [um/s],raw_vertices,raw_triangles,simplified_vertices,simplified_triangles,"
     "segments,leaked,relative_error,depth [um]\n"
     "1,\"1 etch, slow\",0,2.5,1,8,8,4,4,9,0,0.01,1\n1,\"1 etch, slow\",2.5,2.5,1,8,8,4,4,9,0,0.02,0.9\n";
-
-// The JSON within a page.
-std::string data_text(const std::string& html) {
-    const std::string start = "id=\"data\">";
-    const std::size_t begin = html.find(start) + start.size();
-    return html.substr(begin, html.find("</script>", begin) - begin);
-}
-
-Json data_of(const std::string& html) {
-    return Json::parse(data_text(html));
-}
-
-const Json& section(const Json& data, const std::string& type) {
-    for (const Json& one : data["sections"])
-        if (one["type"] == type) return one;
-    FAIL("no section of type " << type);
-    return data;
-}
 
 std::string bytes_of(const std::string& base64_text) {
     const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

@@ -1,0 +1,246 @@
+#include "app/process/endpoint.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/process/arriving/line_of_sight.hpp"
+#include "app/process/record/saved_meshes.hpp"
+#include "app/recipe/figure_names.hpp"
+#include "app/results/metrology.hpp"
+#include "levelset/layers/layer_depths.hpp"
+#include "levelset/layers/levels.hpp"
+#include "levelset/meshes/contact_lines.hpp"
+#include "levelset/meshes/extract.hpp"
+#include "surface/ray_scene.hpp"
+
+namespace sidewall::app {
+namespace {
+
+constexpr double kFloorRise = 0.7071;  // least cosine of a floor's normal with the vertical: 45 degrees
+constexpr double kMaskSpeed = 0.5;     // a mask goes at less than this share of the fastest material's speed
+
+bool lies_flat(const TriangleMesh& mesh, std::size_t t) {
+    const Vec3 area = area_vector(mesh, t);
+    return area.z() > kFloorRise * area.norm();
+}
+
+// Area of a triangle in the top view; 0 of what faces down or an overhang hides.
+double area_from_above(const TriangleMesh& mesh, std::size_t t, const ColumnSight& sight) {
+    const double area = area_vector(mesh, t).z();
+    return area > 0.0 && sight.open_above(triangle_centroid(mesh, t)) ? area : 0.0;
+}
+
+// What lies at a place of the surface: the material that is bare, and the thickness that covers another one.
+struct Place {
+    int bare = -1;
+    double cover = std::numeric_limits<double>::infinity();
+};
+
+class Covers {
+  public:
+    Covers(const levelset::MaterialStack& stack, int material)
+        : stack_(stack), material_(material), depth_(stack.layers.size() - 1) {
+        for (const levelset::MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
+            depths_.emplace_back(*level);
+    }
+
+    Place at(const Vec3& point) {
+        const levelset::MaterialStack& counts = levelset::level_at(stack_, point);
+        const auto coarser =
+            static_cast<std::size_t>(levelset::level_count(stack_) - levelset::level_count(counts));
+        const double touching = levelset::thinnest_film(counts.domain);
+        depths_[coarser].at(counts.domain.to_index(point), depth_);
+        Place place;
+        for (std::size_t k = 0; k < stack_.layers.size(); ++k) {
+            const double here = k < depth_.size() ? static_cast<double>(depth_[k]) : 0.0;
+            if (stack_.layers[k].material == material_)
+                place.cover = std::min(place.cover, here <= touching ? 0.0 : here - 0.5 * touching);
+            if (here > touching) continue;
+            place.bare = stack_.layers[k].material;
+            break;  // the layers above end here
+        }
+        return place;
+    }
+
+  private:
+    const levelset::MaterialStack& stack_;
+    int material_;
+    std::vector<levelset::LayerDepths> depths_;  // by level
+    std::vector<float> depth_;
+};
+
+// Whether a material lies below a place. It does everywhere if it is the substrate's.
+class Columns {
+  public:
+    Columns(const levelset::MaterialStack& stack, int material) : spacing_(stack.domain.spacing) {
+        if (stack.layers.front().material == material) return;
+        for (std::size_t k = 1; k < stack.layers.size(); ++k)
+            if (stack.layers[k].material == material)
+                layers_.emplace_back(scene_of(stack, k), scene_of(stack, k - 1));
+        everywhere_ = false;
+    }
+
+    bool has_below(const Vec3& point) const {
+        const auto depth = [&](const std::optional<surface::RayScene>& scene) {
+            const Vec3 from = point + Vec3(0.0, 0.0, 0.01 * spacing_);
+            const surface::RayHit hit =
+                scene ? scene->closest_hit(from, -Vec3::UnitZ(), 0.0, 1e30) : surface::RayHit();
+            return hit ? hit.distance : std::numeric_limits<double>::infinity();
+        };
+        return everywhere_ || std::any_of(layers_.begin(), layers_.end(), [&](const auto& layer) {
+                   const double top = depth(layer.first);
+                   return std::isfinite(top) && depth(layer.second) - top > levelset::kExposed * spacing_;
+               });
+    }
+
+  private:
+    static std::optional<surface::RayScene> scene_of(const levelset::MaterialStack& stack, std::size_t k) {
+        const TriangleMesh mesh = levelset::extract_surface(stack, k);
+        if (mesh.triangles.empty()) return std::nullopt;
+        return std::optional<surface::RayScene>(std::in_place, mesh);
+    }
+
+    double spacing_;
+    bool everywhere_ = true;
+    std::vector<std::pair<std::optional<surface::RayScene>, std::optional<surface::RayScene>>> layers_;
+};
+
+// A material as it is seen from above on floors.
+struct Seen {
+    double speed = 0.0;     // at which it goes where it goes fastest
+    std::size_t layer = 0;  // the highest that shows it
+    bool there = false;
+};
+
+std::vector<Seen> seen_from_above(const Model& model, const levelset::MaterialStack& stack,
+                                  const TracedSurface& surface, std::size_t materials) {
+    levelset::CutMesh cut = levelset::extract_materials(stack, surface.raw).surface;
+    const std::vector<std::size_t> layers = cut.layer;
+    const TriangleMesh mesh = result_mesh(model, stack, surface, std::move(cut));
+    const std::vector<double>& rate = mesh.triangle_attribute("rate")->values;
+    const ColumnSight sight(surface.raw, stack.domain.spacing);
+    std::vector<Seen> seen(materials);
+    for (std::size_t t = 0; t < rate.size(); ++t) {
+        if (!lies_flat(mesh, t) || area_from_above(mesh, t, sight) <= 0.0) continue;
+        Seen& here = seen[static_cast<std::size_t>(stack.layers[layers[t]].material)];
+        here.speed = std::max(here.speed, -rate[t]);
+        here.layer = std::max(here.layer, layers[t]);
+        here.there = true;
+    }
+    return seen;
+}
+
+}  // namespace
+
+BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& surface, int material,
+                     const std::vector<int>& masks, double asked) {
+    Covers covers(stack, material);
+    const Columns columns(stack, material);
+    const ColumnSight sight(surface, stack.domain.spacing);
+    std::vector<std::pair<double, double>> floor;  // thickness that covers the material, area
+    double whole = 0.0, bare = 0.0;
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+        const double area = area_from_above(surface, t, sight);
+        if (area <= 0.0) continue;
+        const Vec3 centroid = triangle_centroid(surface, t);
+        const Place place = covers.at(centroid);
+        if (place.bare != material &&
+            (!lies_flat(surface, t) || std::count(masks.begin(), masks.end(), place.bare) > 0 ||
+             !columns.has_below(centroid)))
+            continue;
+        floor.emplace_back(place.bare == material ? 0.0 : place.cover, area);
+        whole += area;
+        if (place.bare == material) bare += area;
+    }
+    if (whole <= 0.0) return {};
+    std::sort(floor.begin(), floor.end());
+    BareFloor result{bare / whole};
+    double sum = 0.0;
+    for (const auto& [cover, area] : floor)
+        if ((sum += area) > asked * whole) {
+            result.left = cover;
+            break;
+        }
+    return result;
+}
+
+std::optional<double> bare_share(const Recipe& recipe, const Step& step, const RunState& state,
+                                 const TriangleMesh& surface) {
+    const std::optional<StopRule> rule = bare_rule(recipe, step);
+    if (!rule) return std::nullopt;
+    return bare_floor(state.stack, surface, rule->bare, state.endpoint.masks, rule->value).share;
+}
+
+void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TracedSurface& surface,
+                RunState& state) {
+    const std::optional<StopRule> rule = bare_rule(recipe, step);
+    if (!rule) return;
+    std::vector<Seen> seen = seen_from_above(model, state.stack, surface, recipe.materials.size());
+    seen[static_cast<std::size_t>(rule->bare)] = {};
+    const auto fastest = std::max_element(seen.begin(), seen.end(),
+                                          [](const Seen& a, const Seen& b) { return a.speed < b.speed; });
+    state.endpoint.masks.clear();
+    for (std::size_t m = 0; m < seen.size(); ++m)
+        if (seen[m].there && seen[m].speed < kMaskSpeed * fastest->speed && seen[m].layer > fastest->layer)
+            state.endpoint.masks.push_back(static_cast<int>(m));
+}
+
+void note_endpoint(const Recipe& recipe, const Step& step, const char* key, const TriangleMesh& surface,
+                   RunState& state) {
+    state.endpoint.time = state.time;
+    state.endpoint.key = key;
+    state.endpoint.bare = bare_share(recipe, step, state, surface);
+}
+
+double step_end(const Step& step, const RunState& state) {
+    const double longest = state.step_start + step.duration;
+    const std::optional<double>& came = state.endpoint.time;
+    if (!came) return longest;
+    return std::min(longest, *came + step.over_etch * (*came - state.step_start) + step.over_etch_time);
+}
+
+StepEnd end_of(const Recipe& recipe, const Step& step, const RunState& state, const TriangleMesh& surface) {
+    StepEnd end;
+    end.duration = state.time - state.step_start;
+    end.stopped_by = kDuration;
+    end.time = state.process_time();
+    end.measures = measure(recipe, state.stack, surface);
+    if (!step.built) return end;
+    end.bare = bare_share(recipe, step, state, surface);
+    end.has_stop = has_stop(step);
+    const RunEndpoint& endpoint = state.endpoint;
+    if (!endpoint.time) return end;
+    end.endpoint = state.epoch + *endpoint.time;
+    end.endpoint_bare = endpoint.bare;
+    end.over_etch = state.time - *endpoint.time;
+    const double wanted = step.over_etch * (*endpoint.time - state.step_start) + step.over_etch_time;
+    if (end.over_etch >= wanted * (1.0 - 1e-9)) end.stopped_by = endpoint.key;
+    return end;
+}
+
+std::string end_line(const Recipe& recipe, const Step& step, const StepEnd& end) {
+    if (!end.has_stop) return {};
+    const std::string& unit = recipe.domain.time_unit;
+    const auto share = [&](const std::optional<double>& bare) {
+        const std::optional<StopRule> rule = bare_rule(recipe, step);
+        return bare && rule ? fmt::format(", {:.1f} % of {} bare under the openings", 100.0 * *bare,
+                                          recipe.materials[static_cast<std::size_t>(rule->bare)].name)
+                            : std::string();
+    };
+    std::string line = fmt::format("{:.6g} {}, step {}: ", end.time, unit, step.name);
+    if (!end.endpoint)
+        return line + fmt::format("ended by its duration, before its stop condition held{}", share(end.bare));
+    line +=
+        fmt::format("endpoint ({}) after {:.4g} {}{}", end.stopped_by == kDuration ? "stop" : end.stopped_by,
+                    end.duration - end.over_etch, unit, share(end.endpoint_bare));
+    if (end.over_etch > 0.0)
+        line += fmt::format("; over-etched for {:.4g} {}{}{}", end.over_etch, unit,
+                            end.stopped_by == kDuration ? ", until the step's duration was over" : "",
+                            share(end.bare));
+    return line;
+}
+
+}  // namespace sidewall::app

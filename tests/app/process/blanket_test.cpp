@@ -1,0 +1,83 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "app/models/chemistry.hpp"
+#include "app/process/estimate/blanket.hpp"
+
+// The speed of an open flat wafer, of which all is known in closed form.
+using namespace sidewall;
+using namespace sidewall::app;
+using Catch::Matchers::Contains;
+
+namespace {
+
+Recipe blanket_recipe(const std::string& step, const std::string& time_unit = "s") {
+    return parse_recipe(
+        "[domain]\nextent = [2.0, 1.0]\ngrid_spacing = 0.1\nlength_unit = \"um\"\ntime_unit = \"" +
+            time_unit +
+            "\"\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"SiO2\"\nthickness = 0.2\n"
+            "[[layer]]\nmaterial = \"Mask\"\nthickness = 0.2\n[[step]]\nduration = 2.0\n" +
+            step,
+        "blanket.toml");
+}
+
+double rate_on(const Recipe& recipe, const char* material) {
+    for (const StepMaterials& here : materials_by_step(recipe))
+        for (const BlanketRate& at : blanket_rates(here))
+            if (at.material == *material_id(recipe.materials, material)) {
+                CHECK(at.unknown.empty());
+                return at.rate;
+            }
+    return NAN;
+}
+
+}  // namespace
+
+TEST_CASE("a flat wafer moves at the rate of the recipe, where one particle arrives") {
+    const Recipe one =
+        blanket_recipe("model = \"single_particle\"\nrate = { Si = -0.1, SiO2 = -0.02 }\nsticking = 0.3\n");
+    CHECK(rate_on(one, "Si") == Approx(-0.1));
+    CHECK(rate_on(one, "SiO2") == Approx(-0.02));
+    CHECK(rate_on(one, "Mask") == 0.0);
+    CHECK_THAT(blanket_table(one), Contains("nm/s") &&
+                                       Contains("etches Si: -100, SiO2: -20; Mask stands still") &&
+                                       Contains("selectivity Si : SiO2 5"));
+    const Recipe grows =
+        blanket_recipe("model = \"isotropic\"\nrate = 0.00487\ndeposit = \"Polymer\"\n", "min");
+    CHECK_THAT(blanket_table(grows), Contains("nm/min") &&
+                                         Contains("grows Polymer on Si: +4.87, SiO2: +4.87") &&
+                                         Contains("nothing is etched"));
+    const Recipe both = blanket_recipe("model = \"directional\"\ndirectional = -0.1\nisotropic = -0.05\n");
+    CHECK(rate_on(both, "Si") == Approx(-0.15));
+}
+
+TEST_CASE("a flat wafer's coverages are in steady state and its ions have their mean yield") {
+    // theta = k/(k + 1) under one F; sqrt E - sqrt 20 at 100 eV sharp, normal to the wafer, times scale.
+    const std::string law =
+        "model = \"formula\"\nspecies = [{ name = \"F\", sticking = \"0.2*(1 - theta)\" }, { name = \"ion\", kind = \"ion\", "
+        "energy = 100.0, energy_spread = 0.0, source_exponent = 1e5, yields = [{ name = \"y\", energy = \"sqrt(E) - sqrt(20)\", "
+        "scale = { Si = 0.03, default = 0.0 } }] }]\nparameters = { k = 0.3 }\ncoverages = { theta = \"k*F/(k*F + 1)\" }\n"
+        "rate = \"-0.1*F*(1 - theta) - 0.02*ion_y\"\n";
+    const double chemical = -0.1 / 1.3, sputtered = -0.02 * 0.03 * (10.0 - std::sqrt(20.0));
+    CHECK(rate_on(blanket_recipe(law), "Si") == Approx(chemical + sputtered).epsilon(1e-3));
+    CHECK(rate_on(blanket_recipe(law), "Mask") == Approx(chemical).epsilon(1e-6));
+    // A slow coverage is as the duration leaves it: theta = 1 - exp(-0.5 t) at t = 2.
+    const std::string slow =
+        "model = \"formula\"\nspecies = [{ name = \"F\" }]\ncoverage_rates = { theta = \"0.5*(1 - theta)\" }\nrate = \"-theta\"\n";
+    CHECK(rate_on(blanket_recipe(slow), "Si") == Approx(std::exp(-1.0) - 1.0).epsilon(1e-6));
+    // A pulse of one part: theta = s Gamma pulse / s_0 (1 - exp(...)) is that of Langmuir; growth over the
+    // cycle.
+    const std::string ald =
+        "model = \"ald\"\ngrowth_per_cycle = 0.001\npulse = 1.0\npurge = 1.0\nprecursor_flux = 1.0\nsticking = 0.1\n"
+        "evaporation = 0.0\nsites = 0.2\nparts = 4\ndeposit = \"Al2O3\"\n";
+    CHECK(rate_on(blanket_recipe(ald), "Si") == Approx(0.001 / 2.0 * (1.0 - std::exp(-0.5))).epsilon(1e-6));
+}
+
+TEST_CASE("check says what a stop cannot reach, and which law has no value on a flat wafer") {
+    CHECK_THAT(blanket_table(
+                   blanket_recipe("model = \"isotropic\"\nrate = 0.1\ndeposit = \"W\"\nstop_depth = 1.0\n")),
+               Contains("stop_depth never ends it: nothing is etched"));
+    CHECK_THAT(blanket_table(blanket_recipe(
+                   "model = \"formula\"\nrate = { Si = -0.1, default = \"sqrt(-1 + 0*time)\" }\n")),
+               Contains("etches Si: -100") && Contains("SiO2: no rate: "));
+}

@@ -1,0 +1,57 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "app/results/film.hpp"
+
+using namespace sidewall;
+using namespace sidewall::app;
+
+// Seams of films in a trench 1 wide and 2 deep, on profiles whose points are known.
+namespace {
+
+Profile profile_through(const std::vector<std::pair<double, double>>& points) {
+    Profile profile{.lines = {surface::Polyline()}, .along = Vec3::UnitX(), .mirrors = {}, .shifts = {}};
+    for (const auto& [x, z] : points) profile.lines[0].points.emplace_back(x, 0.0, z);
+    return profile;
+}
+
+const Profile kTrench = profile_through({{-2, 0}, {-0.5, 0}, {-0.5, -2}, {0.5, -2}, {0.5, 0}, {2, 0}});
+
+// An even film that has filled the trench: arcs about its upper edges.
+Profile filled_by(double film) {
+    std::vector<std::pair<double, double>> points;
+    for (int k = -200; k <= 200; ++k) {
+        const double x = 0.01 * k, beside = std::abs(std::abs(x) - 0.5);
+        points.emplace_back(x, std::abs(x) < 0.5 ? std::sqrt(film * film - beside * beside) : film);
+    }
+    return profile_through(points);
+}
+
+}  // namespace
+
+TEST_CASE("a seam ends where even films on both walls have met highest") {
+    for (const double film : {0.5, 0.55, 0.7, 1.5})
+        CHECK(seam_depth(filled_by(film), kTrench) == Approx(-std::sqrt(film * film - 0.25)).margin(1e-9));
+    // Half a trench at a mirror, which the film fills.
+    Profile half = profile_through({{-2, 0}, {-0.5, 0}, {-0.5, -2}, {0, -2}}), film = filled_by(0.55);
+    film.lines[0].points.resize(201);
+    half.mirrors = film.mirrors = {-2.0, 0.0};
+    CHECK(seam_depth(film, half) == Approx(-std::sqrt(0.55 * 0.55 - 0.25)).margin(1e-9));
+    // Above a void that the open surface does not have.
+    const Profile notch = profile_through({{-2, 0.3}, {-0.3, 0.3}, {0, -0.4}, {0.3, 0.3}, {2, 0.3}});
+    CHECK(seam_depth(notch, kTrench) == Approx(0.4));
+}
+
+TEST_CASE("films that have not met, or have come from the floor alone, leave no seam") {
+    const Profile open =
+        profile_through({{-2, 0.4}, {-0.1, 0.4}, {-0.1, -1.6}, {0.1, -1.6}, {0.1, 0.4}, {2, 0.4}});
+    CHECK(std::isnan(seam_depth(open, kTrench)));
+    for (const double level : {-1.0, -0.3}) {
+        const Profile risen =
+            profile_through({{-2, 0}, {-0.5, 0}, {-0.5, level}, {0.5, level}, {0.5, 0}, {2, 0}});
+        CHECK(std::isnan(seam_depth(risen, kTrench)));
+    }
+    CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), kTrench)));  // polished
+    CHECK(std::isnan(seam_depth(profile_through({{-2, 0.1}, {2, 0.1}}), profile_through({{-2, 0}, {2, 0}}))));
+}
