@@ -16,7 +16,8 @@ GridPtr make_grid(const Domain& domain);
 
 /// A grid of the narrow band of \p distance, a signed distance or a bound of it (world units, 1-Lipschitz)
 /// given at world points, for \p z_min <= z <= z_max. Evaluates in parallel and skips regions far from the
-/// front.
+/// front. A node on the front has the sign of a point beside it, in a direction that is the same everywhere, as its own
+/// sign is a matter of rounding.
 GridPtr sample_grid(const Domain& domain, const std::function<double(const Vec3&)>& distance, double z_min,
                     double z_max);
 

@@ -65,11 +65,9 @@ AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& ot
         for (const AccuracyRun& run : others)
             (run.method == on.method ? as_it_is : raw).push_back(run.figure(measure));
         // A figure that a run does not have leaves NaN, and so nothing is known.
-        const auto degrees = as_it_is.size() - 1 + (raw.empty() ? 0 : raw.size() - 1);
+        const auto degrees = static_cast<double>(as_it_is.size() - 1 + (raw.empty() ? 0 : raw.size() - 1));
         const double all = squares(as_it_is) + (raw.empty() ? 0.0 : squares(raw));
-        noise.noise[measure] = degrees == 0 ? 0.0
-                                            : student_quantile(static_cast<double>(degrees)) *
-                                                  std::sqrt(all / static_cast<double>(degrees));
+        noise.noise[measure] = degrees == 0.0 ? 0.0 : student_quantile(degrees) * std::sqrt(all / degrees);
         noise.simplification[measure] = raw.empty() ? 0.0 : std::abs(mean(raw) - mean(as_it_is));
     }
     return noise;

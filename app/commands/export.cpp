@@ -186,24 +186,21 @@ void print_plane(const Json& json, const std::string& unit) {
                    boundary["length"].get<double>(), unit);
 }
 
-// A profile is the same at all y, and a cell wide.
-void require_profile(const ExportArguments& arguments, const Result& result) {
-    const double wide = bounding_box(result.surface).size().y(), spacing = grid_spacing_of(arguments.input);
-    constexpr double kCell = 1.5;  // in grid spacings; more is no profile
-    if (wide > kCell * spacing)
+void require_profile(const Result& result, double spacing) {
+    if (!is_profile(result, spacing))
         throw RecipeError(fmt::format(
             "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
-            wide));
+            bounding_box(result.surface).size().y()));
 }
 
 Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
-    if (arguments.triangles) require_profile(arguments, result);
+    const double spacing = grid_spacing_of(arguments.input);
+    if (arguments.triangles) require_profile(result, spacing);
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
     DeviceOptions options = arguments.options;
     options.progress = [&](double done) { progress.update(done); };
-    const Device device = about(
-        arguments.input, [&] { return make_device(result, grid_spacing_of(arguments.input), options); });
+    const Device device = about(arguments.input, [&] { return make_device(result, spacing, options); });
     const double made = now();
     Json json;
     if (arguments.triangles) {

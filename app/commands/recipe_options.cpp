@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
-
 #include "app/commands/cli_options.hpp"
+#include "app/common/text.hpp"
 #include "app/recipe/node_path.hpp"
 #include "app/recipe/notes.hpp"
 
@@ -41,10 +40,8 @@ std::filesystem::path default_output(const std::string& recipe_file,
             else if (c != ']')
                 name += key_character(c) || c == '.' || c == '=' || c == ',' || c == '+' ? c : '_';
     }
-    const bool cut = name.size() > kLongest;
-    std::uint32_t sum = 2166136261U;  // FNV-1a, so that long names that begin alike differ
-    for (const char c : all) sum = (sum ^ static_cast<unsigned char>(c)) * 16777619U;
-    return folder.concat(cut ? fmt::format("{}-{:08x}", name.substr(0, kLongest), sum) : name);
+    // Long names that begin alike differ by what all say together.
+    return folder.concat(name.size() > kLongest ? name.substr(0, kLongest) + "-" + digest(all) : name);
 }
 
 }  // namespace sidewall::app

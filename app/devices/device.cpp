@@ -81,18 +81,22 @@ Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) 
     return box;
 }
 
-// A profile drawn out along y; other wafers as they are. \returns the width, 0 if it was left.
-double draw_out(Result& result, double spacing, const DeviceOptions& options) {
-    constexpr double kCell = 1.5, kEdges = 4.0;  // in grid spacings, more is no profile; in edges
-    const double wide = bounding_box(result.surface).size().y(),
-                 width = kEdges * options.size.value_or(kSize * spacing);
-    if (wide > kCell * spacing || !(width > wide) || !std::isfinite(width)) return 0.0;
+double width_of(const Result& result) {
+    return bounding_box(result.surface).size().y();
+}
+
+// A profile drawn out along y by four edges; nothing if it is as wide, or the wafer is no profile.
+std::optional<Result> drawn_out(const Result& result, double spacing, const DeviceOptions& options) {
+    constexpr double kEdges = 4.0;
+    const double wide = width_of(result), width = kEdges * options.size.value_or(kSize * spacing);
+    if (!is_profile(result, spacing) || !(width > wide) || !std::isfinite(width)) return std::nullopt;
+    Result drawn = result;
     const auto draw = [&](TriangleMesh& mesh) {
         for (Vec3& vertex : mesh.vertices) vertex.y() *= width / wide;
     };
-    draw(result.surface);
-    for (TriangleMesh& mesh : result.interfaces) draw(mesh);
-    return width;
+    draw(drawn.surface);
+    for (TriangleMesh& mesh : drawn.interfaces) draw(mesh);
+    return drawn;
 }
 
 // Memory of a tetrahedron while it is made, and the expected number.
@@ -243,9 +247,14 @@ bool volumes_hold(const Device& device, double small) {
 
 }  // namespace
 
+bool is_profile(const Result& result, double spacing) {
+    constexpr double kCell = 1.5;  // in grid spacings; more is no profile
+    return width_of(result) <= kCell * spacing;
+}
+
 Device make_device(const Result& wafer, double spacing, const DeviceOptions& options) {
-    Result result = wafer;
-    const double drawn_out = draw_out(result, spacing, options);
+    const std::optional<Result> drawn = drawn_out(wafer, spacing, options);
+    const Result& result = drawn ? *drawn : wafer;
     const RenderScene scene(result, {});
     if (!scene.solid())
         throw GeometryError(
@@ -279,7 +288,7 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
         tets.tolerance *= kFiner * kFiner;
     }
     device.size = tets.size;
-    device.drawn_out = drawn_out;
+    if (drawn) device.drawn_out = width_of(result);
     add_boundaries(device.mesh, tets.box, options.gas ? static_cast<int>(regions.names.size()) - 1 : -1);
     return device;
 }

@@ -27,6 +27,9 @@ struct Device {
     double drawn_out = 0.0;  ///< width along y of a profile's slab; 0 of a wafer that has its own
 };
 
+/// Whether a result's wafer is a profile: a cell wide along y, and the same at all y.
+bool is_profile(const Result& result, double spacing);
+
 /// Meshes the wafer of a result. A profile, a cell wide along y, is drawn out to four edges, as no tetrahedron is longer than
 /// the slab is wide. A region of more than a few cells whose volume differs from what the surfaces enclose by
 /// nearly 0.5 % is meshed finer, up to two times.

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "app/common/console.hpp"
 #include "app/common/json.hpp"
 #include "app/process/simulation.hpp"
@@ -30,11 +28,14 @@ double flux_error(const Json& summary) {
     return error;
 }
 
-// The error falls with the square root of the rays; everything but the tracing costs the same however many
-// there are.
+// Share of its rays at which a run with an error has another one: it falls with their square root.
+double rays_at_error(double error, double target) {
+    return target > 0.0 ? (error / target) * (error / target) : 1.0;
+}
+
+// Everything but the tracing costs the same however many rays there are.
 double seconds_at_error(const Timing& timing, double error, double target) {
-    const double rays = target > 0.0 ? (error / target) * (error / target) : 1.0;
-    return timing.features + timing.simplify + timing.bvh + timing.trace * rays;
+    return timing.features + timing.simplify + timing.bvh + timing.trace * rays_at_error(error, target);
 }
 
 }  // namespace
@@ -124,7 +125,7 @@ std::string compare_verdict(const Json& comparison) {
     const double before = number(*raw, at_equal_error), after = number(*best, at_equal_error),
                  error = number(*raw, "/relative_error");
     const bool paid = before > kSame * after, lost = after > kSame * before;
-    const double share = error > 0.0 ? std::pow(number(*best, "/relative_error") / error, 2) : 1.0;
+    const double share = rays_at_error(number(*best, "/relative_error"), error);
     return fmt::format(
         "Simplification {}: for the flux {} {} takes {:.3g} s and the raw run {:.3g} s{}, because {:.0f} of {:.0f} "
         "triangles are left, which need {:.3g} % of the rays, and simplifying takes {:.2g} s; with equal rays, as here, the "

@@ -207,7 +207,7 @@ Json plan_of(const Fit& fit) {
 
 // The point's runs, of several points that are asked for at once; false where values that are each right do
 // not fit together.
-// \param seeds  that the runs' seed is away from the recipe's.
+// \param seeds  added to the recipe's seed.
 bool add_point(Fit& fit, const BoxPoint& point, std::int64_t seeds) {
     const RunValues values = values_of(fit, point);
     std::vector<Recipe> recipes;

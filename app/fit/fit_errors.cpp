@@ -42,15 +42,20 @@ struct SimulationNoise {
     double degrees = kInfinity;
 };
 
+// Deviations of the runs with other seeds from their mean: the product with the transpose is the residuals'
+// covariance. No columns without two such runs.
+MatrixXd spread_over_seeds(const LeastSquaresResult& result) {
+    const Eigen::Index runs = result.repeats.cols();
+    if (runs < 2) return MatrixXd(result.residuals.size(), 0);
+    const VectorXd mean = result.repeats.rowwise().mean();
+    return (result.repeats.colwise() - mean) / std::sqrt(static_cast<double>(runs - 1));
+}
+
 // \param basis  orthonormal columns: what the parameters can change of the residuals.
 SimulationNoise simulation_noise(const LeastSquaresResult& result, const MatrixXd& basis) {
-    MatrixXd spread(result.residuals.size(), 0);
+    const MatrixXd spread = spread_over_seeds(result);
     SimulationNoise noise;
-    if (const Eigen::Index runs = result.repeats.cols(); runs > 1) {
-        noise.degrees = static_cast<double>(runs - 1);
-        const VectorXd mean = result.repeats.rowwise().mean();
-        spread = (result.repeats.colwise() - mean) / std::sqrt(noise.degrees);
-    }
+    if (spread.cols() > 0) noise.degrees = static_cast<double>(spread.cols() - 1);
     noise.along = basis.transpose() * spread;
     noise.rest = std::max(0.0, spread.squaredNorm() - noise.along.squaredNorm());
     if (result.grid_steps.size() == 0 || result.grid_steps.isZero(0.0)) return noise;
@@ -122,14 +127,13 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     result.covariance = variance * of_targets + of_noise + unbounded;
     result.half_interval.resize(parameters);
     for (Eigen::Index k = 0; k < parameters; ++k)
-        result.half_interval[k] = half(of_targets(k, k), of_noise(k, k)) + std::sqrt(unbounded(k, k));
+        result.half_interval[k] =
+            half(of_targets(k, k), of_noise(k, k)) + std::sqrt(std::max(0.0, unbounded(k, k)));  // rounding
 }
 
 VectorXd noise_over_seeds(const LeastSquaresResult& result) {
-    const MatrixXd& r = result.repeats;
-    if (r.cols() < 2) return {};
-    const VectorXd mean = r.rowwise().mean();
-    return (r.colwise() - mean).rowwise().norm() / std::sqrt(static_cast<double>(r.cols() - 1));
+    const MatrixXd spread = spread_over_seeds(result);
+    return spread.cols() > 0 ? VectorXd(spread.rowwise().norm()) : VectorXd();
 }
 
 double student_quantile(double degrees) {

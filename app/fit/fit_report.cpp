@@ -29,12 +29,13 @@ double value_beyond(const Vary& vary, double place) {
 
 Json parameters_json(const FitEnd& end) {
     Json parameters = Json::object();
+    const Recipe& best = end.recipes.front().best_recipe;
+    const std::vector<KeyDoc> keys = settable_keys(best);
     for (std::size_t k = 0; k < end.varied.size(); ++k) {
         const Vary& vary = end.varied[k];
         const auto i = static_cast<Eigen::Index>(k);
         const double place = end.found.best[i], half = end.found.half_interval[i];
-        Json json{{"value", std::stod(value_at(vary, place))},
-                  {"unit", unit_of_key(end.recipes.front().best_recipe, vary.key)}};
+        Json json{{"value", std::stod(value_at(vary, place))}, {"unit", unit_of_key(keys, best, vary.key)}};
         constexpr double kAtBound = 1e-6;
         const bool at_bound = place < kAtBound || place > 1.0 - kAtBound;
         // At a bound the residuals are not least in this key, and the linear model gives no interval.
@@ -151,9 +152,10 @@ std::string unmet_targets(const Json& fit) {
 
 }  // namespace
 
-std::string unit_of_key(const Recipe& recipe, const std::string& name) {
-    const std::vector<KeyDoc> keys = settable_keys(recipe);
-    const auto key = std::ranges::find(keys, name.substr(name.find(':') + 1), &KeyDoc::name);
+std::string unit_of_key(const std::vector<KeyDoc>& keys, const Recipe& recipe, const std::string& name) {
+    auto key = std::ranges::find(keys, name, &KeyDoc::name);
+    if (key == keys.end())  // behind a recipe's label
+        key = std::ranges::find(keys, name.substr(name.find(':') + 1), &KeyDoc::name);
     return key == keys.end() ? "" : unit_text(key->unit, recipe.domain.length_unit, recipe.domain.time_unit);
 }
 
@@ -233,7 +235,7 @@ std::vector<std::string> fit_remarks(const Json& fit) {
 
 std::string noise_remark(const Json& fit) {
     const auto runs = fit.value("noise_runs", std::size_t{0});
-    return runs == 0
+    return runs < 2  // of which there is no spread
                ? "the intervals lack the noise of the simulation: too few runs were left for other seeds"
                : fmt::format(
                      "the intervals hold the noise of the simulation, from {} more runs with other seeds at these values",

@@ -2,6 +2,7 @@
 #include "app/common/json_fwd.hpp"
 #include "app/fit/fit_targets.hpp"
 #include "app/fit/least_squares.hpp"
+#include "app/schema/keys.hpp"
 #include "app/sweep/vary.hpp"
 
 namespace sidewall::app {
@@ -25,7 +26,8 @@ struct FitEnd {
 };
 
 /// The unit of a varied key, with or without a recipe's label before it, in the recipe's own units; "" without a dimension.
-std::string unit_of_key(const Recipe& recipe, const std::string& name);
+/// \param keys  settable_keys() of the recipe.
+std::string unit_of_key(const std::vector<KeyDoc>& keys, const Recipe& recipe, const std::string& name);
 
 /// The results that fit.json holds.
 Json fit_json(const FitEnd& end);

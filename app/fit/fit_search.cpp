@@ -237,16 +237,16 @@ VectorXd grid_steps(const Trials& trials, const LeastSquares& problem, const Lea
     // Distances of a profile's points that the process leaves alone are equal, too.
     for (const ProfileResiduals& profile : problem.profiles)
         range.segment(profile.first, static_cast<Eigen::Index>(profile.points.size())).setZero();
-    for (Eigen::Index i = 0; i < steps.size(); ++i)
+    for (Eigen::Index i = 0; i < steps.size(); ++i) {
+        if (range[i] == 0.0) continue;
+        const double slope = found.slopes.row(i).norm();
         for (const FitTrial* one : near) {
-            const double slope = found.slopes.row(i).norm();
             double greatest = 0.0;
             int equal = 0;
             for (const FitTrial* other : near) {
+                if ((*one->residuals)[i] != (*other->residuals)[i]) continue;
                 const VectorXd between = one->x - other->x;
-                if (range[i] == 0.0 || (*one->residuals)[i] != (*other->residuals)[i] ||
-                    between.lpNorm<Eigen::Infinity>() < kNearest)
-                    continue;
+                if (between.lpNorm<Eigen::Infinity>() < kNearest) continue;
                 const double change = std::abs(found.slopes.row(i).dot(between));
                 if (change < kPart * slope * between.norm() && slope >= kVanishing * range[i]) continue;
                 greatest = std::max({greatest, change, kVanishing * range[i]});
@@ -254,6 +254,7 @@ VectorXd grid_steps(const Trials& trials, const LeastSquares& problem, const Lea
             }
             if (equal > 1 || greatest > kNoises * noise[i]) steps[i] = std::max(steps[i], greatest);
         }
+    }
     return steps;
 }
 

@@ -17,7 +17,7 @@ Model model_with_law(const Recipe& recipe, const CallerLaw& law, const Step& ste
     model.speeds = [law, step, plain](std::span<const SurfacePoint> points) {
         return law(step, plain, points);
     };
-    model.hints.inert.clear();  // which is the model's own speed's
+    model.hints.inert.clear();  // the hints are of the model's own speed
     model.hints.beam_speed = nullptr;
     return model;
 }

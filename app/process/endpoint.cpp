@@ -171,21 +171,23 @@ std::optional<double> bare_share(const Recipe& recipe, const Step& step, const R
                                  const TriangleMesh& surface) {
     const std::optional<StopRule> rule = bare_rule(recipe, step);
     if (!rule) return std::nullopt;
-    return bare_floor(state.stack, surface, rule->bare, state.endpoint.masks, rule->value).share;
+    return bare_floor(state.stack, surface, rule->bare, state.endpoint.masks.value_or(std::vector<int>()),
+                      rule->value)
+        .share;
 }
 
 void note_masks(const Recipe& recipe, const Step& step, const Model& model, const TracedSurface& surface,
                 RunState& state) {
+    std::vector<int>& masks = state.endpoint.masks.emplace();
     const std::optional<StopRule> rule = bare_rule(recipe, step);
     if (!rule) return;
     std::vector<Seen> seen = seen_from_above(model, state.stack, surface, recipe.materials.size());
     seen[static_cast<std::size_t>(rule->bare)] = {};
     const auto fastest = std::max_element(seen.begin(), seen.end(),
                                           [](const Seen& a, const Seen& b) { return a.speed < b.speed; });
-    state.endpoint.masks.clear();
     for (std::size_t m = 0; m < seen.size(); ++m)
         if (seen[m].there && seen[m].speed < kMaskSpeed * fastest->speed && seen[m].layer > fastest->layer)
-            state.endpoint.masks.push_back(static_cast<int>(m));
+            masks.push_back(static_cast<int>(m));
 }
 
 void note_endpoint(const Recipe& recipe, const Step& step, const char* key, const TriangleMesh& surface,
@@ -221,7 +223,7 @@ StepEnd end_of(const Recipe& recipe, const Step& step, const RunState& state, co
     return end;
 }
 
-std::string end_line(const Recipe& recipe, const Step& step, const StepEnd& end) {
+std::string end_line(const Recipe& recipe, const Step& step, const RunState& state, const StepEnd& end) {
     if (!end.has_stop) return {};
     const std::string& unit = recipe.domain.time_unit;
     const auto share = [&](const std::optional<double>& bare) {
@@ -233,9 +235,8 @@ std::string end_line(const Recipe& recipe, const Step& step, const StepEnd& end)
     std::string line = fmt::format("{:.6g} {}, step {}: ", end.time, unit, step.name);
     if (!end.endpoint)
         return line + fmt::format("ended by its duration, before its stop condition held{}", share(end.bare));
-    line +=
-        fmt::format("endpoint ({}) after {:.4g} {}{}", end.stopped_by == kDuration ? "stop" : end.stopped_by,
-                    end.duration - end.over_etch, unit, share(end.endpoint_bare));
+    line += fmt::format("endpoint ({}) after {:.4g} {}{}", state.endpoint.key, end.duration - end.over_etch,
+                        unit, share(end.endpoint_bare));
     if (end.over_etch > 0.0)
         line += fmt::format("; over-etched for {:.4g} {}{}{}", end.over_etch, unit,
                             end.stopped_by == kDuration ? ", until the step's duration was over" : "",

@@ -55,6 +55,6 @@ double step_end(const Step& step, const RunState& state);
 StepEnd end_of(const Recipe& recipe, const Step& step, const RunState& state, const TriangleMesh& surface);
 
 /// A line on a step that its endpoint has ended, or that did not come to it; empty for a step without a stop condition.
-std::string end_line(const Recipe& recipe, const Step& step, const StepEnd& end);
+std::string end_line(const Recipe& recipe, const Step& step, const RunState& state, const StepEnd& end);
 
 }  // namespace sidewall::app

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -102,6 +103,11 @@ void throw_one_of_with(const std::string& line) {
 
 }  // namespace
 
+bool stops_alike(const Step& a, const Step& b) {
+    return std::tie(a.stop, a.stop_depth, a.stop_thickness, a.stop_material) ==
+           std::tie(b.stop, b.stop_depth, b.stop_thickness, b.stop_material);
+}
+
 void require_revision(const Recipe& recipe, const Recipe& began_with, const RunState& state) {
     std::vector<std::string> list = differences(recipe, began_with);
     std::erase_if(list, may_change);
@@ -141,9 +147,11 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * state.process_time();
     refuse_shorter(where, recipe, now[last], there[last], state.since(state.starts[last]), rounding);
     const bool longer = !differences(now[last], there[last]).empty();
-    if (longer && (now[last].stop != there[last].stop || now[last].stop_depth != there[last].stop_depth ||
-                   now[last].stop_thickness != there[last].stop_thickness))
+    if (!stops_alike(now[last], there[last])) {
+        if (state.endpoint.time && state.time > *state.endpoint.time)
+            refuse_differences(where, {"another stop condition (there the over-etch has begun)"});
         state.endpoint.time.reset();  // the later condition is still to come
+    }
     if (!finished || !longer) return;
     state.end_row.clear();
     state.step = last;

@@ -12,6 +12,9 @@ namespace sidewall::app {
 /// \throws RecipeError naming what else differs.
 void require_revision(const Recipe& recipe, const Recipe& began_with, const RunState& state);
 
+/// Whether two forms of a step have the same stop conditions; over-etch and duration aside.
+bool stops_alike(const Step& a, const Step& b);
+
 /// Lets a resumed run go on with \p recipe where the two agree: in all but their steps, and in the steps that are
 /// done. The step at hand, or the last one of a finished run, may last longer or have a later stop_depth or
 /// stop_thickness; names of steps may differ.

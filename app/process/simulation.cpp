@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "app/common/progress.hpp"
 #include "app/models/geometric_steps.hpp"
@@ -85,7 +86,8 @@ void report_events(const Run& run, const TracedSurface& surface, RunState& state
 void close_step(const Run& run, const Step& step, const TriangleMesh& surface, RunState& state) {
     const PhaseClock clock(state.timing.output);
     StepEnd end = end_of(run.recipe, step, state, surface);
-    if (const std::string line = end_line(run.recipe, step, end); !line.empty()) run.progress.line(line);
+    if (const std::string line = end_line(run.recipe, step, state, end); !line.empty())
+        run.progress.line(line);
     run.folder.record_end(state, step, surface, end.measures);
     const GeometricStep* geometric = geometric_step(step.parameters);
     const std::optional<int> grown =
@@ -105,9 +107,11 @@ std::string ended_step(const Run& run, const RunState& state) {
 // False if the step is not a geometric one. The wafer before it is saved where every step's is.
 bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (step.built) return false;
-    if (state.step > 0 && !run.recipe.output.every && run.folder.due(state))
+    if (state.step > 0 && !run.recipe.output.every && run.folder.due(state)) {
         run.folder.save(state, still_model(), extract(state.stack, 0.0, state.timing),
                         ended_step(run, state));
+        run.folder.checkpoint(state);
+    }
     run.warn(strip_warning(run.recipe, step, state.step + 1, state.stack));
     reshape(run.recipe, step, state.stack);
     const TriangleMesh surface = levelset::extract_surface(state.stack);
@@ -227,13 +231,15 @@ void end_time_step(const Run& run, const Step& step, RunState& state) {
 }
 
 // One time step: extract, simplify, trace, react, rates, advect, record.
-// \returns false if the step ends by its stop condition, and nothing is done.
-bool make_time_step(const Run& run, const Step& step, const Model& model, RunState& state) {
+// \returns the surface at which the step ends by its stop condition, and nothing is done; else null.
+std::shared_ptr<const TracedSurface> make_time_step(const Run& run, const Step& step, const Model& model,
+                                                    RunState& state) {
     const Recipe& recipe = run.recipe;
     // Extract, simplify, trace.
-    const auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
+    auto surface = std::make_shared<const TracedSurface>(surface_with_fluxes(run, model, step, state));
     report_events(run, *surface, state);
-    if (state.begins_step()) note_masks(recipe, step, model, *surface, state);
+    const bool reused = surface->arriving && !surface->arriving->trace;
+    if (!state.endpoint.masks && !reused) note_masks(recipe, step, model, *surface, state);
     auto [to_stop, key] = distance_to_stop(recipe, step, state, surface->raw);
     if (state.begins_step() && !state.endpoint.time)
         run.warn(stop_warning(recipe, step, state.step + 1, to_stop));
@@ -246,7 +252,7 @@ bool make_time_step(const Run& run, const Step& step, const Model& model, RunSta
         run.folder.save(state, model, *surface, ended_step(run, state));
         run.folder.checkpoint(state);
     }
-    if (ends) return false;
+    if (ends) return surface;
     // Rates.
     levelset::Motion motion =
         surface_motion(model, state.stack, *surface, state.timing, state.chooses_columns());
@@ -269,7 +275,7 @@ bool make_time_step(const Run& run, const Step& step, const Model& model, RunSta
     if (fresh) state.carried = std::move(*fresh);
     advance(recipe, model, motions, next, state);
     end_time_step(run, step, state);
-    return true;
+    return nullptr;
 }
 
 // The time loop.
@@ -278,10 +284,12 @@ void make_steps(const Run& run, RunState& state) {
         const Step& step = run.steps[state.step];
         if (reshape_at_once(run, step, state)) continue;
         const Model model = begin_step(run, step, state);
-        while (!state.reached(step_end(step, state)) && make_time_step(run, step, model, state)) continue;
+        std::shared_ptr<const TracedSurface> last;
+        while (!last && !state.reached(step_end(step, state))) last = make_time_step(run, step, model, state);
+        const TriangleMesh surface = last ? last->raw : levelset::extract_surface(state.stack);
         if (!state.endpoint.time)
-            run.warn(missing_figure_warning(run.recipe, step, state.step + 1, state.stack));
-        close_step(run, step, levelset::extract_surface(state.stack), state);
+            run.warn(missing_figure_warning(run.recipe, step, state.step + 1, state.stack, surface));
+        close_step(run, step, surface, state);
     }
 }
 
@@ -373,7 +381,9 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
                 return make_run(run, state);
             } catch (const Revised& revised) {
                 recipe = *revised.recipe;
-                steps = expanded_steps(recipe);
+                const std::vector<Step> before = std::exchange(steps, expanded_steps(recipe));
+                if (state.step < before.size() && !stops_alike(steps[state.step], before[state.step]))
+                    state.endpoint = {};
                 state.reuse = {};  // what was traced is of the recipe before
                 state.methods.clear();
                 folder.revise(state);

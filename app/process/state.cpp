@@ -154,7 +154,8 @@ RunState state_from_json(const Json& json) {
     state.carried = surface_field_from_json(json.at("coverage"));
     if (json.contains("endpoint")) {  // since version 0.3
         const Json& endpoint = json["endpoint"];
-        endpoint.at("masks").get_to(state.endpoint.masks);
+        if (const Json& masks = endpoint.at("masks"); !masks.is_null())
+            state.endpoint.masks = masks.get<std::vector<int>>();
         if (!endpoint.at("time").is_null()) state.endpoint.time = endpoint["time"].get<double>();
         endpoint.at("key").get_to(state.endpoint.key);
         if (!endpoint.at("bare").is_null()) state.endpoint.bare = endpoint["bare"].get<double>();
@@ -251,7 +252,7 @@ void save_state(const std::filesystem::path& folder, const Recipe& recipe, const
                     {"time_steps", state.time_steps},
                     {"coverage", to_json(state.carried)},
                     {"endpoint",
-                     {{"masks", state.endpoint.masks},
+                     {{"masks", state.endpoint.masks ? Json(*state.endpoint.masks) : Json()},
                       {"time", state.endpoint.time ? Json(*state.endpoint.time) : Json()},
                       {"key", state.endpoint.key},
                       {"bare", state.endpoint.bare ? Json(*state.endpoint.bare) : Json()}}},

@@ -36,7 +36,8 @@ struct InputFile {
 
 /// What the step at hand knows of its endpoint.
 struct RunEndpoint {
-    std::vector<int> masks;      ///< materials that leave the openings of a step that stops at a material
+    std::optional<std::vector<int>>
+        masks;  ///< none: not noted yet; materials that leave the openings of a step that stops at a material
     std::optional<double> time;  ///< since RunState::epoch, when a stop condition held
     std::string key;             ///< of that condition
     std::optional<double> bare;  ///< share of the floor that was bare then (process/endpoint.hpp)

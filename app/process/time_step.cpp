@@ -38,7 +38,8 @@ double thickest(const levelset::MaterialStack& stack, const TriangleMesh& surfac
 // The least distance that the front may move before a material is bare, or no longer bare, of a share of the
 // floor.
 double way_to_bare(const StopRule& rule, const RunState& state, const TriangleMesh& surface) {
-    const BareFloor floor = bare_floor(state.stack, surface, rule.bare, state.endpoint.masks, rule.value);
+    const BareFloor floor = bare_floor(state.stack, surface, rule.bare,
+                                       state.endpoint.masks.value_or(std::vector<int>()), rule.value);
     if (rule.above) return floor.share > rule.value ? 0.0 : floor.left;
     return floor.share < rule.value && std::isfinite(floor.left) ? 0.0
                                                                  : std::numeric_limits<double>::infinity();
@@ -122,13 +123,12 @@ StopDistance distance_to_stop(const Recipe& recipe, const Step& step, const RunS
     };
     if (step.stop_depth) consider(*step.stop_depth + lowest(surface), "stop_depth");
     if (step.stop_thickness) consider(*step.stop_thickness - thickest(stack, surface), "stop_thickness");
+    const auto bare = bare_rule(recipe, step);
+    if (!step.stop.empty() && !(bare && step.stop_material.empty()))
+        consider(way_to(stop_rule(recipe, step.stop), recipe, stack, surface), "stop");
     if (nearest.left <= kArrived * stack.domain.spacing) nearest.left = 0.0;
-    if (const auto rule = bare_rule(recipe, step))
-        consider(way_to_bare(*rule, state, surface), step.stop_material.empty() ? "stop" : "stop_material");
-    if (!step.stop.empty())
-        if (const StopRule rule = stop_rule(recipe, step.stop); rule.bare < 0)
-            if (const double left = way_to(rule, recipe, stack, surface); left < nearest.left)
-                nearest = {left <= kArrived * stack.domain.spacing ? 0.0 : left, "stop"};
+    if (bare)
+        consider(way_to_bare(*bare, state, surface), step.stop_material.empty() ? "stop" : "stop_material");
     return nearest;
 }
 
@@ -145,12 +145,11 @@ std::string stop_warning(const Recipe& recipe, const Step& step, std::size_t num
 }
 
 std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
-                                   const levelset::MaterialStack& stack) {
-    const std::string& stop = step.stop;
-    if (stop.empty() || stop_rule(recipe, stop).bare >= 0) return {};
-    const std::string figure = stop_rule(recipe, stop).figure;
-    if (std::isfinite(measure_named(recipe, figure, stack, levelset::extract_surface(stack)).value))
-        return {};
+                                   const levelset::MaterialStack& stack, const TriangleMesh& surface) {
+    if (step.stop.empty()) return {};
+    const StopRule rule = stop_rule(recipe, step.stop);
+    const std::string& figure = rule.figure;
+    if (rule.bare >= 0 || std::isfinite(measure_named(recipe, figure, stack, surface).value)) return {};
     return fmt::format(
         "step {} ({}): ended by its duration: it was to stop at {}, which the wafer does not have", number,
         step.name.empty() ? step.model : step.name, figure);

@@ -40,8 +40,9 @@ std::string stop_warning(const Recipe& recipe, const Step& step, std::size_t num
 
 /// A warning if a step has ended by its duration while the wafer had no figure of its `stop`, which could not stop it;
 /// else empty.
+/// \param surface  as extracted from \p stack.
 std::string missing_figure_warning(const Recipe& recipe, const Step& step, std::size_t number,
-                                   const levelset::MaterialStack& stack);
+                                   const levelset::MaterialStack& stack, const TriangleMesh& surface);
 
 /// A time step about to be made.
 struct TimeStep {

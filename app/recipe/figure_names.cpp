@@ -89,7 +89,7 @@ std::optional<Figure> read_without(const std::string& name, const Materials& mat
     const std::size_t at = name.rfind(kWithout);
     if (at == std::string::npos) return std::nullopt;
     const std::string of = name.substr(0, at);
-    const auto id = material_id(materials, name.substr(at + kWithout.size()));
+    const auto id = meant_material(materials, name.substr(at + kWithout.size()));
     const bool known = named_figure(of, materials) ||
                        std::any_of(kFigures.begin(), kFigures.end(),
                                    [&](const auto& word) { return contains(word.second, of); });
@@ -106,7 +106,7 @@ int bare_material(const Recipe& recipe, const std::string& name) {
     const std::string_view view = name;
     if (!view.starts_with("bare(") || !view.ends_with(")")) return -1;
     const std::string material(trimmed(view.substr(5, view.size() - 6)));
-    if (const auto id = material_id(recipe.materials, material)) return *id;
+    if (const auto id = meant_material(recipe.materials, material)) return *id;
     throw KeyError("stop", fmt::format("{}: there is no material {}{}", name, material,
                                        did_you_mean(": ", material, material_names(recipe.materials),
                                                     "; name one of the wafer's")));

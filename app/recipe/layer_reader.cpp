@@ -152,8 +152,7 @@ void read_layers(const toml::table& root, Recipe& recipe) {
             const double below = i == 0 ? -std::numeric_limits<double>::infinity() : top;
             place_layer(layer, i == 0, top, folder);
             check_height(layer, top, recipe.domain.grid_spacing);
-            count +=
-                layer.shape == "stack" ? layer.repeat * static_cast<std::int64_t>(layer.materials.size()) : 1;
+            count += layer_count(layer);
             if (count > kMostLayers)
                 throw KeyError("repeat", fmt::format("makes more than {} layers", kMostLayers));
             check_layer(layer, below, *tables[i], path, recipe);

@@ -80,11 +80,14 @@ levelset::Shape shape_of(const Layer& layer, const Recipe& recipe) {
 
 }  // namespace
 
+std::int64_t layer_count(const Layer& layer) {
+    return layer.shape == "stack" ? layer.repeat * static_cast<std::int64_t>(layer.materials.size()) : 1;
+}
+
 std::size_t layer_count(const Recipe& recipe) {
-    std::size_t count = 0;
-    for (const Layer& layer : recipe.layers)
-        count += layer.shape == "stack" ? static_cast<std::size_t>(layer.repeat) * layer.materials.size() : 1;
-    return count;
+    std::int64_t count = 0;
+    for (const Layer& layer : recipe.layers) count += layer_count(layer);
+    return static_cast<std::size_t>(count);
 }
 
 std::vector<MaterialLayer> expanded_layers(const Recipe& recipe) {

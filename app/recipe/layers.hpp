@@ -24,6 +24,7 @@ std::vector<MaterialLayer> expanded_layers(const Recipe& recipe);
 
 /// Number of layers that expanded_layers() gives; opens no file.
 std::size_t layer_count(const Recipe& recipe);
+std::int64_t layer_count(const Layer& layer);
 
 /// The openings of a step whose model is patterned, for levelset/motion/geometric.hpp.
 /// \throws FileError or RecipeError if its layout is not any more what it was when the recipe was read.

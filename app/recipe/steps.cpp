@@ -75,7 +75,8 @@ void find_files(const toml::table& table, const std::string& path, const std::st
             });
         try {
             CsvTable csv = read_csv(name);
-            convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
+            if (key.name == "file")  // a table; sources have no lengths and times
+                convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
             recipe.notes.push_back(fmt::format("{}.{}{}: {}", path, inner, key.name, csv.understood));
         } catch (const FileError& error) {
             throw FileError(

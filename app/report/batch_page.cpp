@@ -9,6 +9,7 @@
 #include "app/common/text.hpp"
 #include "app/fit/fit_report.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/sections.hpp"
 #include "app/report/parts.hpp"
 #include "app/report/view_mesh.hpp"
 #include "surface/error.hpp"
@@ -77,7 +78,8 @@ Json measures_of(const TextTable& table, const Json& keys, const Json& units) {
 void add_key_units(const fs::path& effective, const Json& plan, Json& units) {
     try {
         const Recipe recipe = load_recipe(effective);
-        for (const std::string& key : varied_keys(plan)) units[key] = unit_of_key(recipe, key);
+        const std::vector<KeyDoc> keys = settable_keys(recipe);
+        for (const std::string& key : varied_keys(plan)) units[key] = unit_of_key(keys, recipe, key);
     } catch (const Error&) {  // files that it names may be gone
     }
 }

@@ -73,8 +73,8 @@
   Sidewall.contours = (section, rows) => {
     const kHeight = 420;
     const good = rows.filter((row) => row[row.length - 1] === "ok"), plot = el("div", { class: "plot" });
-    const measures = section.measures.filter((m) => new Set(good.map((row) => row[m.column])).size > 1);
-    const targets = section.targets || [];
+    const measures = section.measures.filter((m) => Sidewall.varies(good, m.column));
+    const targets = section.targets;
     let chosen = measures.findIndex((m) => targets.some((t) => t.column === m.column));
     if (chosen < 0) chosen = 0;
     const draw = (width) => {

@@ -192,7 +192,8 @@ void add_summary_tables(const Json& summary, Page& page) {
         }
         page.sections.push_back(plain_table(title, columns, std::move(all)));
     };
-    if (summary.contains("steps")) page.sections.push_back(steps_section(summary, units, time));
+    if (summary.contains("steps") && !summary["steps"].empty())
+        page.sections.push_back(steps_section(summary, units, time));
     list("events", "Events", {"what", fmt::format("time [{}]", time), "step", "material"},
          {"kind", "time", "name", "material"});
     list("flux", "Fluxes of the last time step",
@@ -242,14 +243,12 @@ Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<Sav
     }
     if (is_there(folder / "surface.pvd")) {
         std::vector<ViewFrame> frames;
-        std::vector<SavedSurface> saved_ones = saved_surfaces(folder);
-        if (only) {
+        std::vector<SavedSurface> saved_ones = only ? std::vector{*only} : saved_surfaces(folder);
+        if (only)
             page.notes.push_back(
                 only->after.empty()
                     ? fmt::format("The view shows the wafer at time {:.6g} alone.", only->time)
                     : fmt::format("The view shows the wafer at the end of step {} alone.", only->after));
-            saved_ones = {*only};
-        }
         surface::MeshMetadata metadata;
         surface::read_mesh(saved_ones.front().file, &metadata);
         const std::string unit = metadata_text(metadata, "time_unit", "");

@@ -34,7 +34,7 @@
     return el("div", { class: "scroll", tabindex: "0" }, el("table", {}, el("thead", {}, el("tr", {}, ...heads)), body));
   };
 
-  const varies = (rows, column) => {
+  const varies = Sidewall.varies = (rows, column) => {
     const values = rows.map((row) => row[column]).filter((v) => typeof v === "number");
     return values.length > 1 && Math.max(...values) > Math.min(...values);
   };

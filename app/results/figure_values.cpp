@@ -35,7 +35,7 @@ double behind(const Stretches& stretches, double wall, bool left, double touchin
 
 template <class Cuts>
 double on_walls(const Cuts& cuts, int material, double z) {
-    const auto [left, right] = widest_opening(cuts.surface(), z);
+    const auto [left, right] = widest_opening(cuts.open, z);
     if (!std::isfinite(right - left)) return kNone;
     const Stretches own = cuts.of_material(material, [&](const Profile& p) { return solid_at(p, z); });
     const double touching = levelset::thinnest_film(cuts.stack.domain);
@@ -50,7 +50,7 @@ template <class Cuts>
 double recess(const Cuts& cuts, int material) {
     const double dx = cuts.stack.domain.spacing, touching = levelset::thinnest_film(cuts.stack.domain);
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    cuts.surface().each_segment([&](const Vec3& p, const Vec3& q) {
+    cuts.open.each_segment([&](const Vec3& p, const Vec3& q) {
         low = std::min({low, p.z(), q.z()});
         high = std::max({high, p.z(), q.z()});
     });
@@ -61,7 +61,7 @@ double recess(const Cuts& cuts, int material) {
     const int count = static_cast<int>(std::ceil(4.0 * (high - low) / dx));
     for (int k = 0; k < count; ++k) {
         const double z = low + (k + 0.5) * (high - low) / count;
-        const auto [left, right] = widest_opening(cuts.surface(), z);
+        const auto [left, right] = widest_opening(cuts.open, z);
         if (!std::isfinite(right - left)) continue;
         constexpr double kSteep = 5.67;  // tan(80 degrees)
         floor = floor && right - left - below > 2.0 * (high - low) / count / kSteep;
@@ -137,9 +137,11 @@ double roughness(const Recipe& recipe, bool of_width, double z, const levelset::
 struct FigureReader::Cuts {
     const levelset::MaterialStack& stack;
     std::vector<Profile> layers;
+    Profile open;  // of the surface without closed voids
 
-    Cuts(const levelset::MaterialStack& of, const TriangleMesh& surface, const surface::Plane& plane)
-        : stack(of) {
+    Cuts(const levelset::MaterialStack& of, const TriangleMesh& surface, const TriangleMesh& without_voids,
+         const surface::Plane& plane)
+        : stack(of), open(profile_of(without_voids, plane, of.domain)) {
         for (std::size_t k = 0; k + 1 < of.layers.size(); ++k)
             layers.push_back(profile_of(levelset::extract_around(of, k, plane), plane, of.domain));
         layers.push_back(profile_of(surface, plane, of.domain));
@@ -169,21 +171,22 @@ struct FigureReader::Cuts {
 };
 
 FigureReader::FigureReader(const Recipe& recipe, const levelset::MaterialStack& stack,
-                           const TriangleMesh& surface)
-    : recipe_(recipe), stack_(stack), surface_(surface) {}
+                           const TriangleMesh& surface, const TriangleMesh& open)
+    : recipe_(recipe), stack_(stack), surface_(surface), open_(open) {}
 
 FigureReader::~FigureReader() = default;
 
 const FigureReader::Cuts& FigureReader::cuts() {
     if (!cuts_)
-        cuts_ = std::make_unique<const Cuts>(stack_, surface_, surface::parse_plane(recipe_.metrology.cut));
+        cuts_ = std::make_unique<const Cuts>(stack_, surface_, open_,
+                                             surface::parse_plane(recipe_.metrology.cut));
     return *cuts_;
 }
 
 double FigureReader::value_of(const Figure& figure) {
     const auto level = [&](const Profile& p) { return solid_at(p, -figure.at); };
     switch (figure.kind) {
-        case FigureKind::opening:  // these are metrology.cpp's
+        case FigureKind::opening:  // measured with the openings, not here
         case FigureKind::without:
             break;
         case FigureKind::width:
@@ -199,7 +202,7 @@ double FigureReader::value_of(const Figure& figure) {
             return recess(cuts(), figure.material);
         case FigureKind::ler:
         case FigureKind::lwr:
-            return roughness(recipe_, figure.kind == FigureKind::lwr, -figure.at, stack_, surface_);
+            return roughness(recipe_, figure.kind == FigureKind::lwr, -figure.at, stack_, open_);
         case FigureKind::volume:
             return volume(stack_, figure.material) / width_of_strip(recipe_);
     }

@@ -10,8 +10,10 @@ namespace sidewall::app {
 class FigureReader {
   public:
     /// \param surface  as extracted from \p stack.
+    /// \param open     the surface without closed voids, for openings; may be the surface itself.
     /// \pre all outlive the reader.
-    FigureReader(const Recipe& recipe, const levelset::MaterialStack& stack, const TriangleMesh& surface);
+    FigureReader(const Recipe& recipe, const levelset::MaterialStack& stack, const TriangleMesh& surface,
+                 const TriangleMesh& open);
     ~FigureReader();
 
     /// NaN where the figure does not exist. O(n) in triangles, but ler and lwr, which cut once a cell along the line:
@@ -25,7 +27,7 @@ class FigureReader {
 
     const Recipe& recipe_;
     const levelset::MaterialStack& stack_;
-    const TriangleMesh& surface_;
+    const TriangleMesh &surface_, &open_;
     std::unique_ptr<const Cuts> cuts_;
 };
 

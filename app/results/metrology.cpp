@@ -70,12 +70,12 @@ double sidewall_angle(const Wall& wall) {
     return std::atan2(1.0, (n * szw - sz * sw) / spread) * 180.0 / std::numbers::pi;
 }
 
-// The wafer without a material; as it is if it has none of it but its substrate.
-levelset::MaterialStack stripped(const levelset::MaterialStack& stack, int material) {
+// The wafer without a material; nothing if it has none of it but its substrate.
+std::optional<levelset::MaterialStack> stripped(const levelset::MaterialStack& stack, int material) {
     const std::vector<int> there = layer_materials(stack);
     if (there.front() == material || std::find(there.begin(), there.end(), material) == there.end())
-        return stack;
-    levelset::MaterialStack bare = levelset::copy(stack.coarser ? levelset::on_one_level(stack) : stack);
+        return std::nullopt;
+    levelset::MaterialStack bare = levelset::on_one_level(stack);
     levelset::strip(bare, material);
     return bare;
 }
@@ -89,8 +89,7 @@ class Metrologist {
           section_(section),
           stack_(stack),
           mesh_(mesh),
-          plane_(surface::parse_plane(section.cut)),
-          figures_(recipe, stack, mesh) {}
+          plane_(surface::parse_plane(section.cut)) {}
 
     std::vector<Measure> take() {
         for (const std::string& what : section_.measures) {
@@ -119,11 +118,16 @@ class Metrologist {
 
     // The profile of what is open: closed voids are no openings.
     const Profile& open() {
-        if (!open_) {
-            const auto open = open_surface(mesh_, stack_.domain);
-            open_ = profile_of(open ? *open : mesh_, plane_, stack_.domain);
-        }
+        if (!open_) open_ = profile_of(open_mesh(), plane_, stack_.domain);
         return *open_;
+    }
+    const TriangleMesh& open_mesh() {
+        if (!open_mesh_) open_mesh_ = open_surface(mesh_, pieces(), stack_.domain);
+        return *open_mesh_ ? **open_mesh_ : mesh_;
+    }
+    const std::vector<levelset::SurfacePiece>& pieces() {
+        if (!pieces_) pieces_ = levelset::surface_pieces(mesh_, stack_.domain);
+        return *pieces_;
     }
     // The profile of the layer below the uppermost one.
     const Profile& below() {
@@ -145,15 +149,17 @@ class Metrologist {
         if (figure.kind == FigureKind::opening) {
             add(figure.name, opening(open(), -figure.at));
         } else if (figure.kind == FigureKind::without) {
-            if (!bare_ || stripped_ != figure.stripped) {
+            if (stripped_ != figure.stripped) {
                 bare_ = stripped(stack_, figure.stripped);
-                bare_surface_ = levelset::extract_surface(*bare_);
+                if (bare_) bare_surface_ = levelset::extract_surface(*bare_);
                 stripped_ = figure.stripped;
             }
-            const Measure bare = measure_named(recipe_, figure.of, *bare_, bare_surface_);
+            const Measure bare = bare_ ? measure_named(recipe_, figure.of, *bare_, bare_surface_)
+                                       : measure_named(recipe_, figure.of, stack_, mesh_);
             measures_.push_back({figure.name, bare.value, bare.unit});
         } else {
-            measures_.push_back(figures_.at(figure));
+            if (!figures_) figures_.emplace(recipe_, stack_, mesh_, open_mesh());
+            measures_.push_back(figures_->at(figure));
         }
     }
     void add_shape(const std::string& what) {
@@ -181,7 +187,7 @@ class Metrologist {
         add("scallop_depth", found.depth);
     }
     void add_voids() {
-        const Voids found = voids_in(mesh_, stack_.domain, surface::plane_axes(plane_)[0]);
+        const Voids found = voids_in(mesh_, pieces(), stack_.domain, surface::plane_axes(plane_)[0]);
         add_pure("voids", found.count);
         const double strip = width_of_strip(recipe_);
         const std::string unit = volume_unit(recipe_);
@@ -206,11 +212,13 @@ class Metrologist {
     const levelset::MaterialStack& stack_;
     const TriangleMesh& mesh_;
     surface::Plane plane_;
-    FigureReader figures_;
+    std::optional<FigureReader> figures_;
+    std::optional<std::vector<levelset::SurfacePiece>> pieces_;
+    std::optional<std::optional<TriangleMesh>> open_mesh_;  // without voids; nothing inside if there are none
     std::optional<Profile> open_, below_;
-    std::optional<Wall> openings_;  // hundreds of them
-    int stripped_ = -1;             // the material that bare_ lacks
-    std::optional<levelset::MaterialStack> bare_;
+    std::optional<Wall> openings_;
+    int stripped_ = -1;                            // the last material that was stripped
+    std::optional<levelset::MaterialStack> bare_;  // without it; nothing if it was not there
     TriangleMesh bare_surface_;
     std::vector<Measure> measures_;
 };

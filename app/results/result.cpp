@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <initializer_list>
 #include <map>
 #include <utility>
@@ -95,21 +96,12 @@ struct PvdEntry {
     std::string after;
 };
 
-// The text that the quotes of an attribute hold.
-std::string plain_text(std::string_view attribute) {
-    std::string text;
-    for (std::size_t at = 0; at < attribute.size(); ++at) {
-        unsigned code = 0;
-        const std::size_t end = attribute.find(';', at);
-        if (attribute.substr(at).starts_with("&#") && end != std::string_view::npos &&
-            std::from_chars(attribute.data() + at + 2, attribute.data() + end, code).ec == std::errc() &&
-            code < 128) {
-            text += static_cast<char>(code);
-            at = end;
-        } else {
-            text += attribute[at];
-        }
-    }
+// The text that the quotes of an attribute hold, from what surface::xml_escape makes of it.
+std::string plain_text(std::string text) {
+    for (const auto& [entity, character] :
+         {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}})
+        for (std::size_t at = 0; (at = text.find(entity, at)) != std::string::npos; ++at)
+            text.replace(at, std::strlen(entity), character);
     return text;
 }
 
@@ -140,7 +132,7 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
             throw FileError(
                 fmt::format("{}: a DataSet names no file: run the simulation again", path.string()));
         entry.file = path.parent_path() / std::string(file);
-        entry.after = plain_text(tag_attribute(tag, "after"));
+        entry.after = plain_text(std::string(tag_attribute(tag, "after")));
         entries.push_back(std::move(entry));
     }
     if (entries.empty())

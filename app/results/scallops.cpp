@@ -85,6 +85,15 @@ double number_of(const Json& metrology, const char* name) {
     return metrology.contains(name) && metrology[name].is_number() ? metrology[name].get<double>() : kNone;
 }
 
+// Cycles of all loops: of those within loops, too.
+double cycles_of(const std::vector<Step>& steps) {
+    double cycles = 0.0;
+    for (const Step& step : steps)
+        if (!step.steps.empty())
+            cycles += static_cast<double>(step.repeat) * std::max(1.0, cycles_of(step.steps));
+    return cycles;
+}
+
 }  // namespace
 
 Scallops scallops(std::span<const double> openings, double step, double spacing) {
@@ -101,11 +110,8 @@ Scallops scallops(std::span<const double> openings, double step, double spacing)
 }
 
 std::string scallop_note(const Recipe& recipe, const Json& metrology) {
-    double cycles = 0.0;
-    for (const Step& step : recipe.steps)
-        if (!step.steps.empty()) cycles += static_cast<double>(step.repeat);
-    const double pitch = number_of(metrology, "scallop_pitch"), depth = number_of(metrology, "depth"),
-                 product = cycles * pitch;
+    const double cycles = cycles_of(recipe.steps), pitch = number_of(metrology, "scallop_pitch"),
+                 depth = number_of(metrology, "depth"), product = cycles * pitch;
     constexpr double kNear = 0.2;
     if (cycles == 0.0 || !(std::abs(product - depth) > kNear * depth)) return {};
     const std::string& length = recipe.domain.length_unit;

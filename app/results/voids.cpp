@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "levelset/meshes/pieces.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {
@@ -36,11 +35,12 @@ bool is_mirrored(const std::vector<Box3>& boxes, int axis, const levelset::Domai
 
 }  // namespace
 
-Voids voids_in(const TriangleMesh& surface, const levelset::Domain& domain, const Vec3& along) {
+Voids voids_in(const TriangleMesh& surface, const std::vector<levelset::SurfacePiece>& pieces,
+               const levelset::Domain& domain, const Vec3& along) {
     Voids voids;
     const int across = std::abs(along.x()) > 0.5 ? 0 : 1;
     const double cell = std::pow(domain.spacing, 3);
-    for (const levelset::SurfacePiece& piece : levelset::surface_pieces(surface, domain)) {
+    for (const levelset::SurfacePiece& piece : pieces) {
         if (piece.cover != 0 || -piece.volume < cell) continue;
         ++voids.count;
         voids.volume -= piece.volume;
@@ -53,8 +53,10 @@ Voids voids_in(const TriangleMesh& surface, const levelset::Domain& domain, cons
     return voids;
 }
 
-std::optional<TriangleMesh> open_surface(const TriangleMesh& surface, const levelset::Domain& domain) {
-    const auto sealed = levelset::sealed_off(surface, levelset::surface_pieces(surface, domain), domain);
+std::optional<TriangleMesh> open_surface(const TriangleMesh& surface,
+                                         const std::vector<levelset::SurfacePiece>& pieces,
+                                         const levelset::Domain& domain) {
+    const auto sealed = levelset::sealed_off(surface, pieces, domain);
     if (sealed.empty()) return std::nullopt;
     TriangleMesh open;
     open.vertices = surface.vertices;

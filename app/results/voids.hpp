@@ -1,7 +1,9 @@
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "app/results/cut_profile.hpp"
+#include "levelset/meshes/pieces.hpp"
 
 namespace sidewall::app {
 
@@ -19,12 +21,16 @@ struct Voids {
 
 /// Finds the closed voids below a wafer's surface.
 /// \param surface  as extracted.
+/// \param pieces   levelset::surface_pieces() of the surface.
 /// \param along    unit vector of the cut, along x or y.
-/// \note O(n) in triangles.
-Voids voids_in(const TriangleMesh& surface, const levelset::Domain& domain, const Vec3& along);
+Voids voids_in(const TriangleMesh& surface, const std::vector<levelset::SurfacePiece>& pieces,
+               const levelset::Domain& domain, const Vec3& along);
 
 /// The surface without the walls of closed voids, however small; nothing if there are none.
+/// \param pieces  levelset::surface_pieces() of the surface.
 /// \note O(n log n) in triangles.
-std::optional<TriangleMesh> open_surface(const TriangleMesh& surface, const levelset::Domain& domain);
+std::optional<TriangleMesh> open_surface(const TriangleMesh& surface,
+                                         const std::vector<levelset::SurfacePiece>& pieces,
+                                         const levelset::Domain& domain);
 
 }  // namespace sidewall::app

@@ -2,22 +2,19 @@
 
 #include <tbb/task_arena.h>
 
+#include <array>
+
 #include "levelset/openvdb_grid.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
-// Whether a node shifted by periods lies within reach of the domain, shifted along periodic axes alone. Along
-// those of a cell or two the surface is everywhere the same.
-bool is_image(const Domain& domain, const openvdb::Coord& node, const openvdb::Coord& shifted) {
-    constexpr int kReach = 2;
-    for (const int axis : {0, 1}) {
-        const auto a = static_cast<std::size_t>(axis);
-        const bool may = domain.side[a] == Side::periodic && domain.cells[a] > kReach &&
-                         shifted[axis] >= -kReach && shifted[axis] <= domain.cells[a] + kReach;
-        if (shifted[axis] != node[axis] && !may) return false;
-    }
-    return true;
+// Periods along an axis to the image of a node from which the surface beyond the side is seen; 0 if the node
+// is not next to a periodic side. Along an axis of a cell or two the surface is everywhere the same.
+int periods_beyond(const Domain& domain, std::size_t axis, int node) {
+    const int cells = domain.cells[axis];
+    if (domain.side[axis] != Side::periodic || cells <= 2) return 0;
+    return node <= 1 ? 1 : node >= cells - 1 ? -1 : 0;
 }
 
 }  // namespace
@@ -26,17 +23,13 @@ surface::SurfaceHit NearestSurface::closest(const CellTriangles& cells, const Do
                                             const openvdb::Coord& node, Vec3& world) const {
     surface::SurfaceHit best = near(cells, node, world, domain.spacing);
     const Vec3 own = world;
-    for (int image = 1; image < 9; ++image) {
-        openvdb::Coord shifted = node;
-        Vec3 from = own;
-        for (const int axis : {0, 1}) {
-            const auto a = static_cast<std::size_t>(axis);
-            const int periods = (image / (axis == 0 ? 1 : 3) + 1) % 3 - 1;
-            shifted[axis] += periods * domain.cells[a];
-            from[axis] += periods * (domain.max[a] - domain.min[a]);
-        }
-        if (!is_image(domain, node, shifted)) continue;
-        const surface::SurfaceHit hit = near(cells, shifted, from, domain.spacing);
+    const std::array periods{periods_beyond(domain, 0, node.x()), periods_beyond(domain, 1, node.y())};
+    for (const auto [x, y] : {std::array{periods[0], 0}, {0, periods[1]}, periods}) {
+        if (x == 0 && y == 0) continue;
+        const Vec3 from =
+            own + Vec3(x * (domain.max[0] - domain.min[0]), y * (domain.max[1] - domain.min[1]), 0.0);
+        const surface::SurfaceHit hit =
+            near(cells, node.offsetBy(x * domain.cells[0], y * domain.cells[1], 0), from, domain.spacing);
         if (hit && (!best || hit.distance < best.distance)) best = hit, world = from;
     }
     if (best) return best;

@@ -81,6 +81,7 @@ TEST_CASE("a figure without a material that there is none of, or of no figure, i
         "model = \"isotropic\"\nduration = 1.0\nrate = -0.1\nstop = \"depth_without_Polymer > 0.05\"\n",
         "measures.toml");
     CHECK(is_figure(recipe, "scallop_pitch_without_Polymer"));
+    CHECK(is_figure(recipe, "depth_without_photoresist"));       // a common word for a material
     CHECK_FALSE(is_figure(recipe, "scallops_without_Polymer"));  // stands for several
     CHECK_FALSE(is_figure(recipe, "depth_without_Polimer"));
     CHECK_FALSE(is_figure(recipe, "mean_rate_without_Polymer"));

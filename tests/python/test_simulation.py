@@ -91,8 +91,8 @@ def test_a_run_writes_what_the_program_writes(tmp_path):
     for name in names - {"summary.json", "checkpoint.vdb"}:  # which hold seconds
         assert (tmp_path / "program" / name).read_bytes() == (tmp_path / "python" / name).read_bytes(), name
     rows = (tmp_path / "python" / "timeline.csv").read_text().splitlines()[1:]
-    assert len(rows) == len(steps) - 1 and steps[-1].dt == 0
-    assert [float(row.split(",")[2]) for row in rows] == pytest.approx([step.time for step in steps[:-1]], rel=1e-8)
+    assert len(rows) == len(steps) and steps[-1].dt == 0  # the last row is of the process step's end
+    assert [float(row.split(",")[2]) for row in rows] == pytest.approx([step.time for step in steps], rel=1e-8)
 
 
 def test_a_time_step_tells_of_the_wafer():
@@ -200,9 +200,9 @@ def test_the_recipe_may_change_between_time_steps(tmp_path):
     expected = 0.2 * changed + 0.1 * (1.0 - changed)
     assert step.surface().points[:, 2] == pytest.approx(expected, abs=1e-3)
     assert sidewall.Recipe(tmp_path / "changed" / "recipe.toml")["step[0].rate"] == 0.1
-    # Every time step has its row, and what was changed goes on from its checkpoint.
+    # Every time step and the end have their rows, and what was changed goes on from its checkpoint.
     rows = (tmp_path / "changed" / "timeline.csv").read_text().splitlines()[1:]
-    assert [float(row.split(",")[2]) for row in rows] == pytest.approx(times[:-1], rel=1e-8)
+    assert [float(row.split(",")[2]) for row in rows] == pytest.approx(times, rel=1e-8)
 
 
 def test_a_changed_recipe_traces_with_it_and_resumes(tmp_path):
@@ -236,7 +236,7 @@ def test_a_changed_recipe_does_not_reuse_the_fluxes_of_the_one_before(tmp_path):
             simulation.recipe["step[0].sticking"] = 0.9
     rows = (tmp_path / "out" / "timeline.csv").read_text().splitlines()
     segments = rows[0].split(",").index("segments")
-    counts = [float(row.split(",")[segments]) for row in rows[1:]]
+    counts = [float(row.split(",")[segments]) for row in rows[1:-1]]  # nothing is traced at the end
     assert len(counts) > 2 and counts[0] > 0 and counts[1] > 0  # the changed time step traced anew
 
 

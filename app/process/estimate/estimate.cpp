@@ -175,26 +175,32 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.last_rays = pilot.rays;
     e.last_seconds = e.cells * pilot.reducing + pilot.seconds;
 
-    double start = now();
     note_masks(e.measured, step, model, pilot.surface, e.state);
+    double start = now();
     const double to_stop = distance_to_stop(e.measured, step, e.state, pilot.surface.raw).left;
-    if (to_stop == 0.0) return;
+    if (to_stop == 0.0 && step.over_etch_time == 0.0) return;
     Timing timing;
     std::vector<levelset::Motion> motions;
     motions.push_back(surface_motion(model, e.state.stack, pilot.surface, timing));
     const levelset::Motion& motion = motions.front();
-    const TimeStep next = choose_time_step(e.recipe, step, model, e.state, motion, to_stop);
+    const TimeStep next = choose_time_step(e.recipe, step, model, e.state, motion,
+                                           to_stop > 0.0 ? to_stop : StopDistance().left);
     measure(e.measured, e.state.stack, pilot.surface.raw);
     double moving = now() - start;
     const double fastest = fastest_speed(model, e.state.stack, motion, next.speed);
     const double towards = speed_to_stop(step, e.state.stack, motion, fastest);
-    const double duration = towards > 0.0 ? std::min(step.duration, to_stop / towards) : step.duration;
+    const auto lasts = [&](double speed) {
+        if (!(speed > 0.0) || !std::isfinite(to_stop)) return step.duration;
+        return std::min(step.duration, to_stop / speed * (1.0 + step.over_etch) + step.over_etch_time);
+    };
+    const double duration = lasts(towards);
     const double saving = seconds_to_save(model, e.state.stack, pilot.surface);
     e.last_seconds += e.cells * saving;
     start = now();
     advect(e.measured, model, motions, next, e.state.stack, timing);
     if (pilot.surface.arriving && pilot.surface.arriving->trace)
-        field_to_carry(e.measured, model, pilot.surface, coverages_after(model, pilot.surface, next.dt));
+        field_to_carry(e.measured, model, pilot.surface,
+                       coverages_after(model, pilot.surface, next.dt));  // for its time alone
     moving += now() - start;
 
     const bool all_stages = e.recipe.flux.stages == "all" && !model.species.empty();
@@ -218,7 +224,7 @@ void count_step(Estimation& e, const Step& step, double times) {
     e.total.seconds += seconds_of(duration, steps);
     // The fastest that the step can be on a flat wafer of what it meets, coverages as they come to be.
     const double anywhere = std::max(fastest, fastest_blanket(e.recipe, step));
-    const double soonest = anywhere > 0.0 ? std::min(duration, to_stop / anywhere) : duration;
+    const double soonest = std::min(duration, lasts(anywhere));
     e.total.least_seconds += seconds_of(soonest, count(soonest, next.speed));
     e.total.most_seconds += seconds_of(step.duration, count(step.duration, anywhere));
     e.lowest -= 2.0 * times * duration * fastest;

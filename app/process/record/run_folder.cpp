@@ -59,7 +59,8 @@ std::string profile_name(const std::string& number, std::size_t plane) {
                       : fmt::format("profile_{}_{}.csv", number, plane);
 }
 
-// A row of the timeline is none that a longer step may take back once another follows it.
+// Counts the last step's end row among the timeline's rows: another row follows, so no longer recipe takes it
+// back.
 void count_end_row(RunState& state) {
     if (!state.end_row.empty()) ++state.rows;
     state.end_row.clear();

@@ -20,9 +20,10 @@ std::optional<Result> wafer_of_checkpoint(const std::filesystem::path& folder) {
     if (!is_there(folder / "checkpoint.vdb")) return std::nullopt;
     const Recipe recipe = load_frame(folder / "recipe.toml");
     const RunState state = read_checkpoint(folder, recipe, kAgain).state;
+    if (state.is_saved()) return std::nullopt;
     if (is_there(folder / "surface.pvd"))
         for (const SavedSurface& saved : saved_surfaces(folder))
-            if (saved.time >= state.process_time()) return std::nullopt;
+            if (saved.number >= state.saved) return std::nullopt;  // after the checkpoint
     Result result;
     result.source = folder / "checkpoint.vdb";
     result.folder = folder;

@@ -5,23 +5,9 @@
 #include <algorithm>
 
 #include "app/common/text.hpp"
+#include "surface/files/vtk_writer.hpp"
 
 namespace sidewall::app {
-namespace {
-
-// A text between the quotes of an attribute.
-std::string xml_text(const std::string& text) {
-    std::string result;
-    for (const char c : text)
-        if (c == '&' || c == '<' || c == '>' || c == '"')
-            result += fmt::format("&#{};", static_cast<int>(c));
-        else
-            result += c;
-    return result;
-}
-
-}  // namespace
-
 std::string timeline_header(const Recipe& recipe, const std::vector<Measure>& measures) {
     const auto& length = recipe.domain.length_unit;
     const auto& time = recipe.domain.time_unit;
@@ -74,7 +60,7 @@ std::string pvd_text(const std::vector<SavedFile>& files) {
         "  <Collection>\n";
     for (const SavedFile& file : files)
         text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" file=\"{}\" after=\"{}\"/>\n",
-                            file.time, file.part, file.name, xml_text(file.after));
+                            file.time, file.part, file.name, surface::xml_escape(file.after));
     return text + "  </Collection>\n</VTKFile>\n";
 }
 
