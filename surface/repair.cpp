@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -14,6 +15,9 @@
 
 namespace sidewall::surface {
 namespace {
+
+constexpr double kReach = 1e-5;     // of the mesh's diagonal: what six digits round away
+constexpr double kEdgeReach = 0.1;  // of the median edge: a strip is no line
 
 // Number of edges whose number of triangles \p counts.
 template <class Counts>
@@ -92,14 +96,77 @@ std::size_t drop_unused(TriangleMesh& mesh) {
     return dropped;
 }
 
-std::size_t weld(TriangleMesh& mesh) {
-    const std::size_t loose = single_edges(mesh);
-    if (loose == 0) return 0;
-    TriangleMesh whole = merged(mesh, first_of_position(mesh));
-    const std::size_t welded = mesh.vertices.size() - whole.vertices.size();
-    if (welded == 0 || single_edges(whole) >= loose) return 0;
-    mesh = std::move(whole);
-    return welded;
+// By vertex, itself or the nearest one before it on an edge of one triangle that is no farther than \p reach.
+// No two corners of a triangle get the same.
+std::vector<std::uint32_t> first_nearby(const TriangleMesh& mesh, double reach) {
+    const EdgeTable table = edge_table(mesh);
+    std::vector<std::uint8_t> loose(mesh.vertices.size(), 0);
+    for (std::size_t e = 0; e < table.edges.size(); ++e)
+        if (table.corners[e].size() == 1)
+            for (const std::uint32_t v : table.edges[e]) loose[v] = 1;
+    const Rows corners = vertex_corners(mesh);
+    std::vector<std::uint32_t> first(mesh.vertices.size());
+    std::iota(first.begin(), first.end(), 0u);
+    const auto share_triangle = [&](std::uint32_t v, std::uint32_t with) {
+        return std::ranges::any_of(corners[v], [&](std::uint32_t corner) {
+            return std::ranges::any_of(mesh.triangles[corner / 3],
+                                       [&](std::uint32_t other) { return first[other] == with; });
+        });
+    };
+    using Cell = std::array<std::int64_t, 3>;
+    const Vec3 origin = bounding_box(mesh).min;
+    const auto cell_of = [&](const Vec3& p) {
+        const Vec3 at = ((p - origin) / (4.0 * reach)).array().floor();
+        return Cell{static_cast<std::int64_t>(at.x()), static_cast<std::int64_t>(at.y()),
+                    static_cast<std::int64_t>(at.z())};
+    };
+    std::multimap<Cell, std::uint32_t> kept;
+    for (std::uint32_t v = 0; v < first.size(); ++v) {
+        if (!loose[v]) continue;
+        const Vec3& p = mesh.vertices[v];
+        const Cell low = cell_of(p.array() - reach), high = cell_of(p.array() + reach);
+        double nearest = reach;
+        for (Cell at = low; at[0] <= high[0]; ++at[0])
+            for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
+                for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
+                    for (auto [k, end] = kept.equal_range(at); k != end; ++k) {
+                        const double distance = (mesh.vertices[k->second] - p).norm();
+                        if (distance > nearest || share_triangle(v, k->second)) continue;
+                        nearest = distance;
+                        first[v] = k->second;
+                    }
+        if (first[v] == v) kept.emplace(cell_of(p), v);
+    }
+    return first;
+}
+
+// How far apart two vertices may be that rounding has put there.
+double reach_of(const TriangleMesh& mesh) {
+    std::vector<double> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k)
+            edges.push_back((mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm());
+    const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+    std::nth_element(edges.begin(), middle, edges.end());
+    return std::min(kReach * bounding_box(mesh).size().norm(), kEdgeReach * *middle);
+}
+
+void weld(TriangleMesh& mesh, Repairs& done) {
+    std::size_t loose = single_edges(mesh);
+    const auto weld_by = [&](const std::vector<std::uint32_t>& first) -> std::size_t {
+        TriangleMesh whole = merged(mesh, first);
+        const std::size_t welded = mesh.vertices.size() - whole.vertices.size();
+        if (welded == 0) return 0;
+        const std::size_t left = single_edges(whole);
+        if (left >= loose) return 0;
+        loose = left;
+        mesh = std::move(whole);
+        return welded;
+    };
+    if (loose > 0) done.welded = weld_by(first_of_position(mesh));
+    if (loose > 0) done.reach = reach_of(mesh);
+    if (done.reach > 0.0) done.nearby = weld_by(first_nearby(mesh, done.reach));
 }
 
 // Keeps the triangles whose flag is 1; returns how many went.
@@ -165,7 +232,7 @@ std::size_t drop_repeated(TriangleMesh& mesh) {
 Repairs repair(TriangleMesh& mesh, const RepairOptions& options) {
     Repairs done;
     done.unused = drop_unused(mesh);
-    done.welded = weld(mesh);
+    weld(mesh, done);
     done.collapsed = drop_collapsed(mesh);
     done.repeated = drop_repeated(mesh);
     orient(mesh, options, done);
@@ -181,6 +248,9 @@ std::string words_on(const Repairs& repairs) {
           {repairs.repeated, "triangles that are listed again were dropped"},
           {repairs.closed, "openings were closed"}})
         if (count > 0) words.push_back(fmt::format("{} {}", count, what));
+    if (repairs.nearby > 0)
+        words.push_back(fmt::format("{} vertices less than {:.2g} from another were merged with it",
+                                    repairs.nearby, repairs.reach));
     if (repairs.turned > 0 && repairs.turned == repairs.triangles)
         words.push_back(
             fmt::format("the surface was inside out: all {} triangles were turned over", repairs.turned));

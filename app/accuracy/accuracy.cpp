@@ -8,6 +8,7 @@
 #include <set>
 
 #include "app/accuracy/accuracy_bars.hpp"
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
@@ -152,6 +153,7 @@ class Refiner {
                 grids_.push_back(describe("", settings, result_->summary));
             }
             if (!lock_) {
+                refuse_link(options_.output / kAccuracyFolder);
                 make_folder(options_.output / kAccuracyFolder, "choose another with -o");
                 lock_.emplace(options_.output / kAccuracyFolder);
                 if (!options_.resume) remove_accuracy_records(options_.output / kAccuracyFolder);
@@ -172,6 +174,7 @@ class Refiner {
         const fs::path folder = options_.output / kAccuracyFolder / fmt::format("grid_{}", grids_.size());
         run.folder = fs::path(kAccuracyFolder) / folder.filename();
         if (!result_) return;
+        refuse_link(folder);
         write_manifest(folder, {"recipe.toml", "summary.json"});
         fs::remove(folder / "recipe.toml");  // so that no summary ever stands beside another recipe
         write_json((folder / "summary.json").string(), run.summary);
@@ -194,6 +197,7 @@ class Refiner {
             settings.seed = seed;
             settings.method = method;
             const fs::path folder = fs::path(kAccuracyFolder) / name;
+            refuse_link(options_.output / folder);
             say(fmt::format("the same, seed {}{}", seed,
                             method == last_.method ? "" : ", without simplification"));
             others.push_back(describe(folder.string(), settings,
@@ -304,7 +308,7 @@ class Refiner {
     }
 
     void say(const std::string& text) const {
-        if (!options_.quiet) std::fputs(fmt::format("accuracy: {}\n", text).c_str(), stderr);
+        if (!options_.quiet) print_warning("accuracy: " + text);
     }
 
     void report_bars() const {

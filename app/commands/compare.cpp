@@ -6,6 +6,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 
@@ -40,7 +41,7 @@ void add_compare_command(CLI::App& program) {
         const Json comparison = compare_methods(parsed, output, quiet, arguments->overwrite);
         if (!arguments->json.empty()) write_json(arguments->json, comparison);
         if (quiet) return;
-        fmt::print(
+        print_plain(
             "{}\ndistance: of the final surface from the raw run's, in grid spacings of {:.4g} {}; noise "
             "floor: raw with another seed\nresults in {}\n",
             compare_table(comparison), comparison["grid_spacing"].get<double>(),

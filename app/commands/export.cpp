@@ -125,33 +125,33 @@ Json quality_json(const Device& device) {
 
 void print_device(const Json& json, const std::string& unit) {
     const auto number = [](const Json& from, const char* key) { return from[key].get<double>(); };
-    fmt::print(
+    print_plain(
         "{} tetrahedra, {} vertices, edges {:.3g} to {:.3g} {}, smallest angle between faces {:.1f} degrees\n",
         json["tetrahedra"].get<std::size_t>(), json["vertices"].get<std::size_t>(),
         number(json["quality"], "shortest_edge"), number(json["quality"], "longest_edge"), unit,
         number(json["quality"], "min_dihedral_deg"));
     if (json.contains("drawn_out"))
-        fmt::print("  the profile is drawn out to {:.6g} {} along y\n", number(json, "drawn_out"), unit);
+        print_plain("  the profile is drawn out to {:.6g} {} along y\n", number(json, "drawn_out"), unit);
     for (const Json& region : json["regions"]) {
         const double volume = number(region, "volume"), exact = number(region, "volume_by_surfaces");
         const auto name = region["name"].get<std::string>();
         const auto count = region["tetrahedra"].get<std::size_t>();
         if (count == 0)
-            fmt::print(
+            print_plain(
                 "  region    {:<12} none: {:.3g} {}^3 between the saved surfaces are too little to mesh\n",
                 name, exact, unit);
         else
-            fmt::print(
+            print_plain(
                 "  region    {:<12} {:>9} tetrahedra, {:.6g} {}^3 ({:+.2f} % of the saved surfaces')\n", name,
                 count, volume, unit, 100.0 * (volume - exact) / std::max(std::abs(exact), 1e-300));
     }
     constexpr double kEnough = 5.0;  // degrees
     if (number(json["quality"], "min_dihedral_deg") < kEnough)
-        fmt::print(
+        print_plain(
             "  note: angles below 5 degrees are left, where fronts meet at small angles: another --size may avoid them\n");
     for (const Json& boundary : json["boundaries"])
-        fmt::print("  boundary  {:<12} {:>9} triangles, {:.6g} {}^2\n", boundary["name"].get<std::string>(),
-                   boundary["triangles"].get<std::size_t>(), number(boundary, "area"), unit);
+        print_plain("  boundary  {:<12} {:>9} triangles, {:.6g} {}^2\n", boundary["name"].get<std::string>(),
+                    boundary["triangles"].get<std::size_t>(), number(boundary, "area"), unit);
 }
 
 Json plane_json(const PlaneMesh& plane) {
@@ -176,14 +176,14 @@ Json plane_json(const PlaneMesh& plane) {
 }
 
 void print_plane(const Json& json, const std::string& unit) {
-    fmt::print("{} triangles, {} vertices\n", json["triangles"].get<std::size_t>(),
-               json["vertices"].get<std::size_t>());
+    print_plain("{} triangles, {} vertices\n", json["triangles"].get<std::size_t>(),
+                json["vertices"].get<std::size_t>());
     for (const Json& region : json["regions"])
-        fmt::print("  region    {:<12} {:.6g} {}^2\n", region["name"].get<std::string>(),
-                   region["area"].get<double>(), unit);
+        print_plain("  region    {:<12} {:.6g} {}^2\n", region["name"].get<std::string>(),
+                    region["area"].get<double>(), unit);
     for (const Json& boundary : json["boundaries"])
-        fmt::print("  boundary  {:<12} {:.6g} {}\n", boundary["name"].get<std::string>(),
-                   boundary["length"].get<double>(), unit);
+        print_plain("  boundary  {:<12} {:.6g} {}\n", boundary["name"].get<std::string>(),
+                    boundary["length"].get<double>(), unit);
 }
 
 void require_profile(const Result& result, double spacing) {
@@ -259,20 +259,20 @@ void run(const ExportArguments& arguments) {
     json["length_unit"] = length;
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json == "-") return;
-    fmt::print("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(),
-               time_of(result), metadata_text(result.metadata, "time_unit", ""));
+    print_plain("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(),
+                time_of(result), metadata_text(result.metadata, "time_unit", ""));
     if (kind == Kind::tetrahedra && arguments.triangles)
         print_plane(json, length);
     else if (kind == Kind::tetrahedra)
         print_device(json, length);
     else if (kind == Kind::profile)
-        fmt::print("  the cut {}: {} lines\n", arguments.cut, json["polylines"].get<std::size_t>());
+        print_plain("  the cut {}: {} lines\n", arguments.cut, json["polylines"].get<std::size_t>());
     else
-        fmt::print("  {}\n",
-                   kind == Kind::blocks
-                       ? fmt::format("{} blocks: the surface and the interfaces", json["blocks"].size())
-                       : fmt::format("{} vertices, {} triangles", json["vertices"].get<std::size_t>(),
-                                     json["triangles"].get<std::size_t>()));
+        print_plain("  {}\n",
+                    kind == Kind::blocks
+                        ? fmt::format("{} blocks: the surface and the interfaces", json["blocks"].size())
+                        : fmt::format("{} vertices, {} triangles", json["vertices"].get<std::size_t>(),
+                                      json["triangles"].get<std::size_t>()));
 }
 
 }  // namespace

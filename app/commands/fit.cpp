@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/ranks.hpp"
@@ -72,10 +73,10 @@ void add_fit_command(CLI::App& program) {
         const Json found = run_fit(fit);
         if (!json->empty()) write_json(*json, found);
         if (!fit.quiet && *json != "-")
-            fmt::print("{}best recipe{}; all runs: {}\n", fit_table(found),
-                       fit.recipes.size() == 1 ? ": " + (fit.output / "best.toml").string()
-                                               : "s: " + (fit.output / "best_*.toml").string(),
-                       (fit.output / "fit.csv").string());
+            print_plain("{}best recipe{}; all runs: {}\n", fit_table(found),
+                        fit.recipes.size() == 1 ? ": " + (fit.output / "best.toml").string()
+                                                : "s: " + (fit.output / "best_*.toml").string(),
+                        (fit.output / "fit.csv").string());
     });
 }
 

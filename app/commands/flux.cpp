@@ -11,6 +11,7 @@
 #include "app/commands/cli_options.hpp"
 #include "app/commands/flux_results.hpp"
 #include "app/commands/flux_species.hpp"
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
@@ -65,7 +66,7 @@ TriangleMesh read_repaired(const std::string& path) {
     TriangleMesh mesh = surface::read_mesh(path);
     flux::require_traceable(mesh);
     const std::string words = surface::words_on(surface::repair(mesh));
-    if (!words.empty()) fmt::print(stderr, "sidewall flux: {}: {}\n", path, words);
+    if (!words.empty()) print_warning(fmt::format("sidewall flux: {}: {}", path, words));
     return mesh;
 }
 
@@ -75,10 +76,9 @@ flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& argumen
         return flux::lateral_box(mesh, {Boundary::reflective, Boundary::reflective});
     } catch (const GeometryError& reason) {
         const auto box = flux::lateral_box(mesh, {Boundary::open, Boundary::open});
-        fmt::print(
-            stderr,
-            "sidewall flux: {}: the sides are taken as open, particles leave there and none come in: {}\n",
-            arguments.mesh, reason.what());
+        print_warning(fmt::format(
+            "sidewall flux: {}: the sides are taken as open, particles leave there and none come in: {}",
+            arguments.mesh, reason.what()));
         return box;
     }
 }
@@ -162,12 +162,12 @@ flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& 
                     {"monte_carlo_cost", choice.monte_carlo_cost},
                     {"radiosity_cost", choice.radiosity_cost},
                     {"spent", choice.spent}};
-    fmt::print(stderr,
-               "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
-               "radiosity {:.2g} million segments{}\n",
-               choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
-               choice.radiosity_cost * 1e-6,
-               choice.spent > 0.0 ? fmt::format(", of which {:.2g} are spent", choice.spent * 1e-6) : "");
+    print_warning(fmt::format(
+        "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
+        "radiosity {:.2g} million segments{}",
+        choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
+        choice.radiosity_cost * 1e-6,
+        choice.spent > 0.0 ? fmt::format(", of which {:.2g} are spent", choice.spent * 1e-6) : ""));
     return choice;
 }
 
@@ -178,7 +178,7 @@ Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& cho
     if (method == "monte-carlo") return followed(asked);
     if (const std::string reason = flux::why_not_radiosity(asked.species);
         method == "auto" && !reason.empty()) {
-        fmt::print(stderr, "sidewall flux: monte-carlo is taken: {}\n", reason);
+        print_warning(fmt::format("sidewall flux: monte-carlo is taken: {}", reason));
         return followed(asked);
     }
     flux::Exchange exchange = flux::exchange_of(asked);
@@ -227,8 +227,8 @@ void run_flux(const FluxArguments& arguments) {
             "not match",
             arguments.mesh, outcome.leaked, outcome.emitted));
     if (outcome.leaked > 0)
-        fmt::print(stderr, "sidewall flux: {} of {} particles went through the surface\n", outcome.leaked,
-                   outcome.emitted);
+        print_warning(fmt::format("sidewall flux: {} of {} particles went through the surface",
+                                  outcome.leaked, outcome.emitted));
     if (!arguments.output.empty()) write_flux(arguments.output, mesh, outcome.flux);
     Json json = summarise(arguments, mesh, box, outcome.flux);
     json.merge_patch(outcome.json);

@@ -10,6 +10,7 @@
 #include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
 #include "app/commands/wafer_choice.hpp"
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_wafer.hpp"
@@ -97,24 +98,24 @@ std::string import_words(TriangleMesh mesh) {
 void print_mesh(const Result& result, const Json& json) {
     const Json &topology = json["topology"], &quality = json["quality"], &box = json["box"];
     const std::string unit = metadata_text(result.metadata, "length_unit", "");
-    fmt::print("{}\n", result.source.string());
-    fmt::print("  size        {} vertices, {} triangles, area {:.6g}{}\n",
-               json["vertices"].get<std::size_t>(), json["triangles"].get<std::size_t>(),
-               json["area"].get<double>(), unit.empty() ? "" : " " + unit + "^2");
+    print_plain("{}\n", result.source.string());
+    print_plain("  size        {} vertices, {} triangles, area {:.6g}{}\n",
+                json["vertices"].get<std::size_t>(), json["triangles"].get<std::size_t>(),
+                json["area"].get<double>(), unit.empty() ? "" : " " + unit + "^2");
     for (int k = 0; k < 3; ++k)
-        fmt::print("  {}           {:.6g} to {:.6g}{}\n", "xyz"[k],
-                   box["min"][static_cast<std::size_t>(k)].get<double>(),
-                   box["max"][static_cast<std::size_t>(k)].get<double>(), unit.empty() ? "" : " " + unit);
+        print_plain("  {}           {:.6g} to {:.6g}{}\n", "xyz"[k],
+                    box["min"][static_cast<std::size_t>(k)].get<double>(),
+                    box["max"][static_cast<std::size_t>(k)].get<double>(), unit.empty() ? "" : " " + unit);
     for (const auto& [name, number] : result.metadata.numbers)
-        fmt::print("  {:<11} {:.6g}\n", surface::printable(name, true), number);
+        print_plain("  {:<11} {:.6g}\n", surface::printable(name, true), number);
     if (topology["closed"].get<bool>())
-        fmt::print("  boundary    none: closed, volume {:.6g}\n", json["volume"].get<double>());
+        print_plain("  boundary    none: closed, volume {:.6g}\n", json["volume"].get<double>());
     else
-        fmt::print("  boundary    {} edges in {} loops, {}\n", topology["boundary_edges"].get<std::size_t>(),
-                   topology["boundary_loops"].get<std::size_t>(),
-                   topology["boundary_on_rectangle"].get<bool>() ? "on a rectangle" : "not on a rectangle");
-    fmt::print("  connected   {} component{}, Euler number {}\n", topology["components"].get<std::size_t>(),
-               topology["components"].get<std::size_t>() == 1 ? "" : "s", topology["euler"].get<long>());
+        print_plain("  boundary    {} edges in {} loops, {}\n", topology["boundary_edges"].get<std::size_t>(),
+                    topology["boundary_loops"].get<std::size_t>(),
+                    topology["boundary_on_rectangle"].get<bool>() ? "on a rectangle" : "not on a rectangle");
+    print_plain("  connected   {} component{}, Euler number {}\n", topology["components"].get<std::size_t>(),
+                topology["components"].get<std::size_t>() == 1 ? "" : "s", topology["euler"].get<long>());
     std::string faults;
     for (const char* key : {"nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
                             "duplicate_triangles", "isolated_vertices"})
@@ -123,10 +124,10 @@ void print_mesh(const Result& result, const Json& json) {
             std::replace(words.begin(), words.end(), '_', ' ');
             faults += fmt::format("{}{} {}", faults.empty() ? "" : ", ", count, words);
         }
-    fmt::print("  faults      {}\n", faults.empty() ? "none: manifold, consistently oriented" : faults);
+    print_plain("  faults      {}\n", faults.empty() ? "none: manifold, consistently oriented" : faults);
     if (const auto words = json["import"].get<std::string>(); !words.empty())
-        fmt::print("  import      {}\n", words);
-    fmt::print(
+        print_plain("  import      {}\n", words);
+    print_plain(
         "  quality     angles {:.3g} to {:.4g} degrees, mean ratio {:.3g} (least {:.3g}), {} slivers, {} "
         "degenerate\n",
         quality["min_angle_deg"].get<double>(), quality["max_angle_deg"].get<double>(),
@@ -137,10 +138,10 @@ void print_mesh(const Result& result, const Json& json) {
         const auto text = [](const Json& v) {
             return v.is_null() ? "nothing finite" : fmt::format("{:.6g}", v.get<double>());
         };
-        fmt::print("  attribute   {} on {}{}: {} to {}{}\n",
-                   surface::printable(a["name"].get<std::string>(), true), a["on"].get<std::string>(),
-                   a["components"] == 1 ? "" : fmt::format(" x {}", a["components"].get<int>()),
-                   text(a["min"]), text(a["max"]), odd == 0 ? "" : fmt::format(" ({} not finite)", odd));
+        print_plain("  attribute   {} on {}{}: {} to {}{}\n",
+                    surface::printable(a["name"].get<std::string>(), true), a["on"].get<std::string>(),
+                    a["components"] == 1 ? "" : fmt::format(" x {}", a["components"].get<int>()),
+                    text(a["min"]), text(a["max"]), odd == 0 ? "" : fmt::format(" ({} not finite)", odd));
     }
 }
 
@@ -149,23 +150,23 @@ void print_json(const std::string& key, const Json& json, int indent) {
     const std::string name = surface::printable(key, true);
     const std::string pad(static_cast<std::size_t>(indent), ' ');
     if (json.is_object()) {
-        fmt::print("{}{}\n", pad, name);
+        print_plain("{}{}\n", pad, name);
         for (const auto& [inner, value] : json.items()) print_json(inner, value, indent + 2);
     } else if (json.is_number_float()) {
-        fmt::print("{}{:<{}} {:.6g}\n", pad, name, 24 - indent, json.get<double>());
+        print_plain("{}{:<{}} {:.6g}\n", pad, name, 24 - indent, json.get<double>());
     } else {
-        fmt::print("{}{:<{}} {}\n", pad, name, 24 - indent,
-                   surface::printable(json.is_string() ? json.get<std::string>() : json.dump(), true));
+        print_plain("{}{:<{}} {}\n", pad, name, 24 - indent,
+                    surface::printable(json.is_string() ? json.get<std::string>() : json.dump(), true));
     }
 }
 
 void print_timing(const Json& timing) {
     const auto seconds = [](const Json& v) { return v.is_number() ? v.get<double>() : 0.0; };
     const double total = timing.contains("total") ? seconds(timing["total"]) : 0.0;
-    fmt::print("timing (seconds, share)\n");
+    print_plain("timing (seconds, share)\n");
     for (const auto& [phase, value] : timing.items())
-        fmt::print("  {:<14} {:>10.3f} {:>6.1f} %\n", surface::printable(phase, true), seconds(value),
-                   total > 0.0 ? 100.0 * seconds(value) / total : 0.0);
+        print_plain("  {:<14} {:>10.3f} {:>6.1f} %\n", surface::printable(phase, true), seconds(value),
+                    total > 0.0 ? 100.0 * seconds(value) / total : 0.0);
 }
 
 void print_summary(const Json& summary) {
@@ -174,8 +175,8 @@ void print_summary(const Json& summary) {
         if (summary.contains(key)) print_json(key, summary[key], 0);
     for (const char* list : {"steps", "events"}) {
         if (!summary.contains(list) || !summary[list].is_array()) continue;
-        fmt::print("{}\n", list);
-        for (const Json& item : summary[list]) fmt::print("  {}\n", surface::printable(item.dump(), true));
+        print_plain("{}\n", list);
+        for (const Json& item : summary[list]) print_plain("  {}\n", surface::printable(item.dump(), true));
     }
     for (const char* part : {"mesh", "metrology", "volumes"})
         if (summary.contains(part)) print_json(part, summary[part], 0);
@@ -208,9 +209,9 @@ Json measured(const Result& result, const std::string& input, const WaferChoice&
 }
 
 void print_measures(const Json& measures) {
-    fmt::print("measures\n");
+    print_plain("measures\n");
     for (const auto& [name, measure] : measures.items())
-        fmt::print(
+        print_plain(
             "  {:<22} {} {}\n", name,
             measure["value"].is_null() ? "none" : fmt::format("{:.6g}", measure["value"].get<double>()),
             measure["unit"].get<std::string>());
@@ -239,7 +240,7 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
     // Standard output belongs to the JSON alone if it goes there.
     if (json_file != "-") {
         if (result.summary) print_summary(*result.summary);
-        if (!unfinished.empty()) fmt::print("{}\n", unfinished);
+        if (!unfinished.empty()) print_plain("{}\n", unfinished);
         print_mesh(result, json["surface"]);
         if (json.contains("measures")) print_measures(json["measures"]);
         std::fflush(stdout);

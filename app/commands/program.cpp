@@ -94,7 +94,7 @@ int fail(const char* text, int exit_code) {
 
 // A fault of the command line, in CLI11's words.
 std::string usage_error(const CLI::App* command, const CLI::Error& error) {
-    return "sidewall: " + CLI::FailureMessage::simple(command, error);
+    return "sidewall: " + surface::printable(CLI::FailureMessage::simple(command, error));
 }
 
 // The error for a first word that is no subcommand.

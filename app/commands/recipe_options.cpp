@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/commands/cli_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/node_path.hpp"
 #include "app/recipe/notes.hpp"
@@ -21,7 +22,8 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
 
 Recipe read_recipe(const RecipeOptions& options) {
     Recipe recipe = load_recipe(options.file, options.overrides);
-    for (const std::string& note : notes_on(recipe)) fmt::print(stderr, "{}: note: {}\n", options.file, note);
+    for (const std::string& note : notes_on(recipe))
+        print_warning(fmt::format("{}: note: {}", options.file, note));
     return recipe;
 }
 

@@ -7,6 +7,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/commands/wafer_choice.hpp"
+#include "app/common/console.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/film_strip.hpp"
 #include "surface/error.hpp"
@@ -72,8 +73,8 @@ Result read_input(const RenderArguments& arguments) {
     Result result = arguments.frame ? read_saved(input, saved_number(saved_surfaces(input), *arguments.frame))
                                     : read_choice(input, arguments.choice);
     if (!result.folder) result.interfaces = interfaces_beside(input);
-    if (arguments.choice.named() || arguments.frame) fmt::print("{}\n", name_and_time(result));
-    if (const std::string note = unfinished_note(input); !note.empty()) fmt::print("{}\n", note);
+    if (arguments.choice.named() || arguments.frame) print_plain("{}\n", name_and_time(result));
+    if (const std::string note = unfinished_note(input); !note.empty()) print_plain("{}\n", note);
     return result;
 }
 
@@ -98,7 +99,7 @@ void run(const RenderArguments& arguments) {
     if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {
-            fmt::print("{}\n", line);
+            print_plain("{}\n", line);
             std::fflush(stdout);
         });
     else

@@ -6,6 +6,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/commands/wafer_choice.hpp"
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "surface/error.hpp"
 
@@ -19,10 +20,10 @@ void report(const std::string& folder, const std::string& output, const WaferCho
     if (choice.named()) only = saved_choice(folder, choice);
     const Report page = make_report(folder, only);
     write_file(output, page.html);
-    fmt::print("{}: page of a {}, {:.1f} MB", output, page.kind,
-               static_cast<double>(page.html.size()) * 1e-6);
-    if (page.surfaces > 0) fmt::print(", {} surfaces", page.surfaces);
-    fmt::print("; open it in a browser\n");
+    print_plain("{}: page of a {}, {:.1f} MB", output, page.kind,
+                static_cast<double>(page.html.size()) * 1e-6);
+    if (page.surfaces > 0) print_plain(", {} surfaces", page.surfaces);
+    print_plain("; open it in a browser\n");
 }
 
 }  // namespace

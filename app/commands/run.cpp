@@ -21,33 +21,33 @@ namespace {
 void print_report(const RunResult& result, const RunOptions& options) {
     const Json& s = result.summary;
     const std::string time = s["time_unit"];
-    fmt::print("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
-               s["time"].get<double>(), time, s["time_steps"].get<int>(),
-               s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
+    print_plain("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
+                s["time"].get<double>(), time, s["time_steps"].get<int>(),
+                s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
     if (const Json& levels = s["grid"]["levels"]; levels.size() > 1)
         for (const Json& level : levels)
-            fmt::print("  {:<20} {:.3g} voxels\n",
-                       fmt::format("grid of {:.4g} {}", level["spacing"].get<double>(),
-                                   s["length_unit"].get<std::string>()),
-                       level["voxels"].get<double>());
+            print_plain("  {:<20} {:.3g} voxels\n",
+                        fmt::format("grid of {:.4g} {}", level["spacing"].get<double>(),
+                                    s["length_unit"].get<std::string>()),
+                        level["voxels"].get<double>());
     if (s.contains("accuracy"))
-        fmt::print("{}", accuracy_table(s));
+        print_plain("{}", accuracy_table(s));
     else
         for (const auto& [name, value] : s["metrology"].items())
-            fmt::print("  {:<20} {}\n", name,
-                       value.is_null() ? "none"
-                                       : fmt::format("{:.5g} {}", value.get<double>(),
-                                                     s["metrology_units"][name].get<std::string>()));
-    fmt::print("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
+            print_plain("  {:<20} {}\n", name,
+                        value.is_null() ? "none"
+                                        : fmt::format("{:.5g} {}", value.get<double>(),
+                                                      s["metrology_units"][name].get<std::string>()));
+    print_plain("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
     for_each_phase([&](const char* name, double Timing::*phase) {
-        fmt::print("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
-                   100.0 * result.timing.*phase / result.timing.total);
+        print_plain("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
+                    100.0 * result.timing.*phase / result.timing.total);
     });
     if (s.contains("ranks"))
-        fmt::print("  {} ranks; {:.2f} s went into sums over them, waiting included\n",
-                   s["ranks"]["count"].get<int>(), s["ranks"]["seconds_in_sums"].get<double>());
-    fmt::print("results in {} (open surface.pvd in ParaView, or: sidewall render {} -o picture.png)\n",
-               options.output.string(), shell_word(options.output.string()));
+        print_plain("  {} ranks; {:.2f} s went into sums over them, waiting included\n",
+                    s["ranks"]["count"].get<int>(), s["ranks"]["seconds_in_sums"].get<double>());
+    print_plain("results in {} (open surface.pvd in ParaView, or: sidewall render {} -o picture.png)\n",
+                options.output.string(), shell_word(options.output.string()));
 }
 
 // Shares the run with the other processes that mpirun has started.

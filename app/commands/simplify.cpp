@@ -7,6 +7,7 @@
 
 #include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/json.hpp"
 #include "app/common/progress.hpp"
 #include "app/common/text.hpp"
@@ -84,28 +85,28 @@ Json report(const SimplifyArguments& arguments, const TriangleMesh& mesh, const 
 void print_summary(const Json& json, const SimplifyArguments& arguments) {
     const auto n = json["input"]["vertices"].get<double>(), left = json["output"]["vertices"].get<double>();
     const auto number = [&](const char* group, const char* key) { return json[group][key].get<double>(); };
-    fmt::print("{}: {:.0f} vertices, {:.0f} triangles\n", arguments.input, n, number("input", "triangles"));
-    fmt::print("{}: {:.0f} vertices, {:.0f} triangles ({}, {:.1f} % of the vertices removed)\n",
-               arguments.output, left, number("output", "triangles"), arguments.method,
-               100.0 * (1.0 - left / n));
-    fmt::print("grid spacing     {:.4g}{}\n", json["grid_spacing"].get<double>(),
-               arguments.options.grid_spacing ? "" : "  (estimated: mean edge length)");
+    print_plain("{}: {:.0f} vertices, {:.0f} triangles\n", arguments.input, n, number("input", "triangles"));
+    print_plain("{}: {:.0f} vertices, {:.0f} triangles ({}, {:.1f} % of the vertices removed)\n",
+                arguments.output, left, number("output", "triangles"), arguments.method,
+                100.0 * (1.0 - left / n));
+    print_plain("grid spacing     {:.4g}{}\n", json["grid_spacing"].get<double>(),
+                arguments.options.grid_spacing ? "" : "  (estimated: mean edge length)");
     for (const char* way : {"original_to_simplified", "simplified_to_original"})
-        fmt::print("distance         max {:.3g}, mean {:.3g}  ({})\n",
-                   json["hausdorff"][way]["max"].get<double>(), json["hausdorff"][way]["mean"].get<double>(),
-                   way);
-    fmt::print("quality          smallest angle {:.2f} degrees, smallest mean ratio {:.3f}\n",
-               number("quality", "min_angle_deg"), number("quality", "mean_ratio_min"));
-    fmt::print("seconds          features {:.3f}, collapse {:.3f}, total {:.3f}\n",
-               number("seconds", "features"), number("seconds", "collapse"), number("seconds", "total"));
+        print_plain("distance         max {:.3g}, mean {:.3g}  ({})\n",
+                    json["hausdorff"][way]["max"].get<double>(), json["hausdorff"][way]["mean"].get<double>(),
+                    way);
+    print_plain("quality          smallest angle {:.2f} degrees, smallest mean ratio {:.3f}\n",
+                number("quality", "min_angle_deg"), number("quality", "mean_ratio_min"));
+    print_plain("seconds          features {:.3f}, collapse {:.3f}, total {:.3f}\n",
+                number("seconds", "features"), number("seconds", "collapse"), number("seconds", "total"));
     if (const auto count = json["features"]["count"].get<std::size_t>(); json["features"]["parameter"] > 0.0)
-        fmt::print("features         {} vertices, C = {:.3g}\n", count,
-                   json["features"]["parameter"].get<double>());
+        print_plain("features         {} vertices, C = {:.3g}\n", count,
+                    json["features"]["parameter"].get<double>());
     for (const auto& [key, what] :
          {std::pair{"dropped_on_reading", "of the input file"}, {"dropped_attributes", "attributes"}})
         for (const Json& name : json[key])
-            fmt::print("dropped          {} ({})\n", name.get<std::string>(), what);
-    fmt::print("Lengths are in the mesh's own unit.\n");
+            print_plain("dropped          {} ({})\n", name.get<std::string>(), what);
+    print_plain("Lengths are in the mesh's own unit.\n");
 }
 
 void run(const SimplifyArguments& arguments) {
@@ -113,7 +114,7 @@ void run(const SimplifyArguments& arguments) {
     surface::MeshMetadata metadata;
     TriangleMesh mesh = surface::read_mesh(arguments.input, &metadata);
     const std::string words = surface::words_on(surface::repair(mesh, {.face_gas = false}));
-    if (!words.empty()) fmt::print(stderr, "sidewall simplify: {}: {}\n", arguments.input, words);
+    if (!words.empty()) print_warning(fmt::format("sidewall simplify: {}: {}", arguments.input, words));
 
     const double start = now();
     const double spacing = simplify::base_length(mesh, {}, options.grid_spacing);

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/evaluation/study.hpp"
@@ -26,7 +27,7 @@ void run(const StudyArguments& arguments) {
     install_interrupt_handler();
     const Json study = run_study(options);
     if (!arguments.json.empty()) write_json(arguments.json, study);
-    if (!options.quiet) fmt::print("{}\nresults in {}\n", study_report(study), options.output.string());
+    if (!options.quiet) print_plain("{}\nresults in {}\n", study_report(study), options.output.string());
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/commands/recipe_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/ranks.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -16,10 +17,10 @@ namespace sidewall::app {
 namespace {
 
 void print_end(const SweepOptions& sweep, const SweepEnd& end) {
-    fmt::print("{} rows of {} runs in {}", end.rows, end.runs, (sweep.output / "sweep.csv").string());
+    print_plain("{} rows of {} runs in {}", end.rows, end.runs, (sweep.output / "sweep.csv").string());
     if (end.failed > 0)
-        fmt::print(", {} failed: see the column status; --resume tries them again", end.failed);
-    fmt::print("\n");
+        print_plain(", {} failed: see the column status; --resume tries them again", end.failed);
+    print_plain("\n");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
+#include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/evaluation/validate.hpp"
@@ -22,13 +23,13 @@ std::string figure(const Json& number) {
 }
 
 void print(const Json& one) {
-    fmt::print("{}: {} ({:.1f} s)\n", one["name"].get<std::string>(), one["title"].get<std::string>(),
-               one["seconds"].get<double>());
+    print_plain("{}: {} ({:.1f} s)\n", one["name"].get<std::string>(), one["title"].get<std::string>(),
+                one["seconds"].get<double>());
     for (const Json& reading : one["readings"])
-        fmt::print("  {:<38} {:>9}  reference {:>9}  {:>7} %  {}\n", reading["label"].get<std::string>(),
-                   figure(reading["ours"]), figure(reading["reference"]),
-                   figure(reading["deviation_percent"]),
-                   reading["within_bars"].get<bool>() ? "within the bars" : "outside of the bars");
+        print_plain("  {:<38} {:>9}  reference {:>9}  {:>7} %  {}\n", reading["label"].get<std::string>(),
+                    figure(reading["ours"]), figure(reading["reference"]),
+                    figure(reading["deviation_percent"]),
+                    reading["within_bars"].get<bool>() ? "within the bars" : "outside of the bars");
     std::fflush(stdout);
 }
 
@@ -37,7 +38,7 @@ void run(const ValidateArguments& arguments) {
     if (options.folder.empty()) options.folder = shipped_cases();
     if (arguments.list) {
         for (const ValidationCase& one : validation_cases(options.folder))
-            fmt::print("{:<22} {}\n", one.name, one.title);
+            print_plain("{:<22} {}\n", one.name, one.title);
         return;
     }
     options.resume_command = resume_command();
@@ -46,7 +47,7 @@ void run(const ValidateArguments& arguments) {
     install_interrupt_handler();
     const Json validation = validate(options);
     if (!arguments.json.empty()) write_json(arguments.json, validation);
-    if (!quiet) fmt::print("report in {}\n", (options.output / "validation.md").string());
+    if (!quiet) print_plain("report in {}\n", (options.output / "validation.md").string());
 }
 
 }  // namespace

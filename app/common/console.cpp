@@ -10,6 +10,8 @@
 #include <initializer_list>
 #include <string>
 
+#include "surface/files/file.hpp"
+
 namespace sidewall::app {
 namespace {
 
@@ -50,7 +52,11 @@ void secure_standard_streams() {
 }
 
 void print_warning(std::string_view line) {
-    std::fputs((std::string(line) + '\n').c_str(), stderr);
+    std::fputs((surface::printable(line) + '\n').c_str(), stderr);
+}
+
+void print_text(std::string_view text) {
+    fmt::print("{}", surface::printable(text));
 }
 
 }  // namespace sidewall::app

@@ -1,5 +1,8 @@
 #pragma once
+#include <fmt/format.h>
+
 #include <string_view>
+#include <utility>
 
 namespace sidewall::app {
 
@@ -10,5 +13,12 @@ void secure_standard_streams();
 
 /// Writes a line on standard error: where the command line sends the warnings of a run.
 void print_warning(std::string_view line);
+
+/// Prints text to standard output as fmt::print does, but escapes what a terminal would obey: users' names may hold that.
+void print_text(std::string_view text);
+template <class... Args>
+void print_plain(fmt::format_string<Args...> format, Args&&... args) {
+    print_text(fmt::format(format, std::forward<Args>(args)...));
+}
 
 }  // namespace sidewall::app

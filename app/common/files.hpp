@@ -13,6 +13,9 @@ void write_file(const std::filesystem::path& path, std::string_view text);
 /// \throws IoError naming it and the system's reason; the message ends with \p advice.
 void make_folder(const std::filesystem::path& folder, std::string_view advice);
 
+/// \throws IoError if a folder that the program has for itself is a link: what it writes would land elsewhere.
+void refuse_link(const std::filesystem::path& folder);
+
 /// Whether a file or folder exists; false, too, where that cannot be known.
 bool is_there(const std::filesystem::path& path);
 

@@ -267,6 +267,11 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
         fronts.emplace_back([layer](const Vec3& p) { return layer->distance.at(p); });
 
     if (options.gas) {
+        if (std::ranges::find(regions.names, "gas") != regions.names.end())
+            throw RecipeError(fmt::format(
+                "{}: --gas: a material has the name gas, which the gas's region has: leave --gas out, or give the material "
+                "another name and run it again",
+                result.source.string()));
         regions.of_layer.push_back(static_cast<int>(regions.names.size()));
         regions.names.emplace_back("gas");
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/common/console.hpp"
+#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/process/simulation.hpp"
 #include "surface/distance.hpp"
@@ -52,6 +53,7 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
         Recipe changed = recipe;
         changed.simplify.method = variant.method;
         changed.flux.seed += variant.seed_offset;
+        refuse_link(output / variant.folder);
         const RunResult run = run_recipe(changed, {.output = output / variant.folder,
                                                    .overwrite = overwrite,
                                                    .quiet = quiet,

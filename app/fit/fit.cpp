@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <set>
 
+#include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
@@ -337,7 +338,7 @@ Json run_fit(const FitOptions& options) {
     Fit fit = read_fit(options);
     for (const FitRecipe& part : fit.parts)
         for (const MeasuredProfile& profile : part.targets.profiles)
-            if (!options.quiet) fmt::print(stderr, "{}: note: {}\n", profile.name, profile.understood);
+            if (!options.quiet) print_warning(fmt::format("{}: note: {}", profile.name, profile.understood));
     make_folder(options.output, "choose another with -o");
     const FolderLock lock(options.output);
     Json json = plan_of(fit);

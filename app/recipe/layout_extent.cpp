@@ -21,6 +21,8 @@ namespace {
 
 constexpr double kExtentRounding = 1e-6;  // of a cell, by which a layout may exceed whole ones
 
+constexpr double kWidestLine = 0.2500001;  // of its length
+
 // A mask of the recipe whose outlines are in a layout.
 struct Placed {
     toml::table* table = nullptr;
@@ -125,7 +127,7 @@ void write_value(toml::table& table, const char* key, const std::string& text, c
     table.insert_or_assign(key, std::move(*parsed.get("v")->as_array()));
 }
 
-// A line of a layout, drawn as a path of two points or a thin rectangle, from the left to the right or
+// A line of a layout, drawn as a path of two points or a thin box, from the left to the right or
 // upward.
 struct Line {
     Eigen::Vector2d from, to;
@@ -135,16 +137,24 @@ struct Line {
 std::vector<Line> lines_of(const std::vector<levelset::Polygon>& polygons) {
     std::vector<Line> lines;
     for (const levelset::Polygon& polygon : polygons) {
-        if (polygon.size() != 4)
-            throw KeyError("layer",
-                           "holds a shape that is no straight line: draw each as a path of two points");
+        const auto require = [&](bool is_line, const char* what) {
+            if (!is_line)
+                throw KeyError(
+                    "layer",
+                    fmt::format("holds {} at ({:g}, {:g}): draw each line as a path of two points or a "
+                                "box, at most a quarter as wide as it is long",
+                                what, polygon[0][0], polygon[0][1]));
+        };
+        require(polygon.size() == 4, "a shape that is no straight line");
         std::array<Eigen::Vector2d, 4> p;
         for (std::size_t k = 0; k < 4; ++k) p[k] = {polygon[k][0], polygon[k][1]};
         const std::size_t k =
             (p[1] - p[0]).norm() + (p[3] - p[2]).norm() < (p[2] - p[1]).norm() + (p[0] - p[3]).norm() ? 0 : 1;
         Line line{0.5 * (p[k] + p[k + 1]), 0.5 * (p[k + 2] + p[(k + 3) % 4])};
         const Eigen::Vector2d along = line.to - line.from;
-        if (along.isZero()) throw KeyError("layer", "holds a line without length: drop it");
+        const double width = std::max((p[k + 1] - p[k]).norm(), (p[(k + 3) % 4] - p[k + 2]).norm());
+        require(width < kWidestLine * along.norm(),
+                along.isZero() ? "a line without length" : "a box that is no line");
         const double tiny = kExtentRounding * along.norm();
         if (along.x() < -tiny || (along.x() <= tiny && along.y() < 0.0)) std::swap(line.from, line.to);
         lines.push_back(line);

@@ -85,7 +85,7 @@ std::vector<Key> keys_of(CutSection& cut) {
     return {
         {"layer", &cut.layer, "",
          "\"63/0\", say: the layer and the datatype of the masks' layout that hold the line, a path of two points or a "
-         "thin box; it becomes the extent, from left to right or upward",
+         "box, at most a quarter as wide as it is long; it becomes the extent, from left to right or upward",
          required()},
         {"line", &cut.line, "",
          "which of the layer's lines, from 1 in the file's order; default the only one", within(0.0, 1e9)},

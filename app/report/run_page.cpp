@@ -149,6 +149,12 @@ Json steps_section(const Json& summary, const Json& units, const std::string& ti
     for (const char* field :
          {"/name", "/model", "/asked_duration", "/duration", "/stopped_by", "/time_steps"})
         fields.emplace_back(field);
+    if (std::ranges::any_of(summary["steps"], [](const Json& step) { return step.contains("endpoint"); })) {
+        columns.insert(columns.end(),
+                       {fmt::format("endpoint [{}]", time), fmt::format("over-etch [{}]", time)});
+        fields.emplace_back("/endpoint/time");
+        fields.emplace_back("/endpoint/over_etch");
+    }
     std::set<std::string> names;
     for (const Json& step : summary["steps"]) {
         if (step.contains("bare") && names.insert("bare").second) {

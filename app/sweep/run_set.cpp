@@ -65,6 +65,7 @@ std::string reason(const ProcessEnd& end) {
         if (!line.empty()) last = line;
     constexpr std::string_view kName = "sidewall: ";
     if (last.starts_with(kName)) last.erase(0, kName.size());
+    last.erase(std::min(last.find("; then go on with: "), last.size()));  // by itself, which the set does
     return last.empty() ? fmt::format("exit code {}", end.exit_code) : last;
 }
 
@@ -281,7 +282,9 @@ void make_runs(RunSet& set, const std::vector<std::size_t>& numbers, ProgressBar
     std::vector<std::size_t> left;
     for (const std::size_t number : std::set<std::size_t>(numbers.begin(), numbers.end()))
         if (!set.runs[number - 1].ended && !read_end(set, number)) left.push_back(number);
+    refuse_link(set.folder / "runs");
     for (const std::size_t number : left) {
+        refuse_link(folder_of(set, number));
         std::error_code failure;
         fs::remove(folder_of(set, number) / kFailed, failure);  // it is tried again
         if (ranks().count > 1) write_run_recipe(set, number);   // for all ranks to see

@@ -110,7 +110,7 @@ std::string plan_sweep(const SweepOptions& options) {
     if (options.output.string().find('\n') != std::string::npos)
         throw RecipeError(fmt::format(
             "-o {}: --plan prints a command a line, and this folder's name has a line break: choose another one",
-            options.output.string()));
+            surface::printable(options.output.string(), true)));
     make_folder(options.output, "choose another with -o");
     const FolderLock lock(options.output);
     open_batch_folder(options.output, "sweep.json", "sweep", sweep.plan, options.resume);

@@ -152,11 +152,18 @@ Body mesh_body(const Shape& shape, const Domain& domain) {
         distances->push_back({surface::SignedDistance(group.mesh), std::nullopt, bounds});
         if (!group.open) distances->back().winding.emplace(group.mesh);
     }
-    return {[distances, contact = kContact * domain.spacing](const Vec3& p) {
-                double least = distances->front().at(p, contact);
-                for (std::size_t k = 1; k < distances->size(); ++k)
-                    least = std::min(least, (*distances)[k].at(p, contact) - contact);
-                return least;
+    const double contact = kContact * domain.spacing;
+    const auto distance = [distances, contact](const Vec3& p) {
+        double least = distances->front().at(p, contact);
+        for (std::size_t k = 1; k < distances->size(); ++k)
+            least = std::min(least, (*distances)[k].at(p, contact) - contact);
+        return least;
+    };
+    // The foot of a body that stands on the wafer reaches into it.
+    return {[distance, contact](const Vec3& p) {
+                const double here = distance(p);
+                return std::abs(here) < contact ? std::min(here, distance(p + contact * Vec3::UnitZ()))
+                                                : here;
             },
             bounds.min.z(), bounds.max.z()};
 }

@@ -16,6 +16,7 @@ constexpr std::size_t kFewParts = 16;   // are united at once
 constexpr std::size_t kChunk = 64;      // segments of a path that are drawn together
 constexpr double kArcTolerance = 1e-3;  // of a round end's radius
 constexpr double kTouching = 1e-9;      // of a polygon's size
+constexpr double kPathOverlap = 1e-6;   // of half a path's width, of what is drawn by itself
 constexpr std::size_t kMostPairs = 500'000'000, kMostCrossings = 1'000'000;  // of edges: some seconds of work
 
 // The integers that Clipper works on.
@@ -208,6 +209,63 @@ void extend_start(Polygon& points, double by) {
     points.clear();
 }
 
+// The outline of a path whose bends are mitred on both sides, without loops inside of them. Empty if a bend
+// is over 120 degrees, or if the outline crosses where the path begins.
+Polygon mitred_outline(const Polygon& line, double half_width) {
+    Polygon outline, left;
+    double nx = 0.0, ny = 0.0;  // to the left of the segment before
+    for (std::size_t k = 0; k < line.size(); ++k) {
+        double mx = nx, my = ny, along = 1.0;  // the mitre is m / along
+        if (k + 1 < line.size()) {
+            const double dx = line[k + 1][0] - line[k][0], dy = line[k + 1][1] - line[k][1],
+                         length = std::hypot(dx, dy), lx = -dy / length, ly = dx / length;
+            if (k > 0) along += nx * lx + ny * ly;
+            mx += lx, my += ly, nx = lx, ny = ly;
+        }
+        if (along < 0.5) return {};
+        const double x = half_width * mx / along, y = half_width * my / along;
+        outline.push_back({line[k][0] - x, line[k][1] - y});
+        left.push_back({line[k][0] + x, line[k][1] + y});
+    }
+    outline.insert(outline.end(), left.rbegin(), left.rend());
+    const Lattice lattice({&outline, 1});
+    const Part part = make_part({lattice.path(outline)});
+    Effort effort;
+    const std::vector<Part> pieces = clip({&part, 1}, ClipperLib::pftPositive, effort);
+    if (pieces.size() != 1 || pieces[0].paths.size() != 1) return {};
+    ClipperLib::Path path = pieces[0].paths[0];
+    const auto start = std::find(path.begin(), path.end(), part.paths[0].front());
+    std::rotate(path.begin(), start, path.end());
+    return path.front() == part.paths[0].front() && path.back() == part.paths[0].back()
+               ? lattice.polygon(path)
+               : Polygon{};
+}
+
+// Takes the end off a path that bends within its width of it, and outlines that by itself: Clipper, which
+// draws segments, would leave a corner of a long one beyond a short last one.
+void take_bent_end(Polygon& line, double half_width, std::vector<Polygon>& polygons) {
+    double length = 0.0, enough = 2.0 * half_width;
+    for (std::size_t i = line.size() - 1; i-- > 0 && line.size() - i < kChunk;) {
+        const auto &a = line[i], &b = line[i + 1];
+        const double piece = std::hypot(b[0] - a[0], b[1] - a[1]), share = i > 0 ? 0.5 : 0.0;
+        length += piece;
+        if (i > 0 && length - share * piece < enough) continue;
+        if (i + 2 == line.size()) return;
+        Polygon tail(line.begin() + static_cast<std::ptrdiff_t>(i), line.end());
+        for (std::size_t x = 0; x < 2; ++x) tail[0][x] += share * (b[x] - a[x]);
+        const Polygon outline = mitred_outline(tail, half_width);
+        enough = 2.0 * length;
+        if (outline.empty()) continue;
+        polygons.push_back(outline);
+        for (std::size_t x = 0; x < 2; ++x)  // overlaps, so that rounding leaves no gap
+            tail[0][x] += kPathOverlap * half_width * (b[x] - a[x]) / piece;
+        line.resize(i + 1);
+        line.push_back(tail[0]);
+        if (i == 0) line.clear();
+        return;
+    }
+}
+
 }  // namespace
 
 std::vector<Polygon> united(std::span<const Polygon> polygons) {
@@ -270,6 +328,10 @@ std::vector<Polygon> path_polygons(const Polygon& points, const PathStyle& style
             extend_start(line, style.begin);
             std::reverse(line.begin(), line.end());
             extend_start(line, style.end);
+            for (int end = 0; end < 2 && !line.empty(); ++end) {
+                take_bent_end(line, style.half_width, polygons);
+                std::reverse(line.begin(), line.end());
+            }
         }
     }
     if (line.empty()) return polygons;

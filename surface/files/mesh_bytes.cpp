@@ -13,6 +13,14 @@ std::string_view without_mark(std::string_view text, const std::string& name) {
     return text.substr(text.starts_with("\xef\xbb\xbf") ? 3 : 0);
 }
 
+std::string_view next_line(std::string_view text, std::size_t& at) {
+    const std::string_view rest = text.substr(at);
+    const auto end = static_cast<std::size_t>(
+        std::find_if(rest.begin(), rest.end(), [](char c) { return c == '\n' || c == '\r'; }) - rest.begin());
+    at += end + (rest.substr(end).starts_with("\r\n") ? 2 : 1);
+    return rest.substr(0, end);
+}
+
 std::optional<double> next_number(const char*& at, const char* end) {
     const auto is_space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
     const char* begin = at;

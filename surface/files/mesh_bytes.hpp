@@ -80,6 +80,9 @@ inline void append_scalar(std::string& bytes, Scalar type, double value) {
 /// \throws FileError for UTF-16.
 std::string_view without_mark(std::string_view text, const std::string& name);
 
+/// The line at \p at without its end, which \p at steps past: LF, CR LF, or CR alone as old programs write it.
+std::string_view next_line(std::string_view text, std::size_t& at);
+
 /// Reads the number at \p at and steps past it; nothing if what stands there up to the next white space is no number alone.
 std::optional<double> next_number(const char*& at, const char* end);
 

@@ -21,11 +21,8 @@ class Lines {
         if (at_ >= bytes_.size()) return false;
         line.clear();
         for (bool more = true; more && at_ < bytes_.size();) {
-            const std::size_t end = std::min(bytes_.find('\n', at_), bytes_.size());
-            line.append(bytes_.substr(at_, end - at_));
-            at_ = end + 1;
+            line.append(next_line(bytes_, at_));
             ++number_;
-            while (!line.empty() && line.back() == '\r') line.pop_back();
             more = !line.empty() && line.back() == '\\';
             if (more) line.back() = ' ';
         }

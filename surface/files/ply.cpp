@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <sstream>
 
@@ -47,8 +48,9 @@ Header parse_header(std::string_view bytes, const std::string& name) {
     Header header;
     int line_number = 0;
     const auto where = [&] { return fmt::format("{}:{}", name, line_number); };
-    const auto next_line = [&] {
-        const std::size_t end = bytes.find('\n', header.size);
+    const bool lone = bytes.starts_with("ply\r") && !bytes.starts_with("ply\r\n");  // CR, all through
+    const auto header_line = [&] {
+        const std::size_t end = bytes.find(lone ? '\r' : '\n', header.size);
         if (end == std::string_view::npos)
             throw FileError(fmt::format("{}: ends within its header: export the surface again", where()));
         std::string line(bytes.substr(header.size, end - header.size));
@@ -57,11 +59,11 @@ Header parse_header(std::string_view bytes, const std::string& name) {
         ++line_number;
         return line;
     };
-    if (bytes.substr(0, 3) != "ply" || next_line() != "ply")
+    if (!bytes.starts_with("ply") || header_line() != "ply")
         throw FileError(fmt::format("{}: does not begin with 'ply': it is no PLY file", name));
     bool format_seen = false;
     for (;;) {
-        std::istringstream line(next_line());
+        std::istringstream line(header_line());
         std::string key, word, version;
         if (!(line >> key) || key == "comment" || key == "obj_info") continue;
         if (key == "end_header") break;
@@ -191,7 +193,7 @@ Columns read_element(Values& source, const Element& element, bool keep, const st
                     polygon.clear();
                     continue;
                 }
-                if (!(index >= 0.0) || index > 4294967294.0)
+                if (!(index >= 0.0) || index > 4294967294.0 || index != std::floor(index))
                     throw FileError(
                         fmt::format("{}: face {} names vertex {}: the file is damaged", name, row, index));
                 polygon.push_back(static_cast<std::uint32_t>(index));

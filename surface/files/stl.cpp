@@ -89,10 +89,8 @@ Vec3 parse_point(std::string_view line, const std::string& where) {
 void read_ascii(std::string_view bytes, const std::string& name, Soup& soup) {
     std::array<Vec3, 3> corners;
     std::size_t corner = 0, line_number = 0;
-    for (std::size_t begin = 0; begin < bytes.size();) {
-        const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
-        std::string_view line = bytes.substr(begin, end - begin);
-        begin = end + 1;
+    for (std::size_t at = 0; at < bytes.size();) {
+        std::string_view line = next_line(bytes, at);
         ++line_number;
         std::string word = next_keyword(line);
         if (word == "end") word += next_keyword(line);

@@ -57,6 +57,44 @@ TEST_CASE("a surface wholly inside out is turned over, as one piece or as loose 
     }
 }
 
+TEST_CASE("loose triangles whose corners rounding put apart are merged, and others are not") {
+    for (const auto& sound : {good_trench(), octahedron()})
+        for (const double noise : {1e-9, 1e-6}) {
+            auto mesh = soup(sound);
+            std::uint32_t corner = 0;  // each axis's share of the noise is a different one
+            for (Vec3& p : mesh.vertices)
+                for (int k = 0; k < 3; ++k) p[k] += noise * (0.1 * ((7 * ++corner) % 11) - 0.5);
+            const std::size_t loose = mesh.vertices.size();
+            const Repairs repairs = repair(mesh);
+            CHECK(repairs.nearby == loose - sound.vertices.size());
+            CHECK(repairs.welded == 0);
+            CHECK(mesh.vertices.size() == sound.vertices.size());
+            CHECK(enclosed_volume(mesh) == Approx(enclosed_volume(sound)).margin(50 * noise));
+            CHECK_THAT(surface::words_on(repairs), Contains("vertices less than"));
+        }
+    // What is closed is not merged, however fine: a needle's tip of 1e-7.
+    auto needle = octahedron();
+    for (std::size_t v = 0; v < 4; ++v) needle.vertices[v] *= 1e-7;
+    CHECK(repair(needle).nearby == 0);
+    CHECK(needle.vertices.size() == 6);
+    // As loose triangles it keeps all of its faces, too.
+    auto tip = soup(needle);
+    repair(tip);
+    CHECK(tip.triangles.size() == 8);
+    CHECK(enclosed_volume(tip) == Approx(enclosed_volume(needle)));
+    // Nor are strips a micron wide that lie a metre apart, whose sides are open.
+    std::vector<TriangleMesh> strips;
+    for (const double x : {0.0, 1.0})
+        strips.push_back(extrude({{x, 0.0}, {x + 1e-6, 0.0}, {x + 2e-6, 0.0}, {x + 3e-6, 0.0}}, 1e-6, 1));
+    auto apart_by_far = test::joined(strips);
+    CHECK(repair(apart_by_far).nearby == 0);
+    CHECK(apart_by_far.triangles.size() == 12);
+    // A gap of a thousandth is one.
+    auto apart = soup(octahedron());
+    for (std::size_t v = 0; v < 3; ++v) apart.vertices[v].z() += 2e-3;
+    CHECK(repair(apart, {.face_gas = false}).nearby == 0);
+}
+
 TEST_CASE("a floating body inside out is turned over, but a buried cavity, which nobody sees, stays") {
     auto mesh = extrude({{-2.0, 0.0}, {2.0, 0.0}}, 4.0, 5);
     const std::size_t ground = mesh.triangles.size();

@@ -355,6 +355,25 @@ TEST_CASE("surfaces leave as STL, OBJ, PLY and one multi-block file") {
     }
 }
 
+TEST_CASE("a material called gas leaves without the gas, and with it under another name", "[foreign]") {
+    const test::Folder folder;
+    const auto exported = [&](const std::string& name, const std::string& arguments) {
+        test::write_bytes(
+            folder.path / "r.toml",
+            "[domain]\nextent = [1.0, 1.0]\ngrid_spacing = 0.1\n[[material]]\nname = \"" + name +
+                "\"\ndensity = 5.0\n[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"" + name +
+                "\"\nthickness = 0.3\n[[step]]\nmodel = \"isotropic\"\nduration = 1.0\nrate = -0.1\n");
+        REQUIRE(test::run_program(folder.path, "run r.toml -o out --overwrite --quiet").exit_code == 0);
+        return test::run_program(folder.path, "export out " + arguments);
+    };
+    const auto refused = exported("gas", "-o x.msh --gas");
+    CHECK(refused.exit_code == 2);
+    CHECK(refused.output.find("--gas: a material has the name gas") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(folder.path / "x.msh"));
+    CHECK(exported("gas", "-o x.msh").exit_code == 0);
+    CHECK(exported("Gas", "-o x.vtu --gas").exit_code == 0);
+}
+
 TEST_CASE("what export cannot do is said", "[foreign][slow]") {
     const test::Folder folder;
     test::write_result_folder(folder.path / "run");

@@ -78,6 +78,36 @@ TEST_CASE("a usage error is this program's, and names it", "[foreign]") {
         CHECK(run_program(folder.path, wrong).output.starts_with("sidewall: "));
 }
 
+TEST_CASE("what a terminal would obey in a name is shown as its code", "[foreign]") {
+    const Folder folder;
+    const std::string clear = "'a\x1b[2J'";
+    sidewall::test::write_bytes(folder.path / "good.toml", kPlain);
+    sidewall::test::write_bytes(folder.path / "a\x1b[2J.toml", kPlain);  // whose name progress tells
+    for (const auto& [arguments, exit_code] : std::initializer_list<std::pair<std::string, int>>{
+             {"run good.toml --set domain.grid_spacing=0.25 -o " + clear, 0},
+             {"inspect " + clear, 0},
+             {"export " + clear + " -o b" + clear + ".vtm", 0},
+             {"export " + clear + " -o " + clear, 2},
+             {"report " + clear + " -o " + clear + ".html", 0},
+             {"render " + clear + ".vtp -o a.png", 3},
+             {"run " + clear + ".toml --set domain.grid_spacing=0.25 -o c", 0},
+             {"check 'b\x1b[2J.toml'", 3},
+             {"check good.toml --set " + clear + "=1", 2},
+             {"run --threads " + clear + " good.toml", 2},
+             {"run good.toml --" + clear, 2},
+             {"sweep good.toml --vary 'step[0].rate=-1,-2' -o " + clear + "2 --quiet --plan --jobs " + clear,
+              2},
+             {clear, 2}}) {
+        const Outcome outcome = run_program(folder.path, arguments);
+        INFO(outcome.output);
+        CHECK(outcome.exit_code == exit_code);
+        CHECK(outcome.output.find('\x1b') == std::string::npos);
+        CHECK(outcome.output.find("\\x1b[2J") != std::string::npos);
+    }
+    check_refused(run_program(folder.path, "sweep good.toml --vary 'step[0].rate=-1,-2' --plan -o 'a\nb'"), 2,
+                  "-o a\\x0ab: --plan prints a command a line");
+}
+
 TEST_CASE("a pipe is no mesh and no recipe", "[foreign]") {
     const Folder folder;
     for (const char* name : {"pipe.vtp", "pipe.toml"})

@@ -1,6 +1,10 @@
+#include <fmt/format.h>
+
+#include <array>
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "surface/files/mesh_io.hpp"
 #include "tests/folder.hpp"
@@ -89,6 +93,39 @@ TEST_CASE("overlapping bodies have the volume of their union, those with an open
     CHECK(volume(first.substr(0, first.rfind("f "))) == Approx(volume(first)).epsilon(1e-6));
 }
 
+TEST_CASE("a body of loose faces whose corners rounding put apart is the whole one, and the user is told",
+          "[foreign]") {
+    const auto loose = [](double noise) {
+        std::istringstream lines(block(-0.263, 1));
+        std::vector<std::array<double, 3>> corners(9);
+        std::string mesh, word;
+        for (int count = 0; lines >> word;)
+            for (int k = 0; k < (word == "v" ? 3 : 4); ++k) {
+                if (word == "v") {
+                    if (k == 0) ++count;
+                    lines >> corners[static_cast<std::size_t>(count)][static_cast<std::size_t>(k)];
+                    continue;
+                }
+                std::size_t corner = 0;
+                lines >> corner;
+                mesh += "v";
+                for (const double x : corners[corner])
+                    mesh += fmt::format(" {}", x + noise * (count++ % 5 - 2));
+                mesh += "\n" + std::string(k == 3 ? "f -4 -3 -2 -1\n" : "");
+            }
+        return run_wafer(mesh, recipe(kOnSilicon, kNothing, "volume_SiO2"), "volume_SiO2");
+    };
+    const MeshWafer exact = loose(0.0), rounded = loose(2e-7), six_digits = loose(2e-6);
+    CHECK(exact.figure == Approx(2.25).epsilon(0.01));
+    // Two faces lie on nodes, beside which rounding puts them: 1e-3 of a spacing on all 13.5 um^2 is the bar.
+    CHECK(rounded.figure == Approx(exact.figure).margin(1e-3 * 0.1 * 13.5));
+    CHECK(six_digits.figure == Approx(exact.figure).margin(1e-3 * 0.1 * 13.5));
+    CHECK_THAT(exact.outcome.output, Contains("16 vertices of the same position"));
+    CHECK_THAT(rounded.outcome.output,
+               Contains("layer[1].file: 16 vertices less than 2.6e-05 from another were merged"));
+    CHECK_THAT(six_digits.outcome.output, Contains("16 vertices less than"));
+}
+
 TEST_CASE("a mesh that cannot be mended is refused with file, layer and place", "[foreign]") {
     const Folder folder;
     // A strip of five squares whose last is glued on with a half turn.
@@ -132,4 +169,40 @@ TEST_CASE("simplify welds triangles with vertices of their own and says so, and 
     const Outcome shown = run_program(folder.path, "inspect loose.vtp");
     CHECK_THAT(shown.output, Contains("import      479 vertices of the same position"));
     CHECK(run_program(folder.path, "inspect welded.vtp").output.find("import") == std::string::npos);
+}
+
+TEST_CASE("a body whose foot lies on the wafer stands on it, whichever way its faces are cut in two",
+          "[foreign]") {
+    // On nodes; every face by the one diagonal and by the other.
+    const double height = GENERATE(0.6, 0.1);
+    const auto cut = [&](std::size_t from) {
+        std::string text;
+        for (int k = 0; k < 8; ++k)
+            text += std::string("v ") + ((k & 1) != 0 ? "0.3" : "-0.3") +
+                    ((k & 2) != 0 ? " 0.2 " : " -0.2 ") + ((k & 4) != 0 ? std::to_string(height) : "0") +
+                    "\n";
+        const int faces[6][4] = {{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5},
+                                 {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+        for (const auto& f : faces)
+            for (const std::size_t second : {from + 1, from + 2})
+                text += "f " + std::to_string(f[from]) + " " + std::to_string(f[second % 4]) + " " +
+                        std::to_string(f[(second + 1) % 4]) + "\n";
+        return text;
+    };
+    const std::string etch = "model = \"isotropic\"\nduration = 0.5\nrate = { Si = -0.2 }\n",
+                      still = recipe(kOnSilicon, kNothing, "volume_SiO2");
+    const double volume = run_wafer(cut(0), still, "volume_SiO2").figure;
+    // Marching cubes cuts every edge by half a cell's area at most: as much as the box of the same size.
+    const std::string box =
+        "[[layer]]\nmaterial = \"Si\"\n[[layer]]\nmaterial = \"SiO2\"\nshape = \"box\"\n"
+        "size = [0.6, 0.4]\nheight = " +
+        std::to_string(height) + "\n";
+    const double as_box = run_wafer(cut(0), recipe(box, kNothing, "volume_SiO2"), "volume_SiO2").figure;
+    CAPTURE(height, as_box);
+    CHECK(volume == Approx(0.24 * height).margin(0.005 * (4.0 + 4.0 * height)));
+    CHECK(volume == Approx(as_box).margin(0.005 * 0.4));
+    CHECK(run_wafer(cut(1), still, "volume_SiO2").figure == Approx(volume).epsilon(1e-6));
+    const std::string etched = recipe(kOnSilicon, etch, "volume_SiO2");
+    CHECK(run_wafer(cut(1), etched, "removed_volume_Si").figure ==
+          Approx(run_wafer(cut(0), etched, "removed_volume_Si").figure).epsilon(1e-3));
 }

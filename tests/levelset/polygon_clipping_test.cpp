@@ -50,6 +50,32 @@ TEST_CASE("a path with mitred bends and flush ends is as large as its length tim
           Approx(4.0 * 300 * 10.0 * std::sin(0.5 * kHalfTurn / 180.0)));
 }
 
+TEST_CASE(
+    "a path whose first or last pieces are shorter than half its width is as large as its length times its width") {
+    const auto both_ways = [](Polygon points, double half_width, double length) {
+        for (int way = 0; way < 2; ++way) {
+            CHECK(path_area(points, {.half_width = half_width}) == Approx(2.0 * half_width * length));
+            CHECK(united(path_polygons(points, {.half_width = half_width})).size() == 1);
+            std::reverse(points.begin(), points.end());
+        }
+    };
+    both_ways({{-3, 0}, {2, 0}, {2, 0.2}}, 0.5, 5.2);
+    both_ways({{-3, 0}, {2, 0}, {2, -0.1}, {2, -0.2}}, 0.5, 5.2);
+    both_ways({{-3, 0}, {1.9, 0}, {2, 0}, {2, 0.2}}, 0.5, 5.2);
+    both_ways({{-3, 0.3}, {-3, 0}, {2, 0}, {2, 0.2}}, 0.5, 5.5);
+    both_ways({{0, 0.2}, {0, 0}, {1.2, 0}, {1.2, 0.2}}, 0.5, 1.6);                    // the whole as one
+    both_ways({{0, 0}, {2, 0}, {2.1, 0.1}, {2.1, 0.2}}, 0.5, 2.1 + std::sqrt(0.02));  // 90 degrees in two
+    both_ways({{-5, 0}, {0, 0}, {-0.15, 0.15 * std::sqrt(3.0)}}, 0.5, 5.3);           // by 120 degrees
+    both_ways({{-5, 0}, {0, 0}, {0.3, 0.3 * std::sqrt(3.0)}, {0.4, 0.3 * std::sqrt(3.0)}}, 0.5, 5.7);
+    // Inside of the bend the side crosses itself, and the triangle that it goes around twice counts once.
+    const double twice = 0.25 - (std::sqrt(0.5) - 0.5);
+    CHECK(path_area({{0, 0}, {2, 0}, {2.1, 0.1}, {2.1, 0.35}}, {.half_width = 0.5}) ==
+          Approx(2.25 + std::sqrt(0.02) - 0.5 * twice * twice));
+    // A square end reaches half the width further: 0.2 is enough beyond it.
+    CHECK(path_area({{-3, 0}, {2, 0}, {2, 0.2}}, {.half_width = 0.5, .end = 0.5}) == Approx(5.7));
+    CHECK(path_area({{-3, 0}, {2, 0}, {2, 1.2}}, {.half_width = 0.5, .end = -1.0}) == Approx(5.2));
+}
+
 TEST_CASE("points on a straight path, near its ends or twice, change nothing") {
     const Polygon straight{{-3, 0}, {2, 0}};
     for (const Polygon& points :

@@ -2,6 +2,7 @@
 #include <cctype>
 
 #include "surface/error.hpp"
+#include "surface/files/mesh_bytes.hpp"
 #include "surface/files/obj.hpp"
 #include "surface/files/ply.hpp"
 #include "surface/files/stl.hpp"
@@ -76,6 +77,34 @@ TEST_CASE("PLY and OBJ are read with a byte order mark", "[foreign]") {
     }
     CHECK_THROWS_WITH(decode_obj("\xfe\xff", "t.obj"), Contains("t.obj: is UTF-16"));
     CHECK_THROWS_WITH(decode_obj("v 0 0 0\n\xc2\xa0 1\n", "t.obj"), Contains("t.obj:2: '"));
+}
+
+TEST_CASE("lines of mesh files end with a line feed, a carriage return or both", "[foreign]") {
+    const std::string ply = ply_of(kPlyVertices + kPlyFaces, kPlySquare + "4 0 1 2 3\n"),
+                      obj = "# by hand\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 4\n";
+    for (const std::string end : {"\n", "\r\n", "\r"}) {
+        const auto ended = [&](std::string text) {
+            for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += end.size())
+                text.replace(at, 1, end);
+            return text;
+        };
+        check_square(decode_stl(ended(square_stl()), "t.stl"));
+        check_square(decode_ply(ended(ply), "t.ply"));
+        check_square(decode_obj(ended(obj), "t.obj"));
+        CHECK_THROWS_WITH(decode_obj(ended("v 0 0 0\n\nv 1 0 x\n"), "t.obj"), Contains("t.obj:3: 'x"));
+        CHECK_THROWS_WITH(decode_stl(ended("solid\nfacet\nvertex 0 0 x\n"), "t.stl"),
+                          Contains("t.stl:3: 'x"));
+        // Binary values that begin with the byte of a line feed follow the header's last line.
+        std::string binary = ended(
+            "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\n"
+            "property float y\nproperty float z\n" +
+            kPlyFaces + "end_header\n");
+        for (const float value : {std::bit_cast<float>(0x0au), 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f})
+            append_value(binary, value);
+        append_value<std::uint8_t>(binary, 3);
+        for (const std::int32_t vertex : {0, 1, 2}) append_value(binary, vertex);
+        CHECK(total_area(decode_ply(binary, "t.ply")) == Approx(0.5));
+    }
 }
 
 TEST_CASE("PLY triangle strips alternate, and minus one begins another", "[foreign]") {

@@ -103,8 +103,9 @@ void RunFolder::claim() {
         if (!listed) take_over();
         return;
     }
-    if (!goes_on_ || listed) refuse_foreign_files(listed.has_value());
-    if (!goes_on_) refuse_other_runs();
+    if (goes_on_) return;
+    refuse_foreign_files(listed.has_value());
+    refuse_other_runs();
 }
 
 RunFolder::Held RunFolder::holds() const {
@@ -196,6 +197,7 @@ void RunFolder::go_on(RunState& state) {
     if (is_there(folder / kManifest) && !state.manifest.empty() &&
         digest_of_names(state.saved) != state.manifest)
         refuse_changed(kManifest);
+    if (!names_.empty()) refuse_foreign_files(true);
     cut_timeline(state);
     remove_file(folder / "summary.json");
     write_file(folder / "recipe.toml", effective_);

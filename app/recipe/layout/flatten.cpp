@@ -83,9 +83,9 @@ struct Flattener {
             }
         for (const AbsolutePath& path : cell.paths)
             if (wanted(path)) {
-                // Pieces of about 64 segments each, four corners a segment, and 200 of both round ends: more
-                // than path_polygons() makes.
-                sum.polygons += 1.0 + static_cast<double>(path.points.size()) / 64.0;
+                // Pieces of about 64 segments each and two ends, four corners a segment, and 200 of both
+                // round ends: more than path_polygons() makes.
+                sum.polygons += 3.0 + static_cast<double>(path.points.size()) / 64.0;
                 sum.corners += 200.0 + 4.0 * static_cast<double>(path.points.size());
             }
         for (const CellReference& r : cell.references) {

@@ -135,6 +135,10 @@ TEST_CASE("GDSII paths end as their type says, and an absolute width is not magn
     CHECK(drawn(path(2, 2000, {5, 5})) == Approx(4e6));
     CHECK(drawn(path(1, 2000, {5, 5})) == Approx(std::numbers::pi * 1e6).epsilon(1.5e-3));
     CHECK(drawn(path(0, 2000, {5, 5})) == 0.0);
+    // A last piece of less than half the width.
+    CHECK(drawn(path(0, 1000, {-3000, 0, 2000, 0, 2000, 200})) == Approx(5.2e6));
+    CHECK(drawn(path(0, -1000, {-3000, 0, 2000, 0, 2000, 200}), 2.0) == Approx(10.4e6));
+    CHECK(drawn(path(4, 1000, {2000, 100, 2000, 0, -3000, 0}, ends(100, 0))) == Approx(5.2e6));
     // Length and width, length alone, length and square ends.
     CHECK(drawn(path(0, 1000, line), 2.0) == Approx(20e6));
     CHECK(drawn(path(0, -1000, line), 2.0) == Approx(10e6));
@@ -154,4 +158,16 @@ TEST_CASE("KLayout's context cell is no layout, and a cell that the file lacks i
     std::set<std::string> missing;
     CHECK(flatten(with_top, "TOP", 1, 0, missing).size() == 2);
     CHECK(missing == std::set<std::string>{"ELSEWHERE"});
+    // Missing below a placed cell, and in an array; a cell of no other layer's polygons is looked into, too.
+    const Layout deep = parse_gds(
+        test::gds_library(test::gds_cell("CHILD", square + test::gds_reference("LOST", {0, 0})) +
+                          test::gds_cell("TOP", test::gds_array("GONE", 3, 2, {0, 0, 900, 0, 0, 800}) +
+                                                    test::gds_array("CHILD", 3, 2, {0, 0, 900, 0, 0, 800}))),
+        "memory");
+    missing.clear();
+    CHECK(flatten(deep, "TOP", 1, 0, missing).size() == 6);
+    CHECK(missing == std::set<std::string>{"GONE", "LOST"});
+    missing.clear();
+    CHECK(flatten(deep, "TOP", 2, 0, missing).empty());
+    CHECK(missing == std::set<std::string>{"GONE", "LOST"});
 }

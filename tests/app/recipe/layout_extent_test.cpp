@@ -18,14 +18,18 @@ using namespace sidewall::app;
 namespace {
 
 // Two squares of 1 um on layer 1, along x at 1.5 and 3.5; lines on layer 63: along x, without width, upward
-// through the first square, drawn downward, and across it at 45 degrees; an L on layer 64.
-const std::string kChip = test::gds_library(
-    test::gds_cell("TOP", test::gds_boundary(1, 0, {1000, -500, 2000, -500, 2000, 500, 1000, 500}) +
-                              test::gds_boundary(1, 0, {3000, -500, 4000, -500, 4000, 500, 3000, 500}) +
-                              test::gds_path(63, 0, 0, {0, 0, 5000, 0}) +
-                              test::gds_path(63, 0, 10, {1500, 2000, 1500, -2000}) +
-                              test::gds_boundary(63, 0, {0, -1500, 3000, 1500, 3000, 1510, 0, -1490}) +
-                              test::gds_path(64, 0, 10, {0, 0, 100, 0, 100, 100})));
+// through the first square, drawn downward, and across it at 45 degrees; an L on layer 64; a square, a
+// triangle and a path half as wide as long on 66 to 68, and one a quarter as wide on 69.
+const std::string kChip = test::gds_library(test::gds_cell(
+    "TOP", test::gds_boundary(1, 0, {1000, -500, 2000, -500, 2000, 500, 1000, 500}) +
+               test::gds_boundary(1, 0, {3000, -500, 4000, -500, 4000, 500, 3000, 500}) +
+               test::gds_path(63, 0, 0, {0, 0, 5000, 0}) +
+               test::gds_path(63, 0, 10, {1500, 2000, 1500, -2000}) +
+               test::gds_boundary(63, 0, {0, -1500, 3000, 1500, 3000, 1510, 0, -1490}) +
+               test::gds_path(64, 0, 10, {0, 0, 100, 0, 100, 100}) +
+               test::gds_boundary(66, 0, {2000, 3000, 4000, 3000, 4000, 5000, 2000, 5000}) +
+               test::gds_boundary(67, 0, {5000, 6000, 7000, 6000, 5000, 8000}) +
+               test::gds_path(68, 0, 1000, {0, 0, 2000, 0}) + test::gds_path(69, 0, 1000, {0, 0, 4000, 0})));
 
 std::string recipe_on(const test::Folder& folder, const std::string& domain, const std::string& mask = "") {
     std::ofstream(folder.path / "chip.gds", std::ios::binary) << kChip;
@@ -75,6 +79,8 @@ TEST_CASE("a profile along a line of the layout has the line's length and is ope
     CHECK_THAT(ends(across),
                Catch::Approx(std::vector{-0.5 * std::sqrt(2.0), 0.495 * std::sqrt(2.0)}).margin(1e-9));
     CHECK(read("1", "padding = 0.3\n").domain.extent[0] == Approx(5.6));
+    CHECK(parse_recipe(recipe_on(folder, "[cut]\nlayer = \"69/0\""), "cut.toml").domain.extent[0] ==
+          Approx(4.0));
     CHECK_THAT(ends(read("1", "", "position = [0.2, 0.1]\n")),
                Catch::Approx(std::vector{-1.3, -0.3, 0.7, 1.7}).margin(1e-9));
 }
@@ -107,6 +113,10 @@ TEST_CASE("a line that is not there, or no line, is refused with what to choose"
         {"[cut]\nlayer = \"63/0\"", "", "3: cut.line: the layer holds 3 lines: choose one, from 1 to 3"},
         {"[cut]\nlayer = \"63/0\"\nline = 4", "", "5: cut.line = 4: the layer holds 3"},
         {"[cut]\nlayer = \"64/0\"", "", "4: cut.layer = \"64/0\": holds a shape that is no straight line"},
+        {"[cut]\nlayer = \"66/0\"", "", "4: cut.layer = \"66/0\": holds a box that is no line at (2, 3)"},
+        {"[cut]\nlayer = \"67/0\"", "",
+         "4: cut.layer = \"67/0\": holds a shape that is no straight line at (5, 6)"},
+        {"[cut]\nlayer = \"68/0\"", "", "4: cut.layer = \"68/0\": holds a box that is no line at (2, 0.5)"},
         {"[cut]\nlayer = \"65/0\"", "", "no polygon on layer 65, datatype 0"},
         {"[cut]\nlayer = \"63\"", "", "such as \"63/0\""},
         {"[cut]", "", "cut.layer: missing"},

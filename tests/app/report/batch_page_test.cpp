@@ -151,6 +151,11 @@ TEST_CASE("the table of steps tells what ended each and its measures, where the 
     CHECK(measured["rows"][0] ==
           Json::parse(R"(["etch", "isotropic", 9.0, 4.0, "depth", 7, 0.95, 0.9, null])"));
     CHECK(measured["rows"][1] == Json::parse(R"(["liner", "isotropic", 1.0, 1.0, "", 2, null, 0.8, null])"));
+    const Json ended = steps(R"(, "endpoint": {"time": 3.5, "bare": null, "over_etch": 0.5})", "");
+    CHECK(names(ended) == std::vector<std::string>{"step", "model", "asked [s]", "took [s]", "ended by",
+                                                   "time steps", "endpoint [s]", "over-etch [s]"});
+    CHECK(ended["rows"][0] == Json::parse(R"(["etch", "isotropic", 9.0, 4.0, "depth", 7, 3.5, 0.5])"));
+    CHECK(ended["rows"][1] == Json::parse(R"(["liner", "isotropic", 1.0, 1.0, "", 2, null, null])"));
 }
 
 TEST_CASE(
