@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -140,7 +141,7 @@ std::vector<std::uint32_t> first_nearby(const TriangleMesh& mesh, double reach) 
     return first;
 }
 
-// How far apart two vertices may be that rounding has put there.
+// How far apart two vertices may be that rounding has put there; 0 where the edges are too short to tell.
 double reach_of(const TriangleMesh& mesh) {
     std::vector<double> edges;
     edges.reserve(3 * mesh.triangles.size());
@@ -149,7 +150,9 @@ double reach_of(const TriangleMesh& mesh) {
             edges.push_back((mesh.vertices[t[k]] - mesh.vertices[t[(k + 1) % 3]]).norm());
     const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
     std::nth_element(edges.begin(), middle, edges.end());
-    return std::min(kReach * bounding_box(mesh).size().norm(), kEdgeReach * *middle);
+    const double diagonal = bounding_box(mesh).size().norm(),
+                 reach = std::min(kReach * diagonal, kEdgeReach * *middle);
+    return reach > std::numeric_limits<double>::epsilon() * diagonal ? reach : 0.0;
 }
 
 void weld(TriangleMesh& mesh, Repairs& done) {

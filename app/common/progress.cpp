@@ -35,9 +35,9 @@ bool LineTimer::due(double fraction, double seconds) {
     return is;
 }
 
-ProgressBar::ProgressBar(std::string title, double total, std::string unit, bool enabled,
+ProgressBar::ProgressBar(const std::string& title, double total, std::string unit, bool enabled,
                          ProgressOptions options)
-    : title_(std::move(title)),
+    : title_(surface::printable(title, true)),
       unit_(std::move(unit)),
       total_(total),
       from_(options.from),
@@ -64,14 +64,13 @@ void ProgressBar::update(double done, std::string_view note) {
         part > began ? clock_text((time - start_) * (1.0 - part) / (part - began)) : "-:--";
     const std::string where =
         fmt::format("{:.4g}/{:.4g} {} ETA {} {}", done, total_, unit_, eta, surface::printable(note, true));
-    const std::string title = surface::printable(title_, true);
     std::string text;
     if (terminal_) {
         constexpr int kWidth = 24;
         const int filled = static_cast<int>(part * kWidth);
-        text = fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {}", title, "", filled, "", kWidth - filled, where);
+        text = fmt::format("\r\033[K{} [{:#<{}}{:.<{}}] {}", title_, "", filled, "", kWidth - filled, where);
     } else {
-        text = fmt::format("{}: {:.0f} %, {}\n", title, std::floor(100.0 * part + 1e-9), where);
+        text = fmt::format("{}: {:.0f} %, {}\n", title_, std::floor(100.0 * part + 1e-9), where);
     }
     std::fputs(text.c_str(), stderr);
     std::fflush(stderr);
@@ -79,8 +78,8 @@ void ProgressBar::update(double done, std::string_view note) {
 
 void ProgressBar::line(std::string_view text) {
     if (!enabled_) return;
-    const std::string whole = fmt::format("{}{}: {}\n", terminal_ ? "\r\033[K" : "",
-                                          surface::printable(title_, true), surface::printable(text));
+    const std::string whole =
+        fmt::format("{}{}: {}\n", terminal_ ? "\r\033[K" : "", title_, surface::printable(text));
     std::fputs(whole.c_str(), stderr);
     std::fflush(stderr);
 }

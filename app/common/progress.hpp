@@ -28,7 +28,7 @@ struct ProgressOptions {
 class ProgressBar {
   public:
     /// \p unit names what is counted, e.g. "s" of process time. \p enabled false silences it altogether.
-    ProgressBar(std::string title, double total, std::string unit, bool enabled = true,
+    ProgressBar(const std::string& title, double total, std::string unit, bool enabled = true,
                 ProgressOptions options = {});
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;

@@ -36,8 +36,8 @@ bool is_profile(const Result& result, double spacing);
 ///
 /// \param result   of a run, with its interfaces.
 /// \param spacing  of the grid that it was run on.
-/// \throws RecipeError if the size or the bottom cannot be, if a material is called `gas` beside the gas, or naming both figures if there is not the memory for what
-///         the size asks for; GeometryError if the surfaces enclose no material.
+/// \throws RecipeError if the size or the bottom cannot be, if a material is called `gas` beside the gas, or naming both
+///         figures if there is not the memory for what the size asks for; GeometryError if the surfaces enclose no material.
 Device make_device(const Result& result, double spacing, const DeviceOptions& options);
 
 /// The grid spacing of the run that wrote a folder, by its effective recipe.
