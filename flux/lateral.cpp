@@ -64,11 +64,11 @@ void require_boundary_on_sides(const TriangleMesh& mesh, const Edges& boundary, 
     const auto off = off_sides(mesh, boundary, box, tolerance);
     if (off == boundary.end()) return;
     throw GeometryError(
-        fmt::format("the surface has a hole, an inconsistently oriented triangle or an end at the edge {} to "
-                    "{}, which is not on a side of its bounding rectangle x {:.6g} to {:.6g}, y {:.6g} to "
-                    "{:.6g}: repair or cut the mesh, or use --boundary open",
-                    text(mesh.vertices[(*off)[0]]), text(mesh.vertices[(*off)[1]]), box.min[0], box.max[0],
-                    box.min[1], box.max[1]));
+        "the surface has a hole, an inconsistently oriented triangle or an end at the edge {} to "
+        "{}, which is not on a side of its bounding rectangle x {:.6g} to {:.6g}, y {:.6g} to "
+        "{:.6g}: repair or cut the mesh, or use --boundary open",
+        text(mesh.vertices[(*off)[0]]), text(mesh.vertices[(*off)[1]]), box.min[0], box.max[0], box.min[1],
+        box.max[1]);
 }
 
 // Whether the edges are connected.
@@ -84,33 +84,32 @@ bool is_one_piece(const Edges& edges, std::size_t vertices) {
 void require_traceable(const TriangleMesh& mesh) {
     if (mesh.triangles.empty()) throw GeometryError("the mesh has no triangle: nothing can be traced");
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        if (!mesh.vertices[i].allFinite())
-            throw GeometryError(fmt::format("vertex {} is not finite: repair the mesh", i));
+        if (!mesh.vertices[i].allFinite()) throw GeometryError("vertex {} is not finite: repair the mesh", i);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         for (const std::uint32_t v : mesh.triangles[t])
             if (v >= mesh.vertices.size())
-                throw GeometryError(fmt::format("triangle {} names vertex {}, but there are only {} vertices",
-                                                t, v, mesh.vertices.size()));
+                throw GeometryError("triangle {} names vertex {}, but there are only {} vertices", t, v,
+                                    mesh.vertices.size());
     const Box3 bounds = bounding_box(mesh);
     const double size = bounds.size().maxCoeff();
     const double reach = bounds.min.cwiseAbs().cwiseMax(bounds.max.cwiseAbs()).maxCoeff();
     if (!(size > 1e-9 && size < 1e9))
-        throw GeometryError(fmt::format(
-            "the mesh measures {:.3g} length units: choose a unit in which it measures 1e-9 to 1e9", size));
+        throw GeometryError(
+            "the mesh measures {:.3g} length units: choose a unit in which it measures 1e-9 to 1e9", size);
     // Embree's edge functions are products of two edges and more, in single precision.
     constexpr double kLeastArea = 1e-17;
     const double area = total_area(mesh) / static_cast<double>(mesh.triangles.size());
     if (area > 0.0 && area < kLeastArea)
-        throw GeometryError(fmt::format(
+        throw GeometryError(
             "the triangles' mean area is {:.3g} square length units: choose a smaller unit, in which it is {:g} or "
             "more",
-            area, kLeastArea));
+            area, kLeastArea);
     if (reach > 1e3 * size)
         throw GeometryError(
-            fmt::format("the mesh measures {:.3g} but lies {:.3g} away from the origin, which single "
-                        "precision does not resolve: "
-                        "move it to the origin",
-                        size, reach));
+            "the mesh measures {:.3g} but lies {:.3g} away from the origin, which single "
+            "precision does not resolve: "
+            "move it to the origin",
+            size, reach);
 }
 
 LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundary) {
@@ -120,8 +119,8 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
     LateralBox box{{bounds.min.x(), bounds.min.y()}, {bounds.max.x(), bounds.max.y()}, boundary};
     for (int axis = 0; axis < 2; ++axis)
         if (!(box.max[axis] - box.min[axis] > 1e3 * tolerance))
-            throw GeometryError(fmt::format(
-                "the mesh has no extent along {}: it cannot receive particles from above", "xy"[axis]));
+            throw GeometryError("the mesh has no extent along {}: it cannot receive particles from above",
+                                "xy"[axis]);
 
     const auto ends = unpaired_edges(mesh);
     const bool open = boundary[0] == Boundary::open && boundary[1] == Boundary::open;
@@ -141,9 +140,9 @@ LateralBox lateral_box(const TriangleMesh& mesh, std::array<Boundary, 2> boundar
             "triangles");
     if (!open && std::abs(seen - box.area()) > slack)
         throw GeometryError(
-            fmt::format("the surface covers {:.6g} of its bounding rectangle's area {:.6g} seen from above: "
-                        "its boundary must go once around the rectangle; use --boundary open",
-                        seen, box.area()));
+            "the surface covers {:.6g} of its bounding rectangle's area {:.6g} seen from above: "
+            "its boundary must go once around the rectangle; use --boundary open",
+            seen, box.area());
     return box;
 }
 

@@ -122,9 +122,7 @@ void emit_thermal(const Batch& batch, Rays& rays) {
 void emit_beam(const Species& species, RandomKey key, const Batch& batch, Rays& rays) {
     const double horizontal = std::hypot(species.beam.x(), species.beam.y());
     const auto set = [&](std::size_t row, const Vec3& d, double energy) {
-        rays.dx[row] = static_cast<float>(d.x());
-        rays.dy[row] = static_cast<float>(d.y());
-        rays.dz[row] = static_cast<float>(d.z());
+        set_vector(d, rays.dx, rays.dy, rays.dz, row);
         rays.energy[row] = static_cast<float>(energy);
     };
     for (std::size_t row = 0; row < rays.count; ++row) {

@@ -1,6 +1,5 @@
 #include "flux/wedges.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -49,8 +48,8 @@ void group_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corners
 Wedges make_wedges(const TriangleMesh& mesh, std::span<const std::int32_t> materials, double crease) {
     require_traceable(mesh);
     if (!materials.empty() && materials.size() != mesh.triangles.size())
-        throw GeometryError(fmt::format("{} materials for {} triangles: give one a triangle",
-                                        materials.size(), mesh.triangles.size()));
+        throw GeometryError("{} materials for {} triangles: give one a triangle", materials.size(),
+                            mesh.triangles.size());
     const std::vector<Vec3> normals = triangle_normals(mesh);
     const double cosine = std::cos(crease);
     const auto smooth = [&](std::uint32_t s, std::uint32_t t) {

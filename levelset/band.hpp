@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "levelset/domain.hpp"
+#include "levelset/narrow_band.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "surface/extraction/leaf_table.hpp"
 
@@ -43,5 +44,10 @@ std::vector<std::uint8_t> with_readers(const Band& band, const Domain& domain,
 
 /// Activates the face neighbours of the awake leaves' voxels, across a periodic side too, within the domain.
 void grow(Band& band, Grid& grid, const Domain& domain);
+
+/// Gives the nodes of leaves that the growing band has made the side of the front that their neighbours lie on, and the
+/// value of the band's edge. Until then they hold the value of the tile they replace, whose sign means nothing.
+/// \note Parallel; the same bits on any number of threads.
+void sign_new_leaves(const Band& band, const Grid& grid, const Domain& domain);
 
 }  // namespace sidewall::levelset

@@ -1,7 +1,5 @@
 #include "levelset/domain.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 
 #include "surface/error.hpp"
@@ -13,20 +11,18 @@ Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side
     constexpr double kLargestChange = 0.25;  // relative change of the spacing
     constexpr double kMostCells = 1e6;       // node indices stay far from integer overflow
     if (!(spacing > 0.0) || !std::isfinite(spacing))
-        throw RecipeError(fmt::format("domain.grid_spacing = {}: must be positive", spacing));
+        throw RecipeError("domain.grid_spacing = {}: must be positive", spacing);
     for (double e : extent) {
         if (!(e > 0.0) || !std::isfinite(e))
-            throw RecipeError(
-                fmt::format("domain.extent = [{}, {}]: both must be positive", extent[0], extent[1]));
+            throw RecipeError("domain.extent = [{}, {}]: both must be positive", extent[0], extent[1]);
         if (e / spacing > kMostCells)
-            throw RecipeError(fmt::format(
+            throw RecipeError(
                 "domain.grid_spacing = {}: an extent of {} would need {:.3g} cells; use a larger spacing",
-                spacing, e, e / spacing));
+                spacing, e, e / spacing);
     }
     if (spacing > (1.0 + kLargestChange) * std::min(extent[0], extent[1]))
-        throw RecipeError(
-            fmt::format("domain.grid_spacing = {}: is larger than the extent [{}, {}]; use a smaller one",
-                        spacing, extent[0], extent[1]));
+        throw RecipeError("domain.grid_spacing = {}: is larger than the extent [{}, {}]; use a smaller one",
+                          spacing, extent[0], extent[1]);
     // The shorter side limits how the spacing can be rounded; try its cell counts from the nearest outwards.
     const std::size_t s = extent[0] <= extent[1] ? 0 : 1;
     const double wanted = extent[s] / spacing;
@@ -50,11 +46,11 @@ Domain make_domain(std::array<double, 2> extent, double spacing, std::array<Side
             return domain;
         }
     }
-    throw RecipeError(fmt::format(
+    throw RecipeError(
         "domain.extent = [{:.10g}, {:.10g}]: no grid spacing near {:.10g} divides both; make one a "
         "whole number of cells of the other, e.g. [{:.10g}, {:.10g}]",
         extent[0], extent[1], spacing, std::round(extent[0] / spacing) * spacing,
-        std::round(extent[1] / spacing) * spacing));
+        std::round(extent[1] / spacing) * spacing);
 }
 
 }  // namespace sidewall::levelset

@@ -10,7 +10,6 @@
 #include "levelset/block.hpp"
 #include "levelset/edge_distance.hpp"
 #include "levelset/large_vector.hpp"
-#include "levelset/new_leaves.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/row.hpp"
 #include "surface/error.hpp"

@@ -1,6 +1,5 @@
 #include "simplify/collapse.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -177,8 +176,7 @@ CollapseEngine::CollapseEngine(const TriangleMesh& mesh, const Options& options)
 void CollapseEngine::set_features(std::span<const std::uint8_t> features) {
     const std::size_t n = input_.vertices.size();
     if (features.size() != n)
-        throw GeometryError(
-            fmt::format("{} feature flags for {} vertices: give one a vertex", features.size(), n));
+        throw GeometryError("{} feature flags for {} vertices: give one a vertex", features.size(), n);
     for (std::size_t v = 0; v < n; ++v) {
         std::uint8_t& flags = state_.mesh.state[v].flags;
         flags = static_cast<std::uint8_t>((flags & ~kFeature) | (features[v] != 0 ? kFeature : 0));
@@ -191,8 +189,7 @@ void CollapseEngine::set_max_lengths(std::span<const double> graded, std::span<c
     for (std::size_t which = 0; which < 2; ++which) {
         const std::span<const double> lengths = which == 0 ? graded : fixed;
         if (lengths.size() != n && !lengths.empty())
-            throw GeometryError(
-                fmt::format("{} edge lengths for {} vertices: give one a vertex", lengths.size(), n));
+            throw GeometryError("{} edge lengths for {} vertices: give one a vertex", lengths.size(), n);
         state_.max_length_at[which].clear();
         for (const double length : lengths)
             state_.max_length_at[which].push_back(static_cast<float>(length * state_.mesh.scale));

@@ -49,13 +49,13 @@ std::span<const std::uint32_t> running_to(const TriangleMesh& mesh, std::span<co
     const std::string edge = fmt::format("edge between {} and {}", place(mesh, a), place(mesh, b));
     if (triangles > 2)
         throw GeometryError(
-            fmt::format("{} has {} triangles, so the surface is not manifold; remove duplicate or "
-                        "inner triangles there",
-                        edge, triangles));
+            "{} has {} triangles, so the surface is not manifold; remove duplicate or "
+            "inner triangles there",
+            edge, triangles);
     throw GeometryError(
-        fmt::format("{}: its two triangles are oriented against each other; reverse one side so that "
-                    "all normals point out of the material, or remove duplicate triangles",
-                    edge));
+        "{}: its two triangles are oriented against each other; reverse one side so that "
+        "all normals point out of the material, or remove duplicate triangles",
+        edge);
 }
 
 /// Whether the triangles around a vertex form one fan: walking from edge to edge reaches them all.
@@ -87,26 +87,24 @@ double unit_scale(const TriangleMesh& mesh) {
 
 void check_arrays(const TriangleMesh& mesh) {
     if (mesh.triangles.size() >= kNoHalfedge / 3 || mesh.vertices.size() >= kNoHalfedge)
-        throw GeometryError(
-            fmt::format("mesh of {} triangles: at most {} can be simplified at once; split it",
-                        mesh.triangles.size(), kNoHalfedge / 3 - 1));
+        throw GeometryError("mesh of {} triangles: at most {} can be simplified at once; split it",
+                            mesh.triangles.size(), kNoHalfedge / 3 - 1);
     constexpr double kLargest = 1e50;  // costs hold sixth powers of lengths
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
         if (!mesh.vertices[v].allFinite())
-            throw GeometryError(fmt::format("vertex {} is not finite; repair or extract the mesh again", v));
+            throw GeometryError("vertex {} is not finite; repair or extract the mesh again", v);
         if (mesh.vertices[v].cwiseAbs().maxCoeff() > kLargest)
-            throw GeometryError(fmt::format("{} is too large a coordinate; scale the mesh to its length unit",
-                                            place(mesh, static_cast<std::uint32_t>(v))));
+            throw GeometryError("{} is too large a coordinate; scale the mesh to its length unit",
+                                place(mesh, static_cast<std::uint32_t>(v)));
     }
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const auto [a, b, c] = mesh.triangles[t];
         if (std::max({a, b, c}) >= mesh.vertices.size())
-            throw GeometryError(
-                fmt::format("triangle {} names vertex {}, but there are only {}; the mesh is damaged", t,
-                            std::max({a, b, c}), mesh.vertices.size()));
+            throw GeometryError("triangle {} names vertex {}, but there are only {}; the mesh is damaged", t,
+                                std::max({a, b, c}), mesh.vertices.size());
         if (a == b || b == c || c == a)
-            throw GeometryError(fmt::format("triangle {} uses {} twice; remove degenerate triangles first", t,
-                                            place(mesh, a == b ? a : c)));
+            throw GeometryError("triangle {} uses {} twice; remove degenerate triangles first", t,
+                                place(mesh, a == b ? a : c));
     }
 }
 
@@ -141,9 +139,9 @@ std::vector<std::uint32_t> opposite_halfedges(const TriangleMesh& mesh) {
         const std::uint32_t reached = fan_size(out, opposite, v);
         if (reached != out[v].size())
             throw GeometryError(
-                fmt::format("{}: only {} of its {} triangles hang together by edges, so the surface is not "
-                            "manifold; give each part its own copy of the vertex",
-                            place(mesh, v), reached, out[v].size()));
+                "{}: only {} of its {} triangles hang together by edges, so the surface is not "
+                "manifold; give each part its own copy of the vertex",
+                place(mesh, v), reached, out[v].size());
     }
     return opposite;
 }

@@ -1,7 +1,5 @@
 #include "simplify/simplify.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -41,9 +39,9 @@ void check_growth(const TriangleMesh& mesh, double growth) {
     const double mean = base_length(mesh, {}, {});
     if (growth < kShortest * mean)
         throw RecipeError(
-            fmt::format("simplify.step = {}: less than {} of the mean edge length {:.4g}, which would take "
-                        "thousands of passes; use a tenth of it or more",
-                        growth, kShortest, mean));
+            "simplify.step = {}: less than {} of the mean edge length {:.4g}, which would take "
+            "thousands of passes; use a tenth of it or more",
+            growth, kShortest, mean);
 }
 
 /// The next length of the schedule at which an edge of length \p shortest may collapse: no pass without

@@ -29,16 +29,15 @@ constexpr double kLindstromTurkLengths = 2.0;
 void check_length(std::string_view key, double value, bool zero_allowed, bool infinite_allowed) {
     const bool low = zero_allowed ? value >= 0.0 : value > 0.0;
     if (!low || (!infinite_allowed && std::isinf(value)))
-        throw RecipeError(fmt::format("simplify.{} = {}: must be a {} length in the mesh's unit", key, value,
-                                      zero_allowed ? "non-negative" : "positive"));
+        throw RecipeError("simplify.{} = {}: must be a {} length in the mesh's unit", key, value,
+                          zero_allowed ? "non-negative" : "positive");
 }
 
 void check_weights(const Weights& weights) {
     for (const auto& [key, value] :
          {std::pair{"volume", weights.volume}, {"boundary", weights.boundary}, {"shape", weights.shape}})
         if (!(value >= 0.0) || std::isinf(value))
-            throw RecipeError(
-                fmt::format("simplify.weights: {} = {}: must be finite and not negative", key, value));
+            throw RecipeError("simplify.weights: {} = {}: must be finite and not negative", key, value);
     if (weights.volume + weights.shape <= 0.0)
         throw RecipeError(
             "simplify.weights: volume and shape are both 0, which leaves edges off the boundary without a "
@@ -63,7 +62,7 @@ Method method_from_string(std::string_view name) {
         if (known == name) return method;
         names += fmt::format("{}{}", names.empty() ? "" : ", ", known);
     }
-    throw RecipeError(fmt::format("simplify.method = \"{}\": must be one of {}", name, names));
+    throw RecipeError("simplify.method = \"{}\": must be one of {}", name, names);
 }
 
 double base_length(const TriangleMesh& mesh, std::span<const std::uint8_t> features,
@@ -73,8 +72,8 @@ double base_length(const TriangleMesh& mesh, std::span<const std::uint8_t> featu
         return *grid_spacing;
     }
     if (!features.empty() && features.size() != mesh.vertices.size())
-        throw GeometryError(fmt::format("{} feature flags for {} vertices: give one a vertex",
-                                        features.size(), mesh.vertices.size()));
+        throw GeometryError("{} feature flags for {} vertices: give one a vertex", features.size(),
+                            mesh.vertices.size());
     check_arrays(mesh);
     double feature_sum = 0.0, sum = 0.0;
     std::size_t feature_edges = 0;

@@ -1,6 +1,5 @@
 #include "surface/curvature.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -178,9 +177,9 @@ double auto_feature_parameter(std::span<const double> mean, std::span<const doub
 std::vector<std::uint8_t> feature_flags(const Curvature& curvature, double spacing,
                                         double feature_parameter) {
     if (!(spacing > 0.0) || !std::isfinite(spacing))
-        throw GeometryError(fmt::format("grid spacing {}: must be a positive length", spacing));
+        throw GeometryError("grid spacing {}: must be a positive length", spacing);
     if (!(feature_parameter > 0.0) || !std::isfinite(feature_parameter))
-        throw GeometryError(fmt::format("feature parameter {}: must be positive", feature_parameter));
+        throw GeometryError("feature parameter {}: must be positive", feature_parameter);
     const double limit = feature_parameter / spacing;
     std::vector<std::uint8_t> flags(curvature.mean.size());
     for (std::size_t i = 0; i < flags.size(); ++i)

@@ -60,8 +60,7 @@ Plane parse_plane(const std::string& text) {
                                      ? std::from_chars_result{text.data(), std::errc::invalid_argument}
                                      : std::from_chars(text.data() + 2, end, plane.offset);
     if (failure != std::errc{} || last != end || !std::isfinite(plane.offset))
-        throw RecipeError(
-            fmt::format("cut plane '{}': must be x, y or z, '=' and a number, such as y=0", text));
+        throw RecipeError("cut plane '{}': must be x, y or z, '=' and a number, such as y=0", text);
     plane.normal = Vec3::Unit(axis);
     return plane;
 }

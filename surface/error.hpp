@@ -1,5 +1,8 @@
 #pragma once
+#include <fmt/core.h>
+
 #include <stdexcept>
+#include <utility>
 
 namespace sidewall {
 
@@ -7,6 +10,10 @@ namespace sidewall {
 class Error : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
+    /// A message as fmt::format makes it.
+    template <class First, class... Rest>
+    Error(fmt::format_string<First, Rest...> text, First&& first, Rest&&... rest)
+        : runtime_error(fmt::format(text, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
     /// What the program returns to the shell.
     virtual int exit_code() const noexcept = 0;
 };

@@ -1,7 +1,5 @@
 #include "surface/orientation.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -66,10 +64,10 @@ std::vector<Piece> make_agree(TriangleMesh& mesh, std::vector<std::uint8_t>& tur
                     piece.triangles.push_back(other);
                 } else if (turned[other] != wanted) {
                     const Vec3 c = triangle_centroid(mesh, other);
-                    throw GeometryError(fmt::format(
+                    throw GeometryError(
                         "the surface has one side only: around triangle {} at ({:.6g}, {:.6g}, {:.6g}) no "
                         "orientation fits all triangles; repair the mesh",
-                        other, c.x(), c.y(), c.z()));
+                        other, c.x(), c.y(), c.z());
                 }
             }
         }
@@ -140,10 +138,10 @@ std::vector<Link> lid_edges(const TriangleMesh& mesh) {
         if (corners.size() == 1) links.push_back({to, from});
         if (corners.size() == 1 || corners.size() % 2 == 0) continue;
         const Vec3 &p = mesh.vertices[from], &q = mesh.vertices[to];
-        throw GeometryError(fmt::format(
+        throw GeometryError(
             "{} triangles meet at the edge from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}): they do not tell "
             "inside from outside; take inner walls out of the mesh",
-            corners.size(), p.x(), p.y(), p.z(), q.x(), q.y(), q.z()));
+            corners.size(), p.x(), p.y(), p.z(), q.x(), q.y(), q.z());
     }
     return links;
 }
@@ -191,10 +189,10 @@ std::size_t close_openings(TriangleMesh& mesh, const RepairOptions& options) {
             if (part <= kNothing * area) mesh.triangles.pop_back();  // of a slit
         }
         if (!chain.closed || lid > kLargest * area)
-            throw GeometryError(fmt::format(
+            throw GeometryError(
                 "the mesh is not closed: around ({:.6g}, {:.6g}, {:.6g}) it has an opening, {:.3g} of its area: "
                 "close it, or let it reach the domain's sides",
-                middle.x(), middle.y(), middle.z(), lid / area));
+                middle.x(), middle.y(), middle.z(), lid / area);
         ++closed;
     }
     return closed;
@@ -225,11 +223,11 @@ void orient(TriangleMesh& mesh, const RepairOptions& options, Repairs& done) {
             if (hidden != (front + back == 0.0)) continue;
             if (std::min(front, back) > 0.25 * (front + back)) {
                 const Vec3 c = triangle_centroid(mesh, piece.triangles.front());
-                throw GeometryError(fmt::format(
+                throw GeometryError(
                     "from above, the piece of the surface around ({:.6g}, {:.6g}, {:.6g}) shows its front in "
                     "some places and its back in others: it does not tell which side is the material's; close "
                     "the mesh, or cut away what is open to behind",
-                    c.x(), c.y(), c.z()));
+                    c.x(), c.y(), c.z());
             }
             if (hidden ? !better_reversed(mesh, scene ? &*scene : nullptr, piece, turned) : back <= front)
                 continue;

@@ -3,9 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "surface/error.hpp"
 
@@ -40,30 +38,24 @@ RTCRay make_ray(const Vec3& origin, const Vec3& direction, double t_min, double 
 
 }  // namespace
 
-struct RayScene::Impl {
-    RTCDevice device = nullptr;
-    RTCScene scene = nullptr;
-    std::vector<Vec3> vertices;
-    std::vector<Triangle> triangles;
-    double top = 0.0;
-    ~Impl() {
-        if (scene) rtcReleaseScene(scene);
-        if (device) rtcReleaseDevice(device);
-    }
-};
+void RayScene::Release::operator()(RTCDeviceTy* device) const {
+    rtcReleaseDevice(device);
+}
 
-RayScene::RayScene(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+void RayScene::Release::operator()(RTCSceneTy* scene) const {
+    rtcReleaseScene(scene);
+}
+
+RayScene::RayScene(const TriangleMesh& mesh) : vertices_(mesh.vertices), triangles_(mesh.triangles) {
     if (mesh.triangles.empty()) throw GeometryError("cannot trace an empty mesh: it has no triangle");
-    impl_->vertices = mesh.vertices;
-    impl_->triangles = mesh.triangles;
-    impl_->top = bounding_box(mesh).max.z();
-    impl_->device = rtcNewDevice(kDevice);
-    if (!impl_->device) throw NumericsError(kNoMemory);
-    impl_->scene = rtcNewScene(impl_->device);
-    rtcSetSceneFlags(impl_->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_MEDIUM);
+    top_ = bounding_box(mesh).max.z();
+    device_.reset(rtcNewDevice(kDevice));
+    if (!device_) throw NumericsError(kNoMemory);
+    scene_.reset(rtcNewScene(device_.get()));
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_MEDIUM);
 
-    RTCGeometry geometry = rtcNewGeometry(impl_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
     auto* indices = static_cast<std::uint32_t*>(
@@ -76,30 +68,10 @@ RayScene::RayScene(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
         std::copy(mesh.triangles[t].begin(), mesh.triangles[t].end(), indices + 3 * t);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(impl_->scene, geometry);
+    rtcAttachGeometry(scene_.get(), geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(impl_->scene);
-    if (rtcGetDeviceError(impl_->device) != RTC_ERROR_NONE) throw NumericsError(kNoMemory);
-}
-
-RayScene::~RayScene() = default;
-RayScene::RayScene(RayScene&&) noexcept = default;
-RayScene& RayScene::operator=(RayScene&&) noexcept = default;
-
-std::span<const Vec3> RayScene::vertices() const {
-    return impl_->vertices;
-}
-
-std::span<const Triangle> RayScene::triangles() const {
-    return impl_->triangles;
-}
-
-double RayScene::top() const {
-    return impl_->top;
-}
-
-RTCSceneTy* RayScene::handle() const {
-    return impl_->scene;
+    rtcCommitScene(scene_.get());
+    if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw NumericsError(kNoMemory);
 }
 
 RayHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
@@ -108,7 +80,7 @@ RayHit RayScene::closest_hit(const Vec3& origin, const Vec3& direction, double t
     RTCRayHit query{};
     query.ray = make_ray(origin, direction, t_min, t_max);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(impl_->scene, &context, &query);
+    rtcIntersect1(scene_.get(), &context, &query);
     RayHit hit;
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
     hit.triangle = query.hit.primID;
@@ -135,14 +107,14 @@ void RayScene::closest_hits(const int* active, RayPacket& packet) const {
         packet.id[i] = packet.flags[i] = 0;
         packet.geometry[i] = packet.triangle[i] = kNoTriangle;
     }
-    rtcIntersect8(active, impl_->scene, &context, reinterpret_cast<RTCRayHit8*>(&packet));
+    rtcIntersect8(active, scene_.get(), &context, reinterpret_cast<RTCRayHit8*>(&packet));
 }
 
 bool RayScene::occluded(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     RTCRay ray = make_ray(origin, direction, t_min, t_max);
-    rtcOccluded1(impl_->scene, &context, &ray);
+    rtcOccluded1(scene_.get(), &context, &ray);
     return ray.tfar < 0.0f;
 }
 
@@ -183,8 +155,7 @@ SurfaceHit closest_point_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b
 namespace {
 
 struct ClosestPointQuery {
-    const std::vector<Vec3>* vertices;
-    const std::vector<Triangle>* triangles;
+    const RayScene& scene;
     Vec3 query;
     double padding;  // the scene's single-precision rounding, so that no nearer triangle is missed
     SurfaceHit best;
@@ -192,8 +163,8 @@ struct ClosestPointQuery {
 
 bool visit_triangle(RTCPointQueryFunctionArguments* args) {
     auto* state = static_cast<ClosestPointQuery*>(args->userPtr);
-    const auto [a, b, c] = (*state->triangles)[args->primID];
-    const auto& v = *state->vertices;
+    const auto [a, b, c] = state->scene.triangles()[args->primID];
+    const auto v = state->scene.vertices();
     SurfaceHit hit = closest_point_on_triangle(state->query, v[a], v[b], v[c]);
     hit.triangle = args->primID;
     // Ties go to the lower index, so that the answer does not depend on the traversal order.
@@ -211,7 +182,7 @@ bool visit_triangle(RTCPointQueryFunctionArguments* args) {
 
 SurfaceHit RayScene::closest_point(const Vec3& query, double radius) const {
     const double padding = 1e-6 * query.cwiseAbs().maxCoeff();
-    ClosestPointQuery state{&impl_->vertices, &impl_->triangles, query, padding, {}};
+    ClosestPointQuery state{*this, query, padding, {}};
     state.best.distance = radius;
     RTCPointQuery point{};
     point.x = static_cast<float>(query.x());
@@ -220,7 +191,7 @@ SurfaceHit RayScene::closest_point(const Vec3& query, double radius) const {
     point.radius = static_cast<float>(radius * (1.0 + 1e-6) + padding);
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(impl_->scene, &point, &context, visit_triangle, &state);
+    rtcPointQuery(scene_.get(), &point, &context, visit_triangle, &state);
     if (!state.best) state.best = SurfaceHit{};
     return state.best;
 }

@@ -6,6 +6,7 @@
 
 #include "surface/triangle_mesh.hpp"
 
+struct RTCDeviceTy;
 struct RTCSceneTy;
 
 namespace sidewall::surface {
@@ -48,9 +49,6 @@ class RayScene {
     /// Builds the hierarchy in parallel; O(n log n).
     /// \throws GeometryError if the mesh has no triangle.
     explicit RayScene(const TriangleMesh& mesh);
-    ~RayScene();
-    RayScene(RayScene&&) noexcept;
-    RayScene& operator=(RayScene&&) noexcept;
 
     /// Nearest hit of the ray origin + t direction, t in [t_min, t_max]; no triangle if it hits nothing.
     RayHit closest_hit(const Vec3& origin, const Vec3& direction, double t_min, double t_max) const;
@@ -67,18 +65,25 @@ class RayScene {
     SurfaceHit closest_point(const Vec3& query, double radius) const;
 
     /// The mesh as it was given, in double precision.
-    std::span<const Vec3> vertices() const;
-    std::span<const Triangle> triangles() const;
+    std::span<const Vec3> vertices() const { return vertices_; }
+    std::span<const Triangle> triangles() const { return triangles_; }
 
     /// z of the highest vertex.
-    double top() const;
+    double top() const { return top_; }
 
     /// Embree's own scene, for benchmarks. Robust flag set. Geometry id 0, primitive = triangle.
-    RTCSceneTy* handle() const;
+    RTCSceneTy* handle() const { return scene_.get(); }
 
   private:
-    struct Impl;
-    std::unique_ptr<Impl> impl_;
+    struct Release {
+        void operator()(RTCDeviceTy* device) const;
+        void operator()(RTCSceneTy* scene) const;
+    };
+    std::vector<Vec3> vertices_;
+    std::vector<Triangle> triangles_;
+    double top_ = 0.0;
+    std::unique_ptr<RTCDeviceTy, Release> device_;
+    std::unique_ptr<RTCSceneTy, Release> scene_;
 };
 
 /// Closest point of the triangle a, b, c to p and its barycentric weights (of b and c). Ericson, Real-Time

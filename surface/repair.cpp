@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/functional/hash.hpp>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -40,28 +42,15 @@ std::size_t odd_edges(const TriangleMesh& mesh) {
 
 // By vertex, the first one of the same position.
 std::vector<std::uint32_t> first_of_position(const TriangleMesh& mesh) {
-    const auto key = [&](std::uint32_t v) {
-        const Vec3& p = mesh.vertices[v];
-        return std::array{p.x(), p.y(), p.z()};
-    };
-    std::vector<std::uint32_t> order(mesh.vertices.size()), first(order.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? first[order[i - 1]] : order[i];
-    return first;
-}
-
-// Keeps the values of the elements in \p kept, in its order.
-void keep(std::vector<Attribute>& attributes, const std::vector<std::uint32_t>& kept) {
-    for (Attribute& attribute : attributes) {
-        const auto n = static_cast<std::size_t>(attribute.components);
-        std::vector<double> values;
-        for (const std::uint32_t i : kept)
-            for (std::size_t k = 0; k < n; ++k) values.push_back(attribute.values[n * i + k]);
-        attribute.values = std::move(values);
+    using Place = std::array<double, 3>;
+    std::unordered_map<Place, std::uint32_t, boost::hash<Place>> seen;
+    std::vector<std::uint32_t> first;
+    for (const Vec3& p : mesh.vertices) {
+        const auto v = static_cast<std::uint32_t>(first.size());
+        // Adding zero makes -0 and 0 the same place.
+        first.push_back(seen.try_emplace({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}, v).first->second);
     }
+    return first;
 }
 
 // The mesh with every vertex v replaced by first[v], and without those that no triangle names then.
@@ -79,22 +68,18 @@ TriangleMesh merged(const TriangleMesh& mesh, const std::vector<std::uint32_t>& 
         kept.push_back(v);
         result.vertices.push_back(mesh.vertices[v]);
     }
-    keep(result.vertex_attributes, kept);
+    for (Attribute& attribute : result.vertex_attributes) take_elements(attribute, kept);
     for (const auto& [a, b, c] : mesh.triangles)
         result.triangles.push_back({number[first[a]], number[first[b]], number[first[c]]});
     return result;
 }
 
 std::size_t drop_unused(TriangleMesh& mesh) {
-    std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
-    for (const Triangle& t : mesh.triangles)
-        for (const std::uint32_t v : t) used[v] = 1;
-    const auto dropped = static_cast<std::size_t>(std::ranges::count(used, 0));
-    if (dropped == 0) return 0;
-    std::vector<std::uint32_t> itself(mesh.vertices.size());
+    const std::size_t before = mesh.vertices.size();
+    std::vector<std::uint32_t> itself(before);
     std::iota(itself.begin(), itself.end(), 0u);
     mesh = merged(mesh, itself);
-    return dropped;
+    return before - mesh.vertices.size();
 }
 
 // By vertex, itself or the nearest one before it on an edge of one triangle that is no farther than \p reach.
@@ -186,7 +171,7 @@ std::size_t keep_triangles(TriangleMesh& mesh, const std::vector<std::uint8_t>& 
         triangles.push_back(mesh.triangles[t]);
     }
     mesh.triangles = std::move(triangles);
-    keep(mesh.triangle_attributes, order);
+    for (Attribute& attribute : mesh.triangle_attributes) take_elements(attribute, order);
     return dropped;
 }
 

@@ -172,7 +172,6 @@ Topology analyse_topology(const TriangleMesh& mesh) {
             const std::uint32_t to = from == table.edges[e][0] ? table.edges[e][1] : table.edges[e][0];
             boundary.push_back({from, to});
             topology.boundary.push_back({from, to});
-            for (const std::uint32_t v : table.edges[e]) topology.boundary_vertices.push_back(v);
         } else if (uses.size() == 2) {
             topology.inconsistent_edges += start(uses[0]) == start(uses[1]);
         } else {
@@ -180,10 +179,6 @@ Topology analyse_topology(const TriangleMesh& mesh) {
         }
     }
     topology.boundary_edges = boundary.size();
-    std::sort(topology.boundary_vertices.begin(), topology.boundary_vertices.end());
-    topology.boundary_vertices.erase(
-        std::unique(topology.boundary_vertices.begin(), topology.boundary_vertices.end()),
-        topology.boundary_vertices.end());
     for (const Chain& chain : join_links(boundary)) {
         for (const std::uint32_t link : chain.links)
             topology.boundary_loops.items.push_back(static_cast<std::uint32_t>(boundary[link].from));

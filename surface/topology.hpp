@@ -90,7 +90,6 @@ struct Topology {
     std::size_t degenerate_triangles = 0;  ///< of zero area, repeated vertices included
     std::size_t duplicate_triangles = 0;   ///< of the same three vertices as an earlier one
     std::vector<std::array<std::uint32_t, 2>> boundary;  ///< boundary edges as their triangle runs along them
-    std::vector<std::uint32_t> boundary_vertices;        ///< ascending
     Rows boundary_loops;  ///< vertices in order, material on the left; an open chain only where not manifold
 
     /// V - E + F: 2 for a sphere, 0 for a torus, 1 for a disk.

@@ -4,7 +4,6 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace sidewall {
 namespace {
@@ -16,6 +15,15 @@ const Attribute* find(const std::vector<Attribute>& attributes, std::string_view
 }
 
 }  // namespace
+
+void take_elements(Attribute& attribute, std::span<const std::uint32_t> elements) {
+    const auto n = static_cast<std::size_t>(attribute.components);
+    std::vector<double> values;
+    values.reserve(n * elements.size());
+    for (const std::size_t e : elements)
+        for (std::size_t k = 0; k < n; ++k) values.push_back(attribute.values[n * e + k]);
+    attribute.values = std::move(values);
+}
 
 const Attribute* TriangleMesh::vertex_attribute(std::string_view name) const {
     return find(vertex_attributes, name);

@@ -1,6 +1,8 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +24,9 @@ struct Attribute {
     Scalar type = Scalar::float64;
     std::vector<double> values;  ///< components * elements, element by element
 };
+
+/// Leaves an attribute the values of some elements, in their order.
+void take_elements(Attribute& attribute, std::span<const std::uint32_t> elements);
 
 /// A triangle surface on plain arrays. World units; normals point out of the material.
 struct TriangleMesh {

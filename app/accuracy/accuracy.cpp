@@ -10,18 +10,17 @@
 #include "app/accuracy/accuracy_bars.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
-#include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/models/model.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/recipe/flat.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/results/result.hpp"
-#include "app/sweep/run_table.hpp"
-#include "surface/error.hpp"
+#include "app/sweep/sweep.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -378,9 +377,9 @@ bool traces(const Recipe& recipe) {
 RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
                           const std::vector<AskedAccuracy>& asked, const RunOptions& options) {
     if (!recipe.start.from.empty())
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "--accuracy: {} starts from another run and so on its grid: ask it of a recipe with layers",
-            recipe.file));
+            recipe.file);
     return Refiner(recipe, overrides, asked, options).refine();
 }
 

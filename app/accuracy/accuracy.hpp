@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "app/accuracy/accuracy_asked.hpp"
+#include "app/accuracy/accuracy_bars.hpp"
 #include "app/process/simulation.hpp"
 
 namespace sidewall::app {
@@ -14,7 +14,7 @@ bool traces(const Recipe& recipe);
 /// for are small enough. On the coarsest grid further seeds measure the noise, from which the rays of the finer ones follow, and
 /// runs without simplification measure its effect; where that is too large, finer grids do without.
 ///
-/// The bar of a figure is the root sum of squares of three: grid (accuracy/grid_error.hpp), noise (95 %,
+/// The bar of a figure is the root sum of squares of three: grid (grid_error), noise (95 %,
 /// Student's, of five runs, scaled by rays and spacing) and simplification (scaled by the spacing, unless the recipe gives
 /// lengths of its own for it). A figure is unknown where too few grids have it, differences between grids do not
 /// fall, or events differ between the two finest.

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "app/accuracy/grid_error.hpp"
+#include "app/common/raise.hpp"
+#include "app/common/text.hpp"
 #include "app/fit/fit_errors.hpp"
-#include "app/recipe/flat.hpp"
+#include "app/recipe/figure_names.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {
@@ -23,10 +24,9 @@ std::vector<std::string> events_of(const Json& summary) {
     std::vector<std::string> all;
     for (const Json& event : summary["events"])
         all.push_back(
-            fmt::format("{}{}", event["kind"].get<std::string>(),
+            fmt::format("{}{}", event["kind"],
                         event.contains("material") ? " " + event["material"].get<std::string>() : ""));
-    for (const Json& step : summary["steps"])
-        all.push_back(fmt::format("end by {}", step["stopped_by"].get<std::string>()));
+    for (const Json& step : summary["steps"]) all.push_back(fmt::format("end by {}", step["stopped_by"]));
     std::sort(all.begin(), all.end());
     return all;
 }
@@ -50,6 +50,26 @@ double squares(const std::vector<double>& values) {
     for (const double value : values) sum += std::pow(value - mean(values), 2);
     return sum;
 }
+
+AskedAccuracy read_one(const std::string& text) {
+    constexpr const char* kForm = "write MEASURE=BOUND or MEASURE=PERCENT%, e.g. depth=0.02 or depth=1%";
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) raise<RecipeError>("--accuracy {}: {}", text, kForm);
+    AskedAccuracy asked{.measure = text.substr(0, equals), .text = text.substr(equals + 1)};
+    std::string_view bound = trimmed(asked.text);
+    asked.relative = bound.ends_with('%');
+    if (asked.relative) bound = trimmed(bound.substr(0, bound.size() - 1));
+    const auto number = finite_number(bound);
+    if (!number) raise<RecipeError>("--accuracy {}: {} is no number: {}", text, bound, kForm);
+    if (!(*number > 0.0)) raise<RecipeError>("--accuracy {}: must be greater than 0", text);
+    constexpr double kPercent = 0.01;
+    asked.bound = asked.relative ? kPercent * *number : *number;
+    if (asked.relative && asked.bound >= 1.0) raise<RecipeError>("--accuracy {}: must be below 100 %", text);
+    return asked;
+}
+
+constexpr double kSafety = 1.25, kFewSafety = 3.0;   // Roache's, for three grids and for two
+constexpr double kLeastOrder = 0.3, kMostOrder = 1;  // that are believed
 
 }  // namespace
 
@@ -163,8 +183,7 @@ std::string accuracy_table(const Json& summary) {
     for (const auto& [measure, bars] : summary["accuracy"].items()) {
         const std::string status = bars["status"], reason = bars.value("reason", "");
         table += fmt::format(
-            kRow, measure,
-            bars["value"].is_number() ? fmt::format("{:.5g}", bars["value"].get<double>()) : "none",
+            kRow, measure, bars["value"].is_number() ? fmt::format("{:.5g}", bars["value"]) : "none",
             summary["metrology_units"].value(measure, ""), text(bars["total"]), text(bars["grid"]),
             text(bars["noise"]), text(bars["simplification"]), bars.value("asked_for", ""),
             (status == "known" || status == "unknown" ? "" : "  " + status) +
@@ -173,9 +192,53 @@ std::string accuracy_table(const Json& summary) {
     const Json& seconds = summary["accuracy_seconds"];
     return table +
            fmt::format("  grid spacing {:.4g} {}; {} runs took {:.3g} s, {:.2g} times the one settled on\n",
-                       summary["grid_spacing"].get<double>(), summary["length_unit"].get<std::string>(),
-                       summary["accuracy_runs"].size(), seconds["total"].get<double>(),
-                       seconds["total"].get<double>() / seconds["settled"].get<double>());
+                       summary["grid_spacing"], summary["length_unit"], summary["accuracy_runs"].size(),
+                       seconds["total"], seconds["total"].get<double>() / seconds["settled"].get<double>());
+}
+
+std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, Recipe& recipe) {
+    std::vector<AskedAccuracy> all;
+    for (const std::string& text : texts) {
+        AskedAccuracy asked = read_one(text);
+        want_figure(recipe, asked.measure, "--accuracy", text);
+        for (const AskedAccuracy& other : all)
+            if (other.measure == asked.measure)
+                raise<RecipeError>("--accuracy {}: {} is asked for twice", text, asked.measure);
+        all.push_back(std::move(asked));
+    }
+    return all;
+}
+
+GridError grid_error(const std::vector<GridValue>& grids, double least) {
+    std::size_t count = 0;  // of the finest grids that have it
+    while (count < std::min<std::size_t>(3, grids.size()) &&
+           std::isfinite(grids[grids.size() - 1 - count].value))
+        ++count;
+    if (count == 0) return {kInfinity, "the finest grid does not have it"};
+    if (count == 1) return {kInfinity, "only one grid has it"};
+    const GridValue &fine = grids[grids.size() - 1], &middle = grids[grids.size() - 2];
+    const double ratio = middle.spacing / fine.spacing, last = middle.value - fine.value;
+    const double near = std::abs(last) / (ratio - 1.0);  // the error at order 1
+    if (count == 2)
+        return {std::max(least, kFewSafety * near),
+                fmt::format("only two grids have it: their difference counts {:g} times", kFewSafety)};
+
+    const GridValue& coarse = grids[grids.size() - 3];
+    const double before = coarse.value - middle.value,
+                 on_middle = std::abs(before) / (coarse.spacing / middle.spacing - 1.0),
+                 far = on_middle / (ratio * ratio);
+    if (last * before < 0.0) {
+        const double enclosed = std::max(std::abs(last), std::abs(before) / ratio);
+        return {std::max(least, kSafety * enclosed), ""};
+    }
+    constexpr double kFalling = 0.8;  // order 0.3 on grids of ratio 2
+    const bool hidden = std::abs(last) <= std::max(least, fine.noise + middle.noise);
+    if (near > kFalling * on_middle && !hidden)
+        return {std::max(least, kFewSafety * near), "differences between grids do not fall yet"};
+    const double order =
+        near > 0.0 ? std::clamp(std::log(on_middle / near) / std::log(ratio), kLeastOrder, kMostOrder)
+                   : kMostOrder;
+    return {std::max({least, kSafety * std::abs(last) / (std::pow(ratio, order) - 1.0), kSafety * far}), ""};
 }
 
 }  // namespace sidewall::app

@@ -5,13 +5,12 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
-#include "app/commands/recipe_options.hpp"
-#include "app/common/threads.hpp"
+#include "app/common/processes.hpp"
 #include "app/process/estimate/blanket.hpp"
 #include "app/process/estimate/estimate.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/recipe/grid_levels.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -83,17 +82,17 @@ void print_estimate(const Recipe& recipe) {
 }  // namespace
 
 void add_check_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "check",
+    CLI::App& command = *program.add_subcommand(
+        "check",
         "Parse and validate a recipe, print it with every default, the blanket rates of its steps, and an estimate of what a "
         "run takes; write nothing");
     const auto options = add_recipe_options(command);
     const auto quick = std::make_shared<bool>(false);
-    add_flag(
-        command, "--no-estimate", *quick,
+    command.add_flag(
+        "--no-estimate", *quick,
         "Skip the first time steps (a second or two) that estimate time steps, rays, memory and wall time, and the check of "
         "this machine's memory");
-    run_by(command, [options, quick] {
+    command.callback([options, quick] {
         const Recipe recipe = read_recipe(*options);
         const levelset::Domain domain = domain_of(recipe);
         fmt::print("{}# The grid: {} x {} cells of {:.10g} {}{}.\n{}{}", effective_recipe(recipe),

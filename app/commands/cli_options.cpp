@@ -1,61 +1,31 @@
 #include "app/commands/cli_options.hpp"
 
-#include <CLI/CLI.hpp>
-#include <cmath>
-#include <cstdlib>
+#include <fmt/format.h>
 
+#include "app/common/console.hpp"
+#include "app/common/files.hpp"
+#include "app/common/processes.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
-#include "app/common/threads.hpp"
+#include "app/process/record/saved_meshes.hpp"
+#include "app/recipe/notes.hpp"
+#include "app/schema/keys.hpp"
 
 namespace sidewall::app {
-
-CLI::App& add_command(CLI::App& program, const std::string& name, const std::string& doc) {
-    return *program.add_subcommand(name, doc);
-}
-
-void run_by(CLI::App& command, std::function<void()> run) {
-    command.callback(std::move(run));
-}
-
 namespace {
 
 std::vector<std::string> command_line;  // without the program's name
 
-// No range excludes "not a number".
-std::string refuse_nan(const std::string& text) {
-    return std::isnan(std::strtod(text.c_str(), nullptr)) ? text + ": must be a number" : "";
-}
-
 }  // namespace
 
-template <class T>
-CLI::Option& add_option(CLI::App& command, const std::string& names, T& value, const std::string& type,
-                        const std::string& doc, const OptionRule& rule) {
-    CLI::Option& option = *command.add_option(names, value, doc);
-    option.required(rule.required);
-    if (rule.range) option.check(refuse_nan, "")->check(CLI::Range((*rule.range)[0], (*rule.range)[1]));
-    if (!rule.one_of.empty()) option.check(CLI::IsMember(rule.one_of));
-    return *option.type_name(type);
-}
-
-using Text = const std::string&;
-template CLI::Option& add_option(CLI::App&, Text, std::string&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, std::filesystem::path&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, double&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, std::optional<double>&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, std::optional<long long>&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, std::size_t&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, std::optional<std::size_t>&, Text, Text, const OptionRule&);
-template CLI::Option& add_option(CLI::App&, Text, std::vector<std::string>&, Text, Text, const OptionRule&);
-
 // Through a callback: CLI11 would take "[1,2]" apart.
-CLI::Option& add_repeated(CLI::App& command, const std::string& names, std::vector<std::string>& values,
-                          const std::string& type, const std::string& doc) {
+void add_repeated(CLI::App& command, const std::string& names, std::vector<std::string>& values,
+                  const std::string& type, const std::string& doc) {
     const auto take = [&values](const std::string& text) { values.push_back(text); };
-    return *command.add_option_function<std::string>(names, take, doc)
-                ->type_name(type)
-                ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
-                ->trigger_on_parse();
+    command.add_option_function<std::string>(names, take, doc)
+        ->type_name(type)
+        ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
+        ->trigger_on_parse();
 }
 
 void add_threads_option(CLI::App& command) {
@@ -65,14 +35,6 @@ void add_threads_option(CLI::App& command) {
         ->check(CLI::Range(1, 1024))
         ->trigger_on_parse()
         ->type_name("N");
-}
-
-CLI::Option& add_flag(CLI::App& command, const std::string& names, bool& value, const std::string& doc) {
-    return *command.add_flag(names, value, doc);
-}
-
-void exclude(CLI::Option& one, CLI::Option& other) {
-    one.excludes(&other);
 }
 
 void note_command_line(int argc, char** argv) {
@@ -85,6 +47,74 @@ std::string resume_command() {
         if (word != "--overwrite" && word != "--quiet" && word != "--resume")
             command += " " + shell_word(word);
     return command + " --resume";
+}
+
+std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
+    auto options = std::make_shared<RecipeOptions>();
+    add_option(command, "RECIPE", options->file, "FILE", "Recipe in TOML", {.required = true});
+    add_repeated(
+        command, "--set", options->overrides, "KEY=VALUE",
+        "Change a key before the recipe is checked, e.g. step[0].duration=2, or step.etch.duration=2 of the step named etch; "
+        "may be repeated");
+    return options;
+}
+
+Recipe read_recipe(const RecipeOptions& options) {
+    Recipe recipe = load_recipe(options.file, options.overrides);
+    for (const std::string& note : notes_on(recipe))
+        print_warning(fmt::format("{}: note: {}", options.file, note));
+    return recipe;
+}
+
+std::filesystem::path default_output(const std::string& recipe_file,
+                                     const std::vector<std::string>& overrides) {
+    constexpr std::size_t kLongest = 100;
+    std::filesystem::path folder =
+        std::filesystem::path("results") / std::filesystem::path(recipe_file).stem();
+    std::string all, name;
+    for (const std::string& setting : overrides) {
+        all += setting + '\n';
+        name += ',';
+        for (const char c : setting)  // "step[0].duration=2" becomes step.0.duration=2
+            if (c == '[')
+                name += '.';
+            else if (c != ']')
+                name += key_character(c) || c == '.' || c == '=' || c == ',' || c == '+' ? c : '_';
+    }
+    // Long names that begin alike differ by what all say together.
+    return folder.concat(name.size() > kLongest ? name.substr(0, kLongest) + "-" + digest(all) : name);
+}
+
+std::pair<CLI::Option*, CLI::Option*> add_choice_options(CLI::App& command, WaferChoice& choice) {
+    CLI::Option& step = add_option(
+        command, "--step", choice.step, "NAME",
+        "Of a folder: the wafer at the end of this step, by its name or number; of a loop's the last");
+    CLI::Option& time = add_option(
+        command, "--time", choice.time, "T",
+        "Of a folder: the saved surface nearest to this process time, in the recipe's unit (default: the last)");
+    step.excludes(&time);
+    return {&step, &time};
+}
+
+SavedSurface saved_choice(const std::filesystem::path& folder, const WaferChoice& choice) {
+    const std::vector<SavedSurface> saved = saved_surfaces(folder);
+    return choice.time ? saved_at(saved, *choice.time) : saved_after(saved, choice.step);
+}
+
+Result read_choice(const std::filesystem::path& input, const WaferChoice& choice) {
+    if (choice.named() && is_there(input) && !std::filesystem::is_directory(input))
+        raise<RecipeError>("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
+                           input.string(), choice.time ? "--time" : "--step");
+    if (choice.named()) return read_saved(input, saved_choice(input, choice));
+    if (!unfinished_note(input).empty())
+        if (auto reached = wafer_of_checkpoint(input)) return *std::move(reached);
+    return read_result(input);
+}
+
+std::string unfinished_note(const std::filesystem::path& input) {
+    std::error_code failure;
+    if (!std::filesystem::is_directory(input, failure) || is_there(input / "summary.json")) return {};
+    return fmt::format("{}: the run has not ended: this is how far it has come", input.string());
 }
 
 }  // namespace sidewall::app

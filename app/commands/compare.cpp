@@ -5,7 +5,6 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
-#include "app/commands/recipe_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
@@ -21,17 +20,17 @@ struct CompareArguments {
 }  // namespace
 
 void add_compare_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "compare", "Run a recipe raw and with each way of simplification: run time against error");
+    CLI::App& command = *program.add_subcommand(
+        "compare", "Run a recipe raw and with each way of simplification: run time against error");
     const auto recipe = add_recipe_options(command);
     const auto arguments = std::make_shared<CompareArguments>();
     add_option(
         command, "-o,--output", arguments->output, "DIR",
         "Folder for results (default: results/<recipe>-compare, with the changes of --set before -compare)");
-    add_flag(command, "--overwrite", arguments->overwrite, "Replace other runs in the folder");
+    command.add_flag("--overwrite", arguments->overwrite, "Replace other runs in the folder");
     add_option(command, "--json", arguments->json, "FILE",
                "Also write the comparison there; - for standard output");
-    run_by(command, [recipe, arguments] {
+    command.callback([recipe, arguments] {
         const Recipe parsed = read_recipe(*recipe);
         const std::filesystem::path output =
             arguments->output.empty() ? default_output(recipe->file, recipe->overrides).concat("-compare")
@@ -44,8 +43,8 @@ void add_compare_command(CLI::App& program) {
         print_plain(
             "{}\ndistance: of the final surface from the raw run's, in grid spacings of {:.4g} {}; noise "
             "floor: raw with another seed\nresults in {}\n",
-            compare_table(comparison), comparison["grid_spacing"].get<double>(),
-            comparison["length_unit"].get<std::string>(), output.string());
+            compare_table(comparison), comparison["grid_spacing"], comparison["length_unit"],
+            output.string());
     });
 }
 

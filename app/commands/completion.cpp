@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -239,8 +238,8 @@ void print_offer(const Offer& offer, const std::string& shell, const std::string
 }  // namespace
 
 void add_completion_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "completion",
+    CLI::App& command = *program.add_subcommand(
+        "completion",
         "Print a script that completes commands, options, files and recipe keys at the Tab key:\n"
         "source <(sidewall completion bash), the same for zsh, or sidewall completion fish | source");
     const auto shell = std::make_shared<std::string>();
@@ -249,7 +248,7 @@ void add_completion_command(CLI::App& program) {
                {.required = true, .one_of = {"bash", "zsh", "fish"}});
     add_option(command, "WORD", *words, "TEXT",
                "Words of a command line, after --: print completions of the last one, for the script");
-    run_by(command, [&program, shell, words] {
+    command.callback([&program, shell, words] {
         if (words->empty())
             fmt::print("{}", *shell == "bash" ? kBash : *shell == "zsh" ? kZsh : kFish);
         else

@@ -5,15 +5,12 @@
 #include <filesystem>
 #include <memory>
 
-#include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
-#include "app/commands/wafer_choice.hpp"
 #include "app/common/console.hpp"
 #include "app/common/json.hpp"
-#include "app/common/progress.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
-#include "app/devices/plane.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
@@ -41,16 +38,16 @@ Kind kind_of(const ExportArguments& arguments) {
     else if (extension == ".csv")
         kind = Kind::profile;
     else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface), .vtm (all "
             "surfaces) or .csv (a cut)",
-            arguments.output));
+            arguments.output);
     const DeviceOptions& options = arguments.options;
     if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas || arguments.triangles ||
                                      options.most != DeviceOptions{}.most))
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "-o {}: --size, --most, --bottom, --gas and --triangles are for tetrahedra: name a .vtu or .msh",
-            arguments.output));
+            arguments.output);
     return kind;
 }
 
@@ -66,7 +63,7 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
     const fs::path json = has_json ? whole(arguments.json) : fs::path();
     const fs::path blocks = output.parent_path() / output.stem();
     const auto refuse = [](const char* option, const std::string& file, const char* why) {
-        throw RecipeError(fmt::format("{} {}: {}: choose another name", option, file, why));
+        raise<RecipeError>("{} {}: {}: choose another name", option, file, why);
     };
     if (output.parent_path() == input || (kind == Kind::blocks && blocks == input))
         refuse("-o", arguments.output, "would write among the run's own files");
@@ -124,34 +121,32 @@ Json quality_json(const Device& device) {
 }
 
 void print_device(const Json& json, const std::string& unit) {
-    const auto number = [](const Json& from, const char* key) { return from[key].get<double>(); };
+    const Json& quality = json["quality"];
     print_plain(
         "{} tetrahedra, {} vertices, edges {:.3g} to {:.3g} {}, smallest angle between faces {:.1f} degrees\n",
-        json["tetrahedra"].get<std::size_t>(), json["vertices"].get<std::size_t>(),
-        number(json["quality"], "shortest_edge"), number(json["quality"], "longest_edge"), unit,
-        number(json["quality"], "min_dihedral_deg"));
+        json["tetrahedra"], json["vertices"], quality["shortest_edge"], quality["longest_edge"], unit,
+        quality["min_dihedral_deg"]);
     if (json.contains("drawn_out"))
-        print_plain("  the profile is drawn out to {:.6g} {} along y\n", number(json, "drawn_out"), unit);
+        print_plain("  the profile is drawn out to {:.6g} {} along y\n", json["drawn_out"], unit);
     for (const Json& region : json["regions"]) {
-        const double volume = number(region, "volume"), exact = number(region, "volume_by_surfaces");
-        const auto name = region["name"].get<std::string>();
-        const auto count = region["tetrahedra"].get<std::size_t>();
-        if (count == 0)
+        const double volume = region["volume"], exact = region["volume_by_surfaces"];
+        if (region["tetrahedra"] == 0)
             print_plain(
                 "  region    {:<12} none: {:.3g} {}^3 between the saved surfaces are too little to mesh\n",
-                name, exact, unit);
+                region["name"], exact, unit);
         else
             print_plain(
-                "  region    {:<12} {:>9} tetrahedra, {:.6g} {}^3 ({:+.2f} % of the saved surfaces')\n", name,
-                count, volume, unit, 100.0 * (volume - exact) / std::max(std::abs(exact), 1e-300));
+                "  region    {:<12} {:>9} tetrahedra, {:.6g} {}^3 ({:+.2f} % of the saved surfaces')\n",
+                region["name"], region["tetrahedra"], volume, unit,
+                100.0 * (volume - exact) / std::max(std::abs(exact), 1e-300));
     }
     constexpr double kEnough = 5.0;  // degrees
-    if (number(json["quality"], "min_dihedral_deg") < kEnough)
+    if (quality["min_dihedral_deg"] < kEnough)
         print_plain(
             "  note: angles below 5 degrees are left, where fronts meet at small angles: another --size may avoid them\n");
     for (const Json& boundary : json["boundaries"])
-        print_plain("  boundary  {:<12} {:>9} triangles, {:.6g} {}^2\n", boundary["name"].get<std::string>(),
-                    boundary["triangles"].get<std::size_t>(), number(boundary, "area"), unit);
+        print_plain("  boundary  {:<12} {:>9} triangles, {:.6g} {}^2\n", boundary["name"],
+                    boundary["triangles"], boundary["area"], unit);
 }
 
 Json plane_json(const PlaneMesh& plane) {
@@ -176,21 +171,18 @@ Json plane_json(const PlaneMesh& plane) {
 }
 
 void print_plane(const Json& json, const std::string& unit) {
-    print_plain("{} triangles, {} vertices\n", json["triangles"].get<std::size_t>(),
-                json["vertices"].get<std::size_t>());
+    print_plain("{} triangles, {} vertices\n", json["triangles"], json["vertices"]);
     for (const Json& region : json["regions"])
-        print_plain("  region    {:<12} {:.6g} {}^2\n", region["name"].get<std::string>(),
-                    region["area"].get<double>(), unit);
+        print_plain("  region    {:<12} {:.6g} {}^2\n", region["name"], region["area"], unit);
     for (const Json& boundary : json["boundaries"])
-        print_plain("  boundary  {:<12} {:.6g} {}\n", boundary["name"].get<std::string>(),
-                    boundary["length"].get<double>(), unit);
+        print_plain("  boundary  {:<12} {:.6g} {}\n", boundary["name"], boundary["length"], unit);
 }
 
 void require_profile(const Result& result, double spacing) {
     if (!is_profile(result, spacing))
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
-            bounding_box(result.surface).size().y()));
+            bounding_box(result.surface).size().y());
 }
 
 Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
@@ -266,20 +258,19 @@ void run(const ExportArguments& arguments) {
     else if (kind == Kind::tetrahedra)
         print_device(json, length);
     else if (kind == Kind::profile)
-        print_plain("  the cut {}: {} lines\n", arguments.cut, json["polylines"].get<std::size_t>());
+        print_plain("  the cut {}: {} lines\n", arguments.cut, json["polylines"]);
     else
         print_plain("  {}\n",
                     kind == Kind::blocks
                         ? fmt::format("{} blocks: the surface and the interfaces", json["blocks"].size())
-                        : fmt::format("{} vertices, {} triangles", json["vertices"].get<std::size_t>(),
-                                      json["triangles"].get<std::size_t>()));
+                        : fmt::format("{} vertices, {} triangles", json["vertices"], json["triangles"]));
 }
 
 }  // namespace
 
 void add_export_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "export", "Write a result for other programs: tetrahedra of all materials, or surfaces");
+    CLI::App& command = *program.add_subcommand(
+        "export", "Write a result for other programs: tetrahedra of all materials, or surfaces");
     auto arguments = std::make_shared<ExportArguments>();
     add_option(command, "input", arguments->input, "DIR", "Folder that `run` wrote", {.required = true});
     add_option(
@@ -300,16 +291,16 @@ void add_export_command(CLI::App& program) {
     add_option(
         command, "--bottom", arguments->options.bottom, "Z",
         "Height of the substrate's underside (default: a quarter of the larger extent below all else)");
-    add_flag(command, "--gas", arguments->options.gas,
-             "Mesh the gas above and in voids, too, as a region `gas`");
-    add_flag(
-        command, "--triangles", arguments->triangles,
+    command.add_flag("--gas", arguments->options.gas,
+                     "Mesh the gas above and in voids, too, as a region `gas`");
+    command.add_flag(
+        "--triangles", arguments->triangles,
         "Of a profile, a wafer of one extent: triangles of all materials in x and z instead of tetrahedra");
     add_option(
         command, "--json", arguments->json, "FILE",
         "Write sizes, regions with volumes, boundaries and quality here; - for standard output, and then "
         "nothing else there");
-    run_by(command, [arguments] { run(*arguments); });
+    command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace sidewall::app

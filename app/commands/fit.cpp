@@ -8,15 +8,15 @@
 #include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
-#include "app/common/ranks.hpp"
+#include "app/common/processes.hpp"
 #include "app/fit/fit_report.hpp"
 #include "app/sweep/run_set.hpp"
 
 namespace sidewall::app {
 
 void add_fit_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "fit",
+    CLI::App& command = *program.add_subcommand(
+        "fit",
         "Find the values of a recipe's keys at which it meets measured figures or profiles, with 95 % intervals");
     const auto options = std::make_shared<FitOptions>();
     const auto json = std::make_shared<std::string>();
@@ -60,12 +60,12 @@ void add_fit_command(CLI::App& program) {
         command, "--jobs", fit.jobs, "J",
         "Runs at the same time (default: as many as threads); fewer where the memory does not hold them",
         {.range = {{1, 1024}}});
-    add_flag(command, "--resume", fit.resume, "Go on, with the runs that are there");
-    add_flag(command, "--quiet", fit.quiet, "No progress and no report");
+    command.add_flag("--resume", fit.resume, "Go on, with the runs that are there");
+    command.add_flag("--quiet", fit.quiet, "No progress and no report");
     add_option(command, "--json", *json, "FILE",
                "Write fit.json here too; - for standard output, and then no report");
     add_option(command, "-o,--output", fit.output, "DIR", "Folder for results", {.required = true});
-    run_by(command, [options, json] {
+    command.callback([options, json] {
         FitOptions& fit = *options;
         fit.resume_command = resume_command();
         install_interrupt_handler();

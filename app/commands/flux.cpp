@@ -7,21 +7,18 @@
 #include <optional>
 #include <utility>
 
-#include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
-#include "app/commands/flux_results.hpp"
-#include "app/commands/flux_species.hpp"
+#include "app/commands/flux_io.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
-#include "app/common/progress.hpp"
+#include "app/common/processes.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
-#include "app/common/threads.hpp"
 #include "app/common/timing.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/single_flux.hpp"
-#include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/repair.hpp"
 
@@ -50,9 +47,9 @@ std::array<Boundary, 2> parse_boundary(const std::string& text) {
         const auto found =
             std::ranges::find(kBoundaries, word, [](const auto& b) { return std::string(b.first); });
         if (found == std::end(kBoundaries))
-            throw RecipeError(fmt::format(
+            raise<RecipeError>(
                 "--boundary {}: must be reflective, periodic or open, for both axes or as X,Y for each",
-                text));
+                text);
         boundary[axis] = found->second;
     }
     return boundary;
@@ -86,27 +83,26 @@ flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& argumen
 std::uint64_t parse_rays(const FluxArguments& arguments) {
     const double rays = arguments.rays.value_or(arguments.relative_error ? kMostRays : kDefaultRays);
     if (!(rays >= 1.0 && rays <= 1e12) || rays != std::floor(rays))
-        throw RecipeError(fmt::format("--rays {}: must be a whole number from 1 to 1e12", rays));
+        raise<RecipeError>("--rays {}: must be a whole number from 1 to 1e12", rays);
     return static_cast<std::uint64_t>(rays);
 }
 
 void check_arguments(const FluxArguments& arguments) {
     const auto extension = std::filesystem::path(arguments.output).extension();
     if (!arguments.output.empty() && extension != ".vtp" && extension != ".csv")
-        throw RecipeError(fmt::format("-o {}: must end in .vtp or .csv", arguments.output));
+        raise<RecipeError>("-o {}: must end in .vtp or .csv", arguments.output);
     for (const std::string& path : {arguments.output, arguments.json})
         if (path != "-" && std::filesystem::is_directory(path))
-            throw IoError(fmt::format("{}: is a folder; name a file", path));
+            raise<IoError>("{}: is a folder; name a file", path);
     if (!arguments.output.empty() && arguments.output == arguments.json)
-        throw RecipeError(fmt::format("--json {}: is the output file, too; name another", arguments.json));
+        raise<RecipeError>("--json {}: is the output file, too; name another", arguments.json);
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
     if (arguments.relative_error && !(*arguments.relative_error > 0.0))
-        throw RecipeError(
-            fmt::format("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error));
+        raise<RecipeError>("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error);
     if (arguments.source.mean_free_path && arguments.method == "radiosity")
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "--mean-free-path {:g}: radiosity knows no collisions in the gas: use --method monte-carlo",
-            *arguments.source.mean_free_path));
+            *arguments.source.mean_free_path);
     parse_rays(arguments);
     parse_number<std::uint64_t>(arguments.seed, "--seed");
 }
@@ -221,11 +217,11 @@ void run_flux(const FluxArguments& arguments) {
     const Outcome outcome = find(arguments.method, asked, choosing, why);
     bar.reset();
     if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
-        throw NumericsError(fmt::format(
+        raise<NumericsError>(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "
             "not match",
-            arguments.mesh, outcome.leaked, outcome.emitted));
+            arguments.mesh, outcome.leaked, outcome.emitted);
     if (outcome.leaked > 0)
         print_warning(fmt::format("sidewall flux: {} of {} particles went through the surface",
                                   outcome.leaked, outcome.emitted));
@@ -238,22 +234,22 @@ void run_flux(const FluxArguments& arguments) {
     if (arguments.json != "-") print_flux_summary(json);
     const double error = json["relative_error"].get<double>();
     if (arguments.relative_error && !(error <= *arguments.relative_error))
-        throw NumericsError(fmt::format(
+        raise<NumericsError>(
             "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: {} or ask for less",
             arguments.mesh, error, outcome.emitted, *arguments.relative_error,
             arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)",
             json.value("discretisation_error", 0.0) > flux::kElementsAlone * *arguments.relative_error
                 ? fmt::format("{:.3g} of it are the linear elements, so give a finer mesh",
-                              json["discretisation_error"].get<double>())
-                : "allow more rays with --rays"));
+                              json["discretisation_error"])
+                : "allow more rays with --rays");
 }
 
 }  // namespace
 
 void add_flux_command(CLI::App& program) {
     const auto arguments = std::make_shared<FluxArguments>();
-    CLI::App& command =
-        add_command(program, "flux", "Particle flux on a surface, by Monte Carlo ray tracing or radiosity");
+    CLI::App& command = *program.add_subcommand(
+        "flux", "Particle flux on a surface, by Monte Carlo ray tracing or radiosity");
     add_option(command, "mesh", arguments->mesh, "MESH",
                "The surface: .vtp, .ply, .stl or .obj, normals out of the material, z up",
                {.required = true});
@@ -289,7 +285,7 @@ void add_flux_command(CLI::App& program) {
         "rectangle");
     add_option(command, "--seed", arguments->seed, "k", "Seed of the random numbers (default 1)");
     add_option(command, "--json", arguments->json, "FILE", "Write a summary; - prints it, and nothing else");
-    run_by(command, [arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
+    command.callback([arguments] { about(arguments->mesh, [&] { run_flux(*arguments); }); });
 }
 
 }  // namespace sidewall::app

@@ -7,18 +7,16 @@
 #include <limits>
 #include <memory>
 
-#include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
-#include "app/commands/wafer_choice.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
-#include "app/process/record/saved_wafer.hpp"
+#include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/quality.hpp"
 #include "surface/repair.hpp"
@@ -99,23 +97,21 @@ void print_mesh(const Result& result, const Json& json) {
     const Json &topology = json["topology"], &quality = json["quality"], &box = json["box"];
     const std::string unit = metadata_text(result.metadata, "length_unit", "");
     print_plain("{}\n", result.source.string());
-    print_plain("  size        {} vertices, {} triangles, area {:.6g}{}\n",
-                json["vertices"].get<std::size_t>(), json["triangles"].get<std::size_t>(),
-                json["area"].get<double>(), unit.empty() ? "" : " " + unit + "^2");
+    print_plain("  size        {} vertices, {} triangles, area {:.6g}{}\n", json["vertices"],
+                json["triangles"], json["area"], unit.empty() ? "" : " " + unit + "^2");
     for (int k = 0; k < 3; ++k)
-        print_plain("  {}           {:.6g} to {:.6g}{}\n", "xyz"[k],
-                    box["min"][static_cast<std::size_t>(k)].get<double>(),
-                    box["max"][static_cast<std::size_t>(k)].get<double>(), unit.empty() ? "" : " " + unit);
+        print_plain("  {}           {:.6g} to {:.6g}{}\n", "xyz"[k], box["min"][static_cast<std::size_t>(k)],
+                    box["max"][static_cast<std::size_t>(k)], unit.empty() ? "" : " " + unit);
     for (const auto& [name, number] : result.metadata.numbers)
         print_plain("  {:<11} {:.6g}\n", surface::printable(name, true), number);
     if (topology["closed"].get<bool>())
-        print_plain("  boundary    none: closed, volume {:.6g}\n", json["volume"].get<double>());
+        print_plain("  boundary    none: closed, volume {:.6g}\n", json["volume"]);
     else
-        print_plain("  boundary    {} edges in {} loops, {}\n", topology["boundary_edges"].get<std::size_t>(),
-                    topology["boundary_loops"].get<std::size_t>(),
+        print_plain("  boundary    {} edges in {} loops, {}\n", topology["boundary_edges"],
+                    topology["boundary_loops"],
                     topology["boundary_on_rectangle"].get<bool>() ? "on a rectangle" : "not on a rectangle");
-    print_plain("  connected   {} component{}, Euler number {}\n", topology["components"].get<std::size_t>(),
-                topology["components"].get<std::size_t>() == 1 ? "" : "s", topology["euler"].get<long>());
+    print_plain("  connected   {} component{}, Euler number {}\n", topology["components"],
+                topology["components"].get<std::size_t>() == 1 ? "" : "s", topology["euler"]);
     std::string faults;
     for (const char* key : {"nonmanifold_edges", "nonmanifold_vertices", "inconsistent_edges",
                             "duplicate_triangles", "isolated_vertices"})
@@ -130,18 +126,14 @@ void print_mesh(const Result& result, const Json& json) {
     print_plain(
         "  quality     angles {:.3g} to {:.4g} degrees, mean ratio {:.3g} (least {:.3g}), {} slivers, {} "
         "degenerate\n",
-        quality["min_angle_deg"].get<double>(), quality["max_angle_deg"].get<double>(),
-        quality["mean_ratio_mean"].get<double>(), quality["mean_ratio_min"].get<double>(),
-        quality["slivers"].get<std::size_t>(), quality["degenerate"].get<std::size_t>());
+        quality["min_angle_deg"], quality["max_angle_deg"], quality["mean_ratio_mean"],
+        quality["mean_ratio_min"], quality["slivers"], quality["degenerate"]);
     for (const Json& a : json["attributes"]) {
         const auto odd = a["not_finite"].get<std::size_t>();
-        const auto text = [](const Json& v) {
-            return v.is_null() ? "nothing finite" : fmt::format("{:.6g}", v.get<double>());
-        };
-        print_plain("  attribute   {} on {}{}: {} to {}{}\n",
-                    surface::printable(a["name"].get<std::string>(), true), a["on"].get<std::string>(),
-                    a["components"] == 1 ? "" : fmt::format(" x {}", a["components"].get<int>()),
-                    text(a["min"]), text(a["max"]), odd == 0 ? "" : fmt::format(" ({} not finite)", odd));
+        print_plain("  attribute   {} on {}{}: {:.6g} to {:.6g}{}\n",
+                    surface::printable(a["name"].get<std::string>(), true), a["on"],
+                    a["components"] == 1 ? "" : fmt::format(" x {}", a["components"]), a["min"], a["max"],
+                    odd == 0 ? "" : fmt::format(" ({} not finite)", odd));
     }
 }
 
@@ -187,17 +179,16 @@ void print_summary(const Json& summary) {
 Json measured(const Result& result, const std::string& input, const WaferChoice& choice,
               const std::vector<std::string>& names) {
     if (!result.folder)
-        throw RecipeError(
-            fmt::format("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input));
+        raise<RecipeError>("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input);
     const std::filesystem::path folder = input;
     Recipe recipe = load_frame(folder / "recipe.toml");
     if (!names.empty()) recipe.metrology.measures.clear();
     for (const std::string& name : names) {
         if (word_of(recipe, name) == "")
-            throw RecipeError(
-                fmt::format("--measure {}: is found while a run goes on; inspect prints it under "
-                            "metrology",
-                            name));
+            raise<RecipeError>(
+                "--measure {}: is found while a run goes on; inspect prints it under "
+                "metrology",
+                name);
         want_measure(recipe, name, "--measure");
     }
     Json json = Json::object();
@@ -211,10 +202,7 @@ Json measured(const Result& result, const std::string& input, const WaferChoice&
 void print_measures(const Json& measures) {
     print_plain("measures\n");
     for (const auto& [name, measure] : measures.items())
-        print_plain(
-            "  {:<22} {} {}\n", name,
-            measure["value"].is_null() ? "none" : fmt::format("{:.6g}", measure["value"].get<double>()),
-            measure["unit"].get<std::string>());
+        print_plain("  {:<22} {:.6g} {}\n", name, measure["value"], measure["unit"]);
 }
 
 void inspect(const std::string& input, const std::string& json_file, const WaferChoice& choice,
@@ -251,8 +239,8 @@ void inspect(const std::string& input, const std::string& json_file, const Wafer
 }  // namespace
 
 void add_inspect_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "inspect", "Print what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
+    CLI::App& command = *program.add_subcommand(
+        "inspect", "Print what a mesh or a run's folder holds: sizes, boundary, quality, metrology");
     auto input = std::make_shared<std::string>(), json = std::make_shared<std::string>();
     add_option(command, "input", *input, "MESH|DIR",
                "Mesh file (VTP, STL, PLY, OBJ) or folder that `run` wrote", {.required = true});
@@ -264,7 +252,7 @@ void add_inspect_command(CLI::App& program) {
     add_option(command, "--json", *json, "FILE", "Write the same as JSON; - for standard output");
     auto choice = std::make_shared<WaferChoice>();
     add_choice_options(command, *choice);
-    run_by(command, [=] { about(*input, [&] { inspect(*input, *json, *choice, *names); }); });
+    command.callback([=] { about(*input, [&] { inspect(*input, *json, *choice, *names); }); });
 }
 
 }  // namespace sidewall::app

@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/version.hpp"
@@ -109,9 +108,9 @@ void print_page(const CLI::App& program) {
 }  // namespace
 
 void add_man_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "man", "Print a manual page of all this: sidewall man > sidewall.1; man ./sidewall.1");
-    run_by(command, [&program] { print_page(program); });
+    CLI::App& command = *program.add_subcommand(
+        "man", "Print a manual page of all this: sidewall man > sidewall.1; man ./sidewall.1");
+    command.callback([&program] { print_page(program); });
 }
 
 }  // namespace sidewall::app

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -36,9 +37,8 @@ void print_documentation(const std::string& name) {
         found = true;
     }
     if (!found) {
-        throw RecipeError(
-            fmt::format("models {}: no model or recipe section of that name{} `sidewall models` lists all",
-                        name, did_you_mean(": ", name, names, ";")));
+        raise<RecipeError>("models {}: no model or recipe section of that name{} `sidewall models` lists all",
+                           name, did_you_mean(": ", name, names, ";"));
     }
 }
 
@@ -46,10 +46,10 @@ void print_documentation(const std::string& name) {
 
 void add_models_command(CLI::App& program) {
     CLI::App& command =
-        add_command(program, "models", "List every model and recipe key with type, unit and default");
+        *program.add_subcommand("models", "List every model and recipe key with type, unit and default");
     const auto name = std::make_shared<std::string>();
     add_option(command, "NAME", *name, "MODEL", "Only this model or section, e.g. single_particle or flux");
-    run_by(command, [name] { print_documentation(*name); });
+    command.callback([name] { print_documentation(*name); });
 }
 
 }  // namespace sidewall::app

@@ -1,7 +1,6 @@
 #include "app/commands/program.hpp"
 
 #include <fmt/format.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #ifdef __linux__
@@ -22,10 +21,10 @@
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/free_memory.hpp"
-#include "app/common/ranks.hpp"
+#include "app/common/processes.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/schema/keys.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -111,10 +110,10 @@ void require_shared_command(int argc, char** argv) {
     const std::string_view name = argc > 1 ? argv[1] : "";
     if (ranks().count == 1 || name.starts_with('-') || name == "run" || name == "sweep" || name == "fit")
         return;
-    throw RecipeError(fmt::format(
+    raise<RecipeError>(
         "{}: is work for one process: start it without mpirun, which shares run, sweep and fit; in a script that mpirun "
         "has started, unset OMPI_COMM_WORLD_SIZE for it",
-        surface::printable(std::string(name))));
+        surface::printable(std::string(name)));
 }
 
 // Runs a subcommand and returns the program's exit code.

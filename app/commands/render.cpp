@@ -1,16 +1,13 @@
 #include "app/pictures/render.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
-#include "app/commands/wafer_choice.hpp"
 #include "app/common/console.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/film_strip.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -21,7 +18,7 @@ std::array<double, 2> parse_pair(const std::string& option, const std::string& t
     const std::vector<std::string> parts = split(text, separator);
     const auto first = finite_number(parts.front()), second = finite_number(parts.back());
     if (parts.size() != 2 || !first || !second)
-        throw RecipeError(fmt::format("{} '{}': must be {}", option, text, wanted));
+        raise<RecipeError>("{} '{}': must be {}", option, text, wanted);
     return {*first, *second};
 }
 
@@ -39,7 +36,7 @@ RenderOptions parse(const RenderArguments& arguments) {
         const auto [azimuth, elevation] =
             parse_pair("--view", arguments.view, ',', "azimuth,elevation in degrees, such as 25,30");
         if (std::abs(elevation) > 90.0)
-            throw RecipeError(fmt::format("--view '{}': elevation must be in [-90, 90]", arguments.view));
+            raise<RecipeError>("--view '{}': elevation must be in [-90, 90]", arguments.view);
         options.azimuth_deg = std::remainder(azimuth, 360.0);
         options.elevation_deg = elevation;
     }
@@ -48,8 +45,7 @@ RenderOptions parse(const RenderArguments& arguments) {
             parse_pair("--size", arguments.size, 'x', "WIDTHxHEIGHT, such as 1200x900");
         if (!(width >= 64 && height >= 64 && width <= 8192 && height <= 8192) || width != std::floor(width) ||
             height != std::floor(height))
-            throw RecipeError(
-                fmt::format("--size '{}': must be 64 to 8192 pixels either way", arguments.size));
+            raise<RecipeError>("--size '{}': must be 64 to 8192 pixels either way", arguments.size);
         options.width = static_cast<int>(width);
         options.height = static_cast<int>(height);
     }
@@ -57,13 +53,12 @@ RenderOptions parse(const RenderArguments& arguments) {
     if (!arguments.range.empty()) {
         options.range = parse_pair("--range", arguments.range, ',', "LOW,HIGH, such as 0,1");
         if (!((*options.range)[0] < (*options.range)[1]))
-            throw RecipeError(fmt::format("--range '{}': LOW must be below HIGH", arguments.range));
+            raise<RecipeError>("--range '{}': LOW must be below HIGH", arguments.range);
     }
     const bool picture = arguments.output.ends_with(".png");
-    if (!arguments.all && !picture)
-        throw RecipeError(fmt::format("-o {}: must end in .png", arguments.output));
+    if (!arguments.all && !picture) raise<RecipeError>("-o {}: must end in .png", arguments.output);
     if (arguments.all && picture)
-        throw RecipeError(fmt::format("-o {}: --all writes many pictures: name a folder", arguments.output));
+        raise<RecipeError>("-o {}: --all writes many pictures: name a folder", arguments.output);
     return options;
 }
 
@@ -93,9 +88,8 @@ void run(const RenderArguments& arguments) {
     RenderOptions options = parse(arguments);
     const bool folder = std::filesystem::is_directory(arguments.input);
     if (std::filesystem::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
-        throw RecipeError(
-            fmt::format("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
-                        arguments.input, arguments.all ? "--all" : "--frame"));
+        raise<RecipeError>("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
+                           arguments.input, arguments.all ? "--all" : "--frame");
     if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {
@@ -109,7 +103,7 @@ void run(const RenderArguments& arguments) {
 }  // namespace
 
 void add_render_command(CLI::App& program) {
-    CLI::App& command = add_command(program, "render", "Draw a surface as a picture; needs no display");
+    CLI::App& command = *program.add_subcommand("render", "Draw a surface as a picture; needs no display");
     auto arguments = std::make_shared<RenderArguments>();
     add_option(
         command, "input", arguments->input, "MESH|DIR",
@@ -122,14 +116,11 @@ void add_render_command(CLI::App& program) {
     CLI::Option& frame = add_option(command, "--frame", arguments->frame, "N",
                                     "Of a folder: surface_NNNN of this number, from 0");
     CLI::Option& all =
-        add_flag(command, "--all", arguments->all,
-                 "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
-                 "range of colours, and strip.png with all of them");
-    for (CLI::Option* other : {step, time}) {
-        exclude(*other, frame);
-        exclude(*other, all);
-    }
-    exclude(frame, all);
+        *command.add_flag("--all", arguments->all,
+                          "Of a folder: every saved surface as surface_NNNN.png, all in one view and one "
+                          "range of colours, and strip.png with all of them");
+    for (CLI::Option* other : {step, time}) other->excludes(&frame)->excludes(&all);
+    frame.excludes(&all);
     add_option(command, "--color", arguments->options.color, "NAME",
                "material, flux, rate, distance, height or any attribute (default: material if there)");
     add_option(
@@ -140,8 +131,8 @@ void add_render_command(CLI::App& program) {
     add_option(command, "--size", arguments->size, "WxH", "Pixels (default: 1200x900)");
     add_option(command, "--range", arguments->range, "LOW,HIGH",
                "Ends of the colour bar (default: the values')");
-    add_flag(command, "--edges", arguments->options.edges, "Draw the triangles' edges");
-    run_by(command, [arguments] { run(*arguments); });
+    command.add_flag("--edges", arguments->options.edges, "Draw the triangles' edges");
+    command.callback([arguments] { run(*arguments); });
 }
 
 }  // namespace sidewall::app

@@ -1,21 +1,18 @@
 #include "app/report/report.hpp"
 
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
-#include "app/commands/wafer_choice.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
 
 namespace sidewall::app {
 namespace {
 
 void report(const std::string& folder, const std::string& output, const WaferChoice& choice) {
     if (!output.ends_with(".html") && !output.ends_with(".htm"))
-        throw RecipeError(fmt::format("-o {}: must end in .html", output));
+        raise<RecipeError>("-o {}: must end in .html", output);
     std::optional<SavedSurface> only;
     if (choice.named()) only = saved_choice(folder, choice);
     const Report page = make_report(folder, only);
@@ -29,8 +26,8 @@ void report(const std::string& folder, const std::string& output, const WaferCho
 }  // namespace
 
 void add_report_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "report",
+    CLI::App& command = *program.add_subcommand(
+        "report",
         "Put a folder of results on one page that opens in any browser, offline: 3-D view, charts, tables, recipe");
     auto folder = std::make_shared<std::string>(), output = std::make_shared<std::string>();
     add_option(command, "input", *folder, "DIR",
@@ -42,7 +39,7 @@ void add_report_command(CLI::App& program) {
         {.required = true});
     auto choice = std::make_shared<WaferChoice>();
     add_choice_options(command, *choice);
-    run_by(command, [folder, output, choice] { report(*folder, *output, *choice); });
+    command.callback([folder, output, choice] { report(*folder, *output, *choice); });
 }
 
 }  // namespace sidewall::app

@@ -5,13 +5,11 @@
 
 #include "app/accuracy/accuracy.hpp"
 #include "app/accuracy/accuracy_bars.hpp"
-#include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
-#include "app/commands/recipe_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
-#include "app/common/ranks.hpp"
+#include "app/common/processes.hpp"
 #include "app/common/text.hpp"
 #include "app/process/simulation.hpp"
 
@@ -21,31 +19,29 @@ namespace {
 void print_report(const RunResult& result, const RunOptions& options) {
     const Json& s = result.summary;
     const std::string time = s["time_unit"];
-    print_plain("{} {} of process in {} time steps, {} triangles traced of {} extracted\n",
-                s["time"].get<double>(), time, s["time_steps"].get<int>(),
-                s["mesh"]["simplified"]["triangles"].get<int>(), s["mesh"]["raw"]["triangles"].get<int>());
+    print_plain("{} {} of process in {} time steps, {} triangles traced of {} extracted\n", s["time"], time,
+                s["time_steps"], s["mesh"]["simplified"]["triangles"], s["mesh"]["raw"]["triangles"]);
     if (const Json& levels = s["grid"]["levels"]; levels.size() > 1)
         for (const Json& level : levels)
             print_plain("  {:<20} {:.3g} voxels\n",
-                        fmt::format("grid of {:.4g} {}", level["spacing"].get<double>(),
-                                    s["length_unit"].get<std::string>()),
-                        level["voxels"].get<double>());
+                        fmt::format("grid of {:.4g} {}", level["spacing"], s["length_unit"]),
+                        level["voxels"]);
     if (s.contains("accuracy"))
         print_plain("{}", accuracy_table(s));
     else
         for (const auto& [name, value] : s["metrology"].items())
             print_plain("  {:<20} {}\n", name,
-                        value.is_null() ? "none"
-                                        : fmt::format("{:.5g} {}", value.get<double>(),
-                                                      s["metrology_units"][name].get<std::string>()));
+                        value.is_null()
+                            ? "none"
+                            : fmt::format("{:.5g} {}", value.get<double>(), s["metrology_units"][name]));
     print_plain("  {:<12} {:>9}  {:>5}\n", "phase", "seconds", "share");
     for_each_phase([&](const char* name, double Timing::*phase) {
         print_plain("  {:<12} {:>9.2f}  {:>4.0f}%\n", name, result.timing.*phase,
                     100.0 * result.timing.*phase / result.timing.total);
     });
     if (s.contains("ranks"))
-        print_plain("  {} ranks; {:.2f} s went into sums over them, waiting included\n",
-                    s["ranks"]["count"].get<int>(), s["ranks"]["seconds_in_sums"].get<double>());
+        print_plain("  {} ranks; {:.2f} s went into sums over them, waiting included\n", s["ranks"]["count"],
+                    s["ranks"]["seconds_in_sums"]);
     print_plain("results in {} (open surface.pvd in ParaView, or: sidewall render {} -o picture.png)\n",
                 options.output.string(), shell_word(options.output.string()));
 }
@@ -64,20 +60,21 @@ void share_run(RunOptions& options, const std::vector<AskedAccuracy>& asked) {
 
 void add_run_command(CLI::App& program) {
     CLI::App& command =
-        add_command(program, "run", "Run a recipe and write surfaces, profiles, timeline and summary");
+        *program.add_subcommand("run", "Run a recipe and write surfaces, profiles, timeline and summary");
     const auto recipe = add_recipe_options(command);
     const auto options = std::make_shared<RunOptions>();
     add_option(
         command, "-o,--output", options->output, "DIR",
         "Folder for results (default: results/<recipe>; with --set results/<recipe>,KEY=VALUE, so that trials stand side by side)");
-    CLI::Option& resume = add_flag(
-        command, "--resume", options->resume,
+    CLI::Option& resume = *command.add_flag(
+        "--resume", options->resume,
         "Go on from the folder's checkpoint; also from a finished run's, with a longer last step or more steps");
-    exclude(add_flag(command, "--overwrite", options->overwrite,
-                     "Replace an unfinished run or another recipe's result in the folder"),
-            resume);
-    add_flag(command, "--quiet", options->quiet,
-             "Print no progress, no events and no report; summary.json has them all");
+    command
+        .add_flag("--overwrite", options->overwrite,
+                  "Replace an unfinished run or another recipe's result in the folder")
+        ->excludes(&resume);
+    command.add_flag("--quiet", options->quiet,
+                     "Print no progress, no events and no report; summary.json has them all");
     const auto accuracy = std::make_shared<std::vector<std::string>>();
     add_repeated(
         command, "--accuracy", *accuracy, "MEASURE=BOUND[%]",
@@ -86,7 +83,7 @@ void add_run_command(CLI::App& program) {
     const auto json = std::make_shared<std::string>();
     add_option(command, "--json", *json, "FILE",
                "Write summary.json here too; - for standard output, and then no report");
-    run_by(command, [recipe, options, accuracy, json] {
+    command.callback([recipe, options, accuracy, json] {
         Recipe parsed = read_recipe(*recipe);
         const std::vector<AskedAccuracy> asked = read_accuracy(*accuracy, parsed);
         if (options->output.empty()) {

@@ -5,16 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/commands/about.hpp"
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/json.hpp"
-#include "app/common/progress.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
-#include "surface/error.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/quality.hpp"
 #include "surface/repair.hpp"
@@ -33,8 +31,7 @@ simplify::Weights parse_weights(const std::string& text) {
     for (const std::string& part : parts)
         if (const auto value = finite_number(part)) values.push_back(*value);
     if (values.size() != 3 || parts.size() != 3)
-        throw RecipeError(
-            fmt::format("--weights '{}': must be three numbers V,B,S, such as 0.5,0.5,0", text));
+        raise<RecipeError>("--weights '{}': must be three numbers V,B,S, such as 0.5,0.5,0", text);
     return {values[0], values[1], values[2]};
 }
 
@@ -52,7 +49,7 @@ double feature_parameter(const SimplifyArguments& arguments, const surface::Curv
     if (text == "auto") return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
     const std::optional<double> value = finite_number(text);
     if (!value || !(*value > 0.0))
-        throw RecipeError(fmt::format("--feature-parameter {}: must be a positive number or auto", text));
+        raise<RecipeError>("--feature-parameter {}: must be a positive number or auto", text);
     return *value;
 }
 
@@ -89,19 +86,17 @@ void print_summary(const Json& json, const SimplifyArguments& arguments) {
     print_plain("{}: {:.0f} vertices, {:.0f} triangles ({}, {:.1f} % of the vertices removed)\n",
                 arguments.output, left, number("output", "triangles"), arguments.method,
                 100.0 * (1.0 - left / n));
-    print_plain("grid spacing     {:.4g}{}\n", json["grid_spacing"].get<double>(),
+    print_plain("grid spacing     {:.4g}{}\n", json["grid_spacing"],
                 arguments.options.grid_spacing ? "" : "  (estimated: mean edge length)");
     for (const char* way : {"original_to_simplified", "simplified_to_original"})
-        print_plain("distance         max {:.3g}, mean {:.3g}  ({})\n",
-                    json["hausdorff"][way]["max"].get<double>(), json["hausdorff"][way]["mean"].get<double>(),
-                    way);
+        print_plain("distance         max {:.3g}, mean {:.3g}  ({})\n", json["hausdorff"][way]["max"],
+                    json["hausdorff"][way]["mean"], way);
     print_plain("quality          smallest angle {:.2f} degrees, smallest mean ratio {:.3f}\n",
                 number("quality", "min_angle_deg"), number("quality", "mean_ratio_min"));
     print_plain("seconds          features {:.3f}, collapse {:.3f}, total {:.3f}\n",
                 number("seconds", "features"), number("seconds", "collapse"), number("seconds", "total"));
     if (const auto count = json["features"]["count"].get<std::size_t>(); json["features"]["parameter"] > 0.0)
-        print_plain("features         {} vertices, C = {:.3g}\n", count,
-                    json["features"]["parameter"].get<double>());
+        print_plain("features         {} vertices, C = {:.3g}\n", count, json["features"]["parameter"]);
     for (const auto& [key, what] :
          {std::pair{"dropped_on_reading", "of the input file"}, {"dropped_attributes", "attributes"}})
         for (const Json& name : json[key])
@@ -150,9 +145,10 @@ void run(const SimplifyArguments& arguments) {
 }  // namespace
 
 void add_simplify_command(CLI::App& program) {
-    CLI::App& command = add_command(program, "simplify",
-                                    "Coarsens a surface mesh, its features less than its flat parts.\n"
-                                    "Lengths are in the mesh's own unit.");
+    CLI::App& command =
+        *program.add_subcommand("simplify",
+                                "Coarsens a surface mesh, its features less than its flat parts.\n"
+                                "Lengths are in the mesh's own unit.");
     const auto a = std::make_shared<SimplifyArguments>();
     add_option(command, "mesh", a->input, "MESH", "Input mesh: .vtp, .ply, .stl, .obj", {.required = true});
     add_option(command, "-o,--output", a->output, "MESH", "Output mesh, same formats", {.required = true});
@@ -184,7 +180,7 @@ void add_simplify_command(CLI::App& program) {
     add_option(command, "--grid-spacing", a->options.grid_spacing, "LENGTH",
                "dx of the level set the mesh was extracted from (length; default: mean edge length)");
     add_option(command, "--json", a->json, "FILE", "Report as JSON to a file, or - for standard output");
-    run_by(command, [a] { about(a->input, [&] { run(*a); }); });
+    command.callback([a] { about(a->input, [&] { run(*a); }); });
 }
 
 }  // namespace sidewall::app

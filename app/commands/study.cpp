@@ -7,7 +7,6 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/evaluation/study.hpp"
-#include "app/evaluation/study_report.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -33,8 +32,8 @@ void run(const StudyArguments& arguments) {
 }  // namespace
 
 void add_study_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "study",
+    CLI::App& command = *program.add_subcommand(
+        "study",
         "Redo the evaluation of region simplification (Lenz 2023, section 8.3) on surfaces grown here:\n"
         "distance, simplification time and tracing time at equal numbers of vertices, and the time of five\n"
         "ways to the flux at equal error.");
@@ -54,10 +53,10 @@ void add_study_command(CLI::App& program) {
         command, "--sticking", a->options.sticking, "S",
         "Sticking probability of the traced neutral, for the five ways a tenth of it, too (default: 0.1)",
         {.range = {{1e-3, 1.0}}});
-    add_flag(command, "--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
-    add_flag(command, "--overwrite", a->options.overwrite, "Replace other runs in the folder");
+    command.add_flag("--quick", a->quick, "Only 50 and 90 % of the vertices removed instead of 20 to 90 %");
+    command.add_flag("--overwrite", a->options.overwrite, "Replace other runs in the folder");
     add_option(command, "--json", a->json, "FILE", "Also write the study there; - for standard output");
-    run_by(command, [a] { run(*a); });
+    command.callback([a] { run(*a); });
 }
 
 }  // namespace sidewall::app

@@ -6,10 +6,9 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
-#include "app/commands/recipe_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/interrupt.hpp"
-#include "app/common/ranks.hpp"
+#include "app/common/processes.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/sweep/run_set.hpp"
 
@@ -26,8 +25,8 @@ void print_end(const SweepOptions& sweep, const SweepEnd& end) {
 }  // namespace
 
 void add_sweep_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "sweep", "Run a recipe at many values of its keys, side by side, into one table: sweep.csv");
+    CLI::App& command = *program.add_subcommand(
+        "sweep", "Run a recipe at many values of its keys, side by side, into one table: sweep.csv");
     const auto recipe = add_recipe_options(command);
     const auto options = std::make_shared<SweepOptions>();
     const auto plan = std::make_shared<bool>(false);
@@ -48,15 +47,15 @@ void add_sweep_command(CLI::App& program) {
         "Runs at the same time, each with an equal part of the --threads (default: as many as threads); "
         "fewer where the memory does not hold them",
         {.range = {{1, 1024}}});
-    add_flag(command, "--resume", sweep.resume,
-             "Make what is not finished: unfinished runs go on, failed ones are tried again");
-    add_flag(
-        command, "--plan", *plan,
+    command.add_flag("--resume", sweep.resume,
+                     "Make what is not finished: unfinished runs go on, failed ones are tried again");
+    command.add_flag(
+        "--plan", *plan,
         "Run nothing: write the runs' recipes and print a command for each, as for a job array; then gather "
         "with --resume");
-    add_flag(command, "--quiet", sweep.quiet, "No progress and no report");
+    command.add_flag("--quiet", sweep.quiet, "No progress and no report");
     add_option(command, "-o,--output", sweep.output, "DIR", "Folder for results", {.required = true});
-    run_by(command, [recipe, options, plan] {
+    command.callback([recipe, options, plan] {
         SweepOptions& sweep = *options;
         sweep.recipe = recipe->file;
         sweep.overrides = recipe->overrides;

@@ -18,17 +18,11 @@ struct ValidateArguments {
     bool list = false;
 };
 
-std::string figure(const Json& number) {
-    return number.is_number() ? fmt::format("{:.5g}", number.get<double>()) : "none";
-}
-
 void print(const Json& one) {
-    print_plain("{}: {} ({:.1f} s)\n", one["name"].get<std::string>(), one["title"].get<std::string>(),
-                one["seconds"].get<double>());
+    print_plain("{}: {} ({:.1f} s)\n", one["name"], one["title"], one["seconds"]);
     for (const Json& reading : one["readings"])
-        print_plain("  {:<38} {:>9}  reference {:>9}  {:>7} %  {}\n", reading["label"].get<std::string>(),
-                    figure(reading["ours"]), figure(reading["reference"]),
-                    figure(reading["deviation_percent"]),
+        print_plain("  {:<38} {:>9.5g}  reference {:>9.5g}  {:>7.5g} %  {}\n", reading["label"],
+                    reading["ours"], reading["reference"], reading["deviation_percent"],
                     reading["within_bars"].get<bool>() ? "within the bars" : "outside of the bars");
     std::fflush(stdout);
 }
@@ -53,8 +47,8 @@ void run(const ValidateArguments& arguments) {
 }  // namespace
 
 void add_validate_command(CLI::App& program) {
-    CLI::App& command = add_command(
-        program, "validate",
+    CLI::App& command = *program.add_subcommand(
+        "validate",
         "Compare figures of runs with closed forms, published tables and another simulator, each with its source and bars");
     const auto a = std::make_shared<ValidateArguments>();
     add_repeated(command, "--case", a->options.cases, "NAME",
@@ -62,18 +56,18 @@ void add_validate_command(CLI::App& program) {
     add_option(
         command, "--cases", a->options.folder, "DIR",
         "Folder of cases, each a folder with recipe.toml and reference.csv (default: those that come with the program)");
-    add_flag(command, "--list", a->list, "List the cases, run nothing");
+    command.add_flag("--list", a->list, "List the cases, run nothing");
     add_option(
         command, "-o,--output", a->options.output, "DIR",
         "Folder for the report validation.md, validation.json and the runs (default: results/validation)");
     CLI::Option& resume =
-        add_flag(command, "--resume", a->options.resume,
-                 "Go on after an interruption: runs that are there, of the same recipes and "
-                 "version, are not made again");
-    exclude(add_flag(command, "--overwrite", a->options.overwrite, "Replace other runs in the folder"),
-            resume);
+        *command.add_flag("--resume", a->options.resume,
+                          "Go on after an interruption: runs that are there, of the same recipes and "
+                          "version, are not made again");
+    command.add_flag("--overwrite", a->options.overwrite, "Replace other runs in the folder")
+        ->excludes(&resume);
     add_option(command, "--json", a->json, "FILE", "Also write the figures there; - for standard output");
-    run_by(command, [a] { run(*a); });
+    command.callback([a] { run(*a); });
 }
 
 }  // namespace sidewall::app

@@ -1,11 +1,48 @@
 #include "app/common/files.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "surface/error.hpp"
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <ctime>
+#include <thread>
+
+#include "app/common/raise.hpp"
 #include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
+namespace {
+
+std::string this_process() {
+    std::array<char, 256> host{};
+    if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
+    return fmt::format("process {} on {}, since {:%Y-%m-%d %H:%M:%S}", ::getpid(),
+                       host[0] != '\0' ? host.data() : "this machine", fmt::localtime(std::time(nullptr)));
+}
+
+// What the holder wrote about itself; it may be about to write it.
+std::string holder(int file) {
+    std::array<char, 512> text{};
+    const auto size = ::pread(file, text.data(), text.size(), 0);
+    return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
+}
+
+// The file that was opened may be gone from the folder by the time it is locked: its holder removed it.
+bool still_there(int file, int folder, const char* name) {
+    struct stat opened {
+    }, named{};
+    return ::fstat(file, &opened) == 0 && ::fstatat(folder, name, &named, AT_SYMLINK_NOFOLLOW) == 0 &&
+           opened.st_ino == named.st_ino && opened.st_dev == named.st_dev;
+}
+
+}  // namespace
 
 void write_file(const std::filesystem::path& path, std::string_view text) {
     surface::write_whole_file(path, text);
@@ -15,22 +52,73 @@ void make_folder(const std::filesystem::path& folder, std::string_view advice) {
     std::error_code failure;
     std::filesystem::create_directories(folder, failure);
     if (failure)
-        throw IoError(
-            fmt::format("{}: cannot make the folder: {}; {}", folder.string(), failure.message(), advice));
+        raise<IoError>("{}: cannot make the folder: {}; {}", folder.string(), failure.message(), advice);
 }
 
 void refuse_link(const std::filesystem::path& folder) {
     std::error_code failure;
     if (std::filesystem::is_symlink(folder, failure))
-        throw IoError(
-            fmt::format("{}: is a link, where a folder of the program's own belongs: remove it, or choose "
-                        "another folder with -o",
-                        folder.string()));
+        raise<IoError>(
+            "{}: is a link, where a folder of the program's own belongs: remove it, or choose "
+            "another folder with -o",
+            folder.string());
 }
 
 bool is_there(const std::filesystem::path& path) {
     std::error_code failure;
     return std::filesystem::exists(path, failure);
+}
+
+FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : folder_(folder), name_(file) {
+    constexpr int kMostTries = 100;  // some network file systems give a file another number each time
+    constexpr int kAsked = 12;       // lock_holder holds it while it asks, of many ranks one after the other
+    for (int tries = 0;; ++tries) {
+        surface::place_of(folder / name_);  // no link, no pipe
+        constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+        const int in = folder_.descriptor();
+        file_ = ::openat(in, name_, O_RDWR | O_CREAT | kFlags, 0666);
+        // A killed run of another user may have left one that only he may write to.
+        if (file_ < 0 && errno == EACCES) {
+            file_ = ::openat(in, name_, O_RDONLY | kFlags);
+            errno = EACCES;  // what keeps a new one from being made
+        }
+        if (file_ < 0)
+            raise<IoError>("{}: cannot write: {}; check space and permissions", (folder / name_).string(),
+                           std::strerror(errno));
+        const bool locked = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
+        if (!locked && errno == EWOULDBLOCK) {
+            const std::string who = holder(file_);
+            ::close(file_);
+            if (tries < kAsked) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(5 * (tries + 1)));
+                continue;
+            }
+            throw HeldElsewhere(
+                fmt::format("{}: {} is writing there: wait for it, stop it, or choose another "
+                            "folder with -o",
+                            folder.string(), who));
+        }
+        if (!locked || still_there(file_, in, name_) || tries >= kMostTries) break;
+        ::close(file_);
+    }
+    const std::string text = this_process();
+    // Only messages lack it if this fails.
+    if (::ftruncate(file_, 0) != 0 || ::pwrite(file_, text.data(), text.size(), 0) < 0) return;
+}
+
+FolderLock::~FolderLock() {
+    ::unlinkat(folder_.descriptor(), name_, 0);
+    ::close(file_);
+}
+
+std::optional<std::string> lock_holder(const std::filesystem::path& folder) {
+    const int file =
+        ::open((folder / FolderLock::kFile).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (file < 0) return std::nullopt;
+    std::optional<std::string> who;
+    if (::flock(file, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK) who = holder(file);
+    ::close(file);
+    return who;
 }
 
 }  // namespace sidewall::app

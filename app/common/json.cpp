@@ -10,7 +10,7 @@
 #include <string>
 
 #include "app/common/files.hpp"
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -20,9 +20,8 @@ void write_json(const std::string& path, const Json& json) {
     const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (path == "-") {
         if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-            throw IoError(
-                fmt::format("standard output: cannot write: {}; check space on the device it goes to",
-                            std::strerror(errno)));
+            raise<IoError>("standard output: cannot write: {}; check space on the device it goes to",
+                           std::strerror(errno));
     } else {
         write_file(path, text);
     }
@@ -42,8 +41,24 @@ Json mesh_sizes(const TriangleMesh& mesh) {
 
 Json read_json(const std::filesystem::path& path, const std::string& advice) {
     Json json = Json::parse(surface::read_whole_file(path), nullptr, false);
-    if (json.is_discarded()) throw FileError(fmt::format("{}: is no JSON: {}", path.string(), advice));
+    if (json.is_discarded()) raise<FileError>("{}: is no JSON: {}", path.string(), advice);
     return json;
 }
 
 }  // namespace sidewall::app
+
+fmt::appender fmt::formatter<sidewall::app::Json>::format(const sidewall::app::Json& json,
+                                                          fmt::format_context& context) const {
+    const auto print = [&](std::string_view how, const auto& value) {
+        return fmt::vformat_to(context.out(), fmt::format("{{:{}}}", how), fmt::make_format_args(value));
+    };
+    if (!json.is_number()) {  // of its format the place alone
+        const std::string_view place = spec.substr(0, spec.find_last_of("<>^0123456789") + 1);
+        const std::string text = json.is_string() ? json.get<std::string>() : json.dump();
+        return print(place.substr(0, place.find('.')), json.is_null() ? "none" : text);
+    }
+    if (json.is_number_float() || spec.find_first_of("efg") != spec.npos)
+        return print(spec, json.get<double>());
+    return json.is_number_unsigned() ? print(spec, json.get<std::uint64_t>())
+                                     : print(spec, json.get<std::int64_t>());
+}

@@ -1,6 +1,10 @@
 #pragma once
+#include <fmt/format.h>
+
+#include <concepts>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "app/common/json_fwd.hpp"
@@ -24,3 +28,39 @@ Json mesh_sizes(const TriangleMesh& mesh);
 Json read_json(const std::filesystem::path& path, const std::string& advice);
 
 }  // namespace sidewall::app
+
+/// Lets JSON hold a struct as an object of the members named; those that the JSON lacks get their default.
+#define SIDEWALL_JSON(Type, ...)                                                                \
+    inline void to_json(Json& nlohmann_json_j, const Type& nlohmann_json_t) {                   \
+        NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_TO, __VA_ARGS__))                \
+    }                                                                                           \
+    inline void from_json(const Json& nlohmann_json_j, Type& nlohmann_json_t) {                 \
+        const Type nlohmann_json_default_obj;                                                   \
+        NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_FROM_WITH_DEFAULT, __VA_ARGS__)) \
+    }
+
+/// An optional is null in JSON where it has no value.
+template <class T>
+requires(!std::same_as<T, sidewall::app::Json>) struct nlohmann::adl_serializer<std::optional<T>> {
+    static void to_json(sidewall::app::Json& json, const std::optional<T>& value) {
+        json = value ? sidewall::app::Json(*value) : sidewall::app::Json();
+    }
+    static void from_json(const sidewall::app::Json& json, std::optional<T>& value) {
+        value = json.is_null() ? std::nullopt : std::optional(json.get<T>());
+    }
+};
+
+/// Prints what JSON holds as fmt prints such a number or text: `{:.3g}` and the like take whole numbers, too. What is null
+/// is "none".
+template <>
+struct fmt::formatter<sidewall::app::Json> {
+    constexpr const char* parse(fmt::format_parse_context& context) {
+        const char* end = context.begin();
+        while (end != context.end() && *end != '}') ++end;
+        spec = {context.begin(), static_cast<std::size_t>(end - context.begin())};
+        return end;
+    }
+    fmt::appender format(const sidewall::app::Json& json, fmt::format_context& context) const;
+
+    std::string_view spec;  ///< between the colon and the closing brace
+};

@@ -1,7 +1,7 @@
 #pragma once
 #include <tbb/tick_count.h>
 
-#include "app/common/json_fwd.hpp"
+#include "app/common/json.hpp"
 
 namespace sidewall::app {
 
@@ -10,6 +10,9 @@ struct Timing {
     double extract = 0, features = 0, simplify = 0, bvh = 0, trace = 0, rates = 0, extend = 0, advect = 0,
            redistance = 0, output = 0, total = 0;
 };
+
+SIDEWALL_JSON(Timing, extract, features, simplify, bvh, trace, rates, extend, advect, redistance, output,
+              total)
 
 /// The phases by name, in the order of the time loop. \p use is called as use(name, member pointer).
 template <class Use>
@@ -32,9 +35,6 @@ double now();
 
 /// CPU seconds of all threads of the process since it began.
 double cpu_seconds();
-
-Json to_json(const Timing& timing);
-Timing timing_from_json(const Json& json);
 
 /// Adds the time from its construction to its destruction to a phase.
 class PhaseClock {

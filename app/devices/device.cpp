@@ -6,11 +6,13 @@
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "app/common/free_memory.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/tetrahedra/tetrahedralize.hpp"
 
@@ -61,8 +63,8 @@ Regions regions_of(const RenderScene& scene, const Result& result) {
         if (found == regions.names.end()) regions.names.push_back(name);
     }
     if (regions.layers.empty())
-        throw GeometryError(fmt::format(
-            "{}: does not say which material lies below the surface: run it again", result.source.string()));
+        raise<GeometryError>("{}: does not say which material lies below the surface: run it again",
+                             result.source.string());
     return regions;
 }
 
@@ -74,9 +76,9 @@ Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) 
     const double room = std::max(4.0 * spacing, 0.25 * std::max(box.size().x(), box.size().y()));
     box.min.z() = options.bottom.value_or(lowest - room);
     if (!(box.min.z() <= lowest - spacing))
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "--bottom {:.6g}: must be at least a grid spacing below the lowest front: {:.6g} or less",
-            box.min.z(), lowest - spacing));
+            box.min.z(), lowest - spacing);
     box.max.z() += options.gas ? room : 2.0 * spacing;
     return box;
 }
@@ -116,7 +118,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     surface::TetOptions tets;
     tets.size = options.size.value_or(kSize * spacing);
     if (!(tets.size > 0.0) || !std::isfinite(tets.size))
-        throw RecipeError(fmt::format("--size {}: must be a length above 0", tets.size));
+        raise<RecipeError>("--size {}: must be a length above 0", tets.size);
     if (options.most == 0) throw RecipeError("--most 0: must be at least 1");
     tets.box = box_of(result, spacing, options);
     const double longest = tets.box.size().maxCoeff();
@@ -135,16 +137,16 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     const Vec3 extent = tets.box.size();
     constexpr double kDeepest = 100.0;  // of the wafer's width: far below what any device reaches
     if (options.bottom && !(extent.z() < kDeepest * std::max(extent.x(), extent.y())))
-        throw RecipeError(
-            fmt::format("--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
-                        *options.bottom, kDeepest));
+        raise<RecipeError>(
+            "--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
+            *options.bottom, kDeepest);
     const FreeMemory free = free_memory();
     const double count = expected_count(result, tets.box, tets.size);
     if (count * kBytes > free.bytes || count > 1e9)
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "--size {:.4g}: would make about {:.2g} tetrahedra and need about {:.3g} GB, and {:.3g} GB are {}: choose a "
             "larger one",
-            tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit));
+            tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit);
     tets.most = static_cast<std::size_t>(std::min(1e9, free.bytes / kBytes));
     constexpr double kCut = 0.7;  // cutting the fronts adds the rest
     if (!options.size)
@@ -245,6 +247,37 @@ bool volumes_hold(const Device& device, double small) {
     return true;
 }
 
+using Edge = std::array<std::uint32_t, 2>;
+
+// The edges of all boundaries but the two sides across y.
+std::map<Edge, int> named_edges(const TetMesh& mesh) {
+    std::map<Edge, int> edges;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::string& name = mesh.boundaries[static_cast<std::size_t>(mesh.boundary[t])];
+        if (name == "y-min" || name == "y-max") continue;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto [a, b] = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+            edges[{a, b}] = mesh.boundary[t];
+        }
+    }
+    return edges;
+}
+
+// The region behind a face of vertices that are \p marked, by its corners in order.
+std::map<Triangle, int> regions_behind(const TetMesh& mesh, const std::vector<std::uint8_t>& marked) {
+    std::map<Triangle, int> regions;
+    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
+        for (std::size_t out = 0; out < 4; ++out) {
+            Triangle face{};
+            for (std::size_t k = 0, n = 0; k < 4; ++k)
+                if (k != out) face[n++] = mesh.tetrahedra[t][k];
+            if (std::ranges::any_of(face, [&](std::uint32_t v) { return marked[v] == 0; })) continue;
+            std::sort(face.begin(), face.end());
+            regions[face] = mesh.region[t];
+        }
+    return regions;
+}
+
 }  // namespace
 
 bool is_profile(const Result& result, double spacing) {
@@ -257,9 +290,8 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
     const Result& result = drawn ? *drawn : wafer;
     const RenderScene scene(result, {});
     if (!scene.solid())
-        throw GeometryError(
-            fmt::format("{}: encloses no material: its edges do not lie on the sides of a rectangle",
-                        result.source.string()));
+        raise<GeometryError>("{}: encloses no material: its edges do not lie on the sides of a rectangle",
+                             result.source.string());
     Regions regions = regions_of(scene, result);
     surface::TetOptions tets = tet_options(result, spacing, options);
     std::vector<surface::Front> fronts;
@@ -268,10 +300,10 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
 
     if (options.gas) {
         if (std::ranges::find(regions.names, "gas") != regions.names.end())
-            throw RecipeError(fmt::format(
+            raise<RecipeError>(
                 "{}: --gas: a material has the name gas, which the gas's region has: leave --gas out, or give the material "
                 "another name and run it again",
-                result.source.string()));
+                result.source.string());
         regions.of_layer.push_back(static_cast<int>(regions.names.size()));
         regions.names.emplace_back("gas");
     }
@@ -308,7 +340,47 @@ double grid_spacing_of(const std::filesystem::path& folder) {
             std::string_view(text).substr(begin, text.find_first_of(" #\n", begin) - begin);
         if (const auto spacing = finite_number(value); spacing && *spacing > 0.0) return *spacing;
     }
-    throw FileError(fmt::format("{}: names no grid_spacing: run the simulation again", file.string()));
+    raise<FileError>("{}: names no grid_spacing: run the simulation again", file.string());
+}
+
+PlaneMesh plane_of(const TetMesh& mesh) {
+    PlaneMesh plane;
+    plane.regions = mesh.regions;
+    const auto is_side = [&](std::size_t t) {
+        return mesh.boundaries[static_cast<std::size_t>(mesh.boundary[t])] == "y-min";
+    };
+    std::vector<std::uint8_t> on_side(mesh.vertices.size(), 0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (is_side(t))
+            for (const std::uint32_t v : mesh.triangles[t]) on_side[v] = 1;
+    const std::map<Triangle, int> behind = regions_behind(mesh, on_side);
+    const std::map<Edge, int> named = named_edges(mesh);
+    std::map<std::uint32_t, std::uint32_t> numbers;
+    std::map<Edge, int> used;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        if (!is_side(t)) continue;
+        Triangle sorted = mesh.triangles[t], corners{};
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t v = sorted[k];
+            const auto [place, is_new] =
+                numbers.try_emplace(v, static_cast<std::uint32_t>(plane.vertices.size()));
+            if (is_new) plane.vertices.emplace_back(mesh.vertices[v].x(), mesh.vertices[v].z(), 0.0);
+            corners[k] = place->second;
+            const auto [a, b] = std::minmax(v, mesh.triangles[t][(k + 1) % 3]);
+            if (const auto edge = named.find({a, b}); edge != named.end()) used.insert(*edge);
+        }
+        std::sort(sorted.begin(), sorted.end());
+        plane.triangles.push_back(corners);
+        plane.region.push_back(behind.at(sorted));
+    }
+    std::map<int, int> kept;  // of the boundaries
+    for (const auto& [edge, boundary] : used) {
+        const auto [place, is_new] = kept.try_emplace(boundary, static_cast<int>(plane.boundaries.size()));
+        if (is_new) plane.boundaries.push_back(mesh.boundaries[static_cast<std::size_t>(boundary)]);
+        plane.edges.push_back({numbers.at(edge[0]), numbers.at(edge[1])});
+        plane.boundary.push_back(place->second);
+    }
+    return plane;
 }
 
 }  // namespace sidewall::app

@@ -86,28 +86,24 @@ Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, 
 std::string compare_table(const Json& comparison) {
     std::string header = fmt::format("{:<28}", ""), text;
     for (const Json& v : comparison["variants"])
-        header += fmt::format("{:>16}", v["method"] == "none" ? "raw" : v["method"].get<std::string>());
+        header += fmt::format("{:>16}", v["method"] == "none" ? "raw" : v["method"]);
     header += fmt::format("{:>16}\n", "noise floor");
-    const auto row = [&](const std::string& name, auto&& value, const std::string& floor = "") {
+    // A figure of every variant, by a JSON pointer.
+    const auto row = [&](const std::string& name, const std::string& pointer, int digits,
+                         const Json& floor = "") {
         text += fmt::format("{:<28}", name);
-        for (const Json& v : comparison["variants"]) text += fmt::format("{:>16}", value(v));
-        text += fmt::format("{:>16}\n", floor);
+        for (const Json& v : comparison["variants"])
+            text += fmt::format("{:>16.{}f}", v.at(Json::json_pointer(pointer)).get<double>(), digits);
+        text += fmt::format("{:>16.4f}\n", floor);
     };
-    for_each_phase([&](const char* name, double Timing::*) {
-        row(fmt::format("{} [s]", name),
-            [&](const Json& v) { return fmt::format("{:.2f}", v["timing"][name].get<double>()); });
-    });
-    row("flux at equal error [s]",
-        [](const Json& v) { return fmt::format("{:.2f}", v["flux_seconds_at_equal_error"].get<double>()); });
-    row("flux error (statistical)",
-        [](const Json& v) { return fmt::format("{:.4f}", v["relative_error"].get<double>()); });
-    row("triangles traced",
-        [](const Json& v) { return fmt::format("{}", v["mesh"]["simplified"]["triangles"].get<int>()); });
-    for (const char* name : {"hausdorff_max", "hausdorff_mean"})
-        row(
-            fmt::format("distance {} [dx]", name + 10),
-            [&](const Json& v) { return fmt::format("{:.4f}", v["final"][name].get<double>()); },
-            fmt::format("{:.4f}", comparison["noise_floor"][name].get<double>()));
+    for_each_phase(
+        [&](const std::string& name, double Timing::*) { row(name + " [s]", "/timing/" + name, 2); });
+    row("flux at equal error [s]", "/flux_seconds_at_equal_error", 2);
+    row("flux error (statistical)", "/relative_error", 4);
+    row("triangles traced", "/mesh/simplified/triangles", 0);
+    for (const std::string kind : {"max", "mean"})
+        row("distance " + kind + " [dx]", "/final/hausdorff_" + kind, 4,
+            comparison["noise_floor"]["hausdorff_" + kind]);
     return header + text + compare_verdict(comparison) + "\n";
 }
 

@@ -12,6 +12,7 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/evaluation/validate_cases.hpp"
 #include "app/fit/fit_profile.hpp"
@@ -20,7 +21,6 @@
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/result.hpp"
 #include "app/schema/keys.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
 
@@ -150,17 +150,11 @@ std::vector<ValidationCase> chosen(const std::vector<ValidationCase>& all,
     for (const std::string& name : names) {
         const auto found = std::find(known.begin(), known.end(), name);
         if (found == known.end())
-            throw RecipeError(
-                fmt::format("--case {}: there is no such case{}", name,
-                            did_you_mean(": ", name, known, ": `sidewall validate --list` lists all")));
+            raise<RecipeError>("--case {}: there is no such case{}", name,
+                               did_you_mean(": ", name, known, ": `sidewall validate --list` lists all"));
         list.push_back(all[static_cast<std::size_t>(found - known.begin())]);
     }
     return names.empty() ? all : list;
-}
-
-// Significant digits for a table.
-std::string text(const Json& number, int digits = 5) {
-    return number.is_number() ? fmt::format("{:.{}g}", number.get<double>(), digits) : "none";
 }
 
 // The part of the page about a case. Throws Json::exception if the row is damaged.
@@ -170,20 +164,19 @@ std::string section_of(const Json& row) {
     std::string page = fmt::format(
         "\n## {}\n\n{}.\n\n"
         "| figure | ours | noise | grid | reference | deviation | within |\n|---|---|---|---|---|---|---|\n",
-        row.at("name").get<std::string>(), title);
+        row.at("name"), title);
     for (const Json& reading : row.at("readings")) {
         const auto unit = reading.at("unit").get<std::string>();
         const double bar = reading.at("reference_bar").get<double>();
-        page += fmt::format(
-            "| {}{} | {} | {} | {} | {}{} | {} % | {} |\n", reading.at("label").get<std::string>(),
-            unit == "1" ? "" : ", in " + unit, text(reading.at("ours")), text(reading.at("noise"), 2),
-            text(reading.at("grid"), 2), text(reading.at("reference"), 6),
-            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "", text(reading.at("deviation_percent"), 2),
-            reading.at("within_bars").get<bool>() ? "yes" : "no");
+        page += fmt::format("| {}{} | {:.5g} | {:.2g} | {:.2g} | {:.6g}{} | {:.2g} % | {} |\n",
+                            reading.at("label"), unit == "1" ? "" : ", in " + unit, reading.at("ours"),
+                            reading.at("noise"), reading.at("grid"), reading.at("reference"),
+                            bar > 0.0 ? fmt::format(" +- {:.2g}", bar) : "", reading.at("deviation_percent"),
+                            reading.at("within_bars").get<bool>() ? "yes" : "no");
     }
     const auto note = row.at("note").get<std::string>();
-    return page + fmt::format("\nReference: {}. Grid spacing {}.{}\n", row.at("source").get<std::string>(),
-                              text(row.at("grid_spacing")), note.empty() ? "" : " " + note);
+    return page + fmt::format("\nReference: {}. Grid spacing {:.5g}.{}\n", row.at("source"),
+                              row.at("grid_spacing"), note.empty() ? "" : " " + note);
 }
 
 // The rows of the report that is there, by case, of those whose files are still the same.

@@ -9,12 +9,12 @@
 #include <tuple>
 
 #include "app/common/files.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/fit/fit_profile.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/step_model.hpp"
 #include "app/schema/keys.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -34,7 +34,7 @@ const std::vector<std::pair<std::string, double ReferenceFigure::*>> kNumbers = 
     {"radius", &ReferenceFigure::radius},       {"opening", &ReferenceFigure::opening}};
 
 [[noreturn]] void refuse(const std::string& place, const std::string& rule) {
-    throw FileError(fmt::format("{}: {}", place, rule));
+    raise<FileError>("{}: {}", place, rule);
 }
 
 void require_known(const std::string& place, const std::string& what, const std::string& name,

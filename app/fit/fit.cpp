@@ -9,21 +9,20 @@
 
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
-#include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
-#include "app/fit/fit_labels.hpp"
 #include "app/fit/fit_report.hpp"
 #include "app/fit/fit_search.hpp"
+#include "app/fit/fit_targets.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/recipe/override.hpp"
+#include "app/recipe/node_path.hpp"
 #include "app/schema/keys.hpp"
 #include "app/schema/units.hpp"
 #include "app/sweep/run_set.hpp"
-#include "app/sweep/run_table.hpp"
+#include "app/sweep/sweep.hpp"
 #include "app/sweep/vary.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -62,20 +61,19 @@ void require_ranges(const std::vector<Vary>& varied) {
     if (varied.empty())
         throw RecipeError("--vary: missing: name a key and its bounds, e.g. step[0].sticking=0.01:1:log");
     if (varied.size() > kSobolDimensions)
-        throw RecipeError(fmt::format("--vary: a fit varies at most {} keys", kSobolDimensions));
+        raise<RecipeError>("--vary: a fit varies at most {} keys", kSobolDimensions);
     for (const Vary& vary : varied) {
         if (vary.words)
-            throw RecipeError(fmt::format(
+            raise<RecipeError>(
                 "--vary {}: holds one of several words, among which a fit cannot go downhill: use sidewall sweep",
-                vary.key));
+                vary.key);
         if (vary.whole)
-            throw RecipeError(fmt::format(
+            raise<RecipeError>(
                 "--vary {}: holds whole numbers, among which a fit cannot go downhill: use sidewall sweep",
-                vary.key));
+                vary.key);
         if (!vary.is_range() || vary.count)
-            throw RecipeError(
-                fmt::format("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
-                            vary.key, vary.key));
+            raise<RecipeError>("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log",
+                               vary.key, vary.key, vary.key);
     }
 }
 
@@ -159,7 +157,7 @@ Fit read_fit(const FitOptions& options) {
     Fit fit{.options = options};
     read_parts(options, fit);
     if (fit.varied.size() > kSobolDimensions)
-        throw RecipeError(fmt::format("--vary: a fit varies at most {} keys", kSobolDimensions));
+        raise<RecipeError>("--vary: a fit varies at most {} keys", kSobolDimensions);
     if (fit.parts.size() > 1) fit.columns.emplace_back("recipe");
     for (const Vary& vary : fit.varied) fit.columns.push_back(vary.key);
     fit.start = BoxPoint::Constant(static_cast<Eigen::Index>(fit.varied.size()), 0.5);
@@ -311,8 +309,7 @@ FitSearch find(Fit& fit) {
              .profiles = profiles_of(fit)},
             options.method);
     } catch (const NumericsError& error) {
-        throw NumericsError(
-            fmt::format("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing));
+        raise<NumericsError>("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing);
     }
 }
 
@@ -333,8 +330,8 @@ void write_best(const Fit& fit, const FitEnd& end) {
 
 Json run_fit(const FitOptions& options) {
     if (options.max_runs < options.recipes.size() || options.max_runs > kMostRuns)
-        throw RecipeError(fmt::format("--max-runs {}: must be from {} to {}", options.max_runs,
-                                      options.recipes.size(), kMostRuns));
+        raise<RecipeError>("--max-runs {}: must be from {} to {}", options.max_runs, options.recipes.size(),
+                           kMostRuns);
     Fit fit = read_fit(options);
     for (const FitRecipe& part : fit.parts)
         for (const MeasuredProfile& profile : part.targets.profiles)

@@ -1,4 +1,7 @@
 #pragma once
+#include <Eigen/Core>
+#include <vector>
+
 #include "app/fit/least_squares.hpp"
 
 namespace sidewall::app {
@@ -26,5 +29,22 @@ Eigen::VectorXd noise_over_seeds(const LeastSquaresResult& result);
 
 /// 97.5 % quantile of Student's distribution; of an infinite number of degrees the normal one. \pre degrees >= 1.
 double student_quantile(double degrees);
+
+/// The most likely correlation by restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58 (1971) 545): unlike the
+/// plain likelihood it allows for what the parameters absorb of the errors. Lengths and shares are tried on a grid.
+/// \param slopes  of the residuals, a column a parameter.
+/// \returns shared 0 for too few points. O(points^3), of which at most 240 are used.
+ErrorCorrelation find_correlation(const Eigen::VectorXd& residuals, const Eigen::MatrixXd& slopes,
+                                  const std::vector<ProfileResiduals>& profiles);
+
+/// The effect of correlated errors on a fit that weighs residuals as if they were independent.
+struct CorrelatedErrors {
+    Eigen::MatrixXd widening;  ///< B^T C B: 1 where errors are independent
+    double count = 0.0;        ///< of independent residuals that estimate a variance as well
+};
+
+/// \param basis  orthonormal columns, as long as the residuals. O(points of a profile ^2).
+CorrelatedErrors correlated_errors(const ErrorCorrelation& correlation, const Eigen::MatrixXd& basis,
+                                   const std::vector<ProfileResiduals>& profiles);
 
 }  // namespace sidewall::app

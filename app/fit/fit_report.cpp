@@ -229,7 +229,7 @@ std::vector<std::string> fit_remarks(const Json& fit) {
             remarks.push_back(fmt::format(
                 "runs that should differ by up to {:.2g}{} have the same {} to the last digit: it goes by steps of the "
                 "grid, and the intervals hold one; a finer grid_spacing or another target tells more",
-                target["grid_step"].get<double>(), unit_behind(target), name));
+                target["grid_step"], unit_behind(target), name));
     return remarks;
 }
 
@@ -247,8 +247,7 @@ std::string fit_table(const Json& fit) {
         return value.is_number() ? fmt::format("{:.5g}", value.get<double>()) : std::string("unknown");
     };
     const auto runs = fit["runs"].get<std::size_t>();
-    std::string table =
-        fmt::format("{} after {} run{}\n", fit["status"].get<std::string>(), runs, runs == 1 ? "" : "s");
+    std::string table = fmt::format("{} after {} run{}\n", fit["status"], runs, runs == 1 ? "" : "s");
     for (const std::string& remark : fit_remarks(fit)) table += remark + "\n";
     table += noise_remark(fit) + "\n";
     table += fmt::format("  {:<28} {:>12}   95 % interval\n", "key", "value");

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "surface/error.hpp"
+#include "app/schema/keys.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -14,8 +17,7 @@ namespace {
 MeasureTarget read_target(const std::string& text) {
     constexpr const char* kForm = "write NAME=VALUE or NAME=VALUE+-SIGMA, e.g. depth=2.1+-0.05";
     const std::size_t equals = text.find('='), error = text.find("+-");
-    if (equals == std::string::npos || equals == 0)
-        throw RecipeError(fmt::format("--target {}: {}", text, kForm));
+    if (equals == std::string::npos || equals == 0) raise<RecipeError>("--target {}: {}", text, kForm);
     MeasureTarget target{.name = text.substr(0, equals)};
     const std::string_view values = std::string_view(text).substr(equals + 1);
     const std::size_t split = error == std::string::npos ? values.size() : error - equals - 1;
@@ -23,9 +25,9 @@ MeasureTarget read_target(const std::string& text) {
     if (split < values.size()) {
         target.sigma = finite_number(values.substr(split + 2));
         if (!target.sigma || *target.sigma <= 0.0)
-            throw RecipeError(fmt::format("--target {}: SIGMA must be greater than 0: {}", text, kForm));
+            raise<RecipeError>("--target {}: SIGMA must be greater than 0: {}", text, kForm);
     }
-    if (!asked) throw RecipeError(fmt::format("--target {}: VALUE is no number: {}", text, kForm));
+    if (!asked) raise<RecipeError>("--target {}: VALUE is no number: {}", text, kForm);
     target.asked = *asked;
     return target;
 }
@@ -49,7 +51,7 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
         want_figure(asked, target.name, "--target", text);
         for (const MeasureTarget& other : targets.measures)
             if (other.name == target.name)
-                throw RecipeError(fmt::format("--target {}: {} is asked for twice", text, target.name));
+                raise<RecipeError>("--target {}: {} is asked for twice", text, target.name);
         known += target.sigma ? 1 : 0;
         targets.measures.push_back(std::move(target));
     }
@@ -118,6 +120,66 @@ std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Rec
             all.push_back(distance / profile_scale(targets, k));
     }
     return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+std::vector<std::string> labels_of(const std::vector<std::string>& files) {
+    if (files.size() == 1) return {""};
+    std::vector<std::string> labels;
+    for (const std::string& file : files) {
+        labels.push_back(std::filesystem::path(file).stem().string());
+        if (std::count(labels.begin(), labels.end(), labels.back()) > 1)
+            raise<RecipeError>(
+                "{}: two recipes are called {}: their targets could not be told apart: "
+                "rename one",
+                file, labels.back());
+    }
+    return labels;
+}
+
+std::vector<std::string> own_texts(const std::vector<std::string>& texts,
+                                   const std::vector<std::string>& labels, const std::string& label) {
+    std::vector<std::string> chosen;
+    for (const std::string& text : texts) {
+        const auto before = std::find_if(labels.begin(), labels.end(), [&](const std::string& any) {
+            return !any.empty() && text.starts_with(any + ":");
+        });
+        if (before == labels.end())
+            chosen.push_back(text);
+        else if (*before == label)
+            chosen.push_back(text.substr(label.size() + 1));
+    }
+    return chosen;
+}
+
+void require_labels(const char* option, const std::vector<std::string>& texts,
+                    const std::vector<std::string>& labels) {
+    for (const std::string& text : texts)
+        for (const std::string& label : labels) {
+            const std::size_t colon = text.find(':');
+            const std::string before = text.substr(0, colon);
+            if (label.empty() || std::find(labels.begin(), labels.end(), before) != labels.end()) break;
+            raise<RecipeError>("{} {}: does not say of which recipe: write {}:{}{}", option, text, label,
+                               colon == std::string::npos ? text : text.substr(colon + 1),
+                               colon == std::string::npos ? "" : did_you_mean(": ", before, labels, ""));
+        }
+}
+
+std::string with_label(const std::string& message, const std::string& label, const FitOptions& options) {
+    if (label.empty()) return message;
+    for (const auto& [option, texts] :
+         {std::pair("--target-profile", &options.profiles), std::pair("--target", &options.targets),
+          std::pair("--vary", &options.vary), std::pair("--set", &options.overrides)}) {
+        const std::string start = std::string(option) + " ", missing = std::string(option) + ": missing";
+        if (message.starts_with(missing))
+            return fmt::format("{} for {}{}", missing, label, message.substr(missing.size()));
+        if (!message.starts_with(start)) continue;
+        const std::string rest = message.substr(start.size());
+        const std::string name = rest.substr(0, rest.find_first_of("=@: "));
+        for (const std::string& text : *texts)
+            if (text.starts_with(fmt::format("{}:{}", label, name)))
+                return fmt::format("{}{}:{}", start, label, rest);
+    }
+    return message.starts_with("--") ? label + ": " + message : message;
 }
 
 }  // namespace sidewall::app

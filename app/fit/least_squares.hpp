@@ -4,9 +4,19 @@
 #include <optional>
 #include <vector>
 
-#include "app/fit/correlation.hpp"
-
 namespace sidewall::app {
+
+/// Residuals that are distances of a measured profile's points, in any order.
+struct ProfileResiduals {
+    Eigen::Index first = 0;               ///< among all residuals
+    std::vector<Eigen::Vector2d> points;  ///< where they were measured, one a residual
+};
+
+/// Correlation of the errors of two points of a profile: 1 at no distance, else shared * exp(-distance / length).
+struct ErrorCorrelation {
+    double length = 0.0;  ///< in the points' unit
+    double shared = 0.0;  ///< part of the variance that is correlated; the rest is each point's own
+};
 
 /// A point of the unit box, a coordinate a parameter; its residuals; none where they could not be found.
 using BoxPoint = Eigen::VectorXd;

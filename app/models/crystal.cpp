@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/models/ions.hpp"
+#include "app/models/particles.hpp"
 
 namespace sidewall::app {
 

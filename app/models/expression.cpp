@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "app/common/raise.hpp"
 #include "app/schema/keys.hpp"
 
 namespace sidewall::app {
@@ -87,8 +88,7 @@ void refuse_assignment(std::string_view text) {
             continue;
         }
         if (i > 0 && (text[i - 1] == '<' || text[i - 1] == '>' || text[i - 1] == '!')) continue;
-        throw ExpressionError(
-            fmt::format("{}: an expression sets nothing; compare with ==", place_in(text, i + 1)));
+        raise<ExpressionError>("{}: an expression sets nothing; compare with ==", place_in(text, i + 1));
     }
 }
 

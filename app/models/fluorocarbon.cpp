@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "app/models/chemistry.hpp"
-#include "app/models/ions.hpp"
+#include "app/models/particles.hpp"
 
 namespace sidewall::app {
 namespace {

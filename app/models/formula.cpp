@@ -6,9 +6,8 @@
 #include <numbers>
 #include <set>
 
-#include "app/models/formula_coverages.hpp"
-#include "app/models/formula_yields.hpp"
-#include "app/models/ions.hpp"
+#include "app/common/raise.hpp"
+#include "app/models/formula_parts.hpp"
 #include "app/models/particles.hpp"
 
 namespace sidewall::app {
@@ -110,8 +109,7 @@ void read_parameters(const FormulaKeys& p, Names& names, std::set<std::string>& 
                                  "a number",
                                  fmt::join(open, ", ")));
         if (open.size() > kMostInTurn)
-            throw KeyError(key,
-                           fmt::format("leads over {} parameters in turn; give one a number", kMostInTurn));
+            raise_key(key, "leads over {} parameters in turn; give one a number", kMostInTurn);
         for (const std::string& other : names_in(text))
             if (const auto found = p.parameters.named.find(other); found != p.parameters.named.end())
                 self(self, other, found->second);
@@ -165,7 +163,7 @@ void read_desorption(const FormulaKeys& p, Model& model, Formula& formula) {
             if (!law.expression.used().empty()) continue;
             const double flux = law.expression(std::vector<double>(formula.names.index(Extra::count), 0.0));
             if (!(flux >= 0.0 && flux <= kHuge))
-                throw KeyError(law.key, fmt::format("is {:g}: must be in [0, {:g}]", flux, kHuge));
+                raise_key(law.key, "is {:g}: must be in [0, {:g}]", flux, kHuge);
             none = none && flux == 0.0;
         }
         model.species[k].desorbs = !none;
@@ -194,7 +192,7 @@ bool read_sticking(const FormulaKeys& p, Model& model, Formula& formula) {
             });
             const double value = law.expression(bare);
             if (fixed && !(value >= 0.0 && value <= 1.0))
-                throw KeyError(law.key, fmt::format("is {:g}: must be in [0, 1]", value));
+                raise_key(law.key, "is {:g}: must be in [0, 1]", value);
             constant = constant && fixed;
             sticking.push_back(std::isfinite(value) ? std::clamp(value, 0.0, 1.0) : 1.0);
         }
@@ -232,11 +230,11 @@ void add_functions(const std::shared_ptr<const Formula>& formula, bool fixed_sti
         const std::span<const double> values = formula->names.values(point);
         const double speed = evaluate(law, formula->names, point, values);
         if (speed > 0.0 && !formula->grows)
-            throw NumericsError(fmt::format(
+            raise<NumericsError>(
                 "{} = \"{}\" is positive on {}, where {}, and no film is named to grow: give the step deposit, or "
                 "keep the rate at 0 or below",
                 law.key, law.expression.text(), place_of(formula->names, point, values),
-                named_values(law, formula->names, values)));
+                named_values(law, formula->names, values));
         return speed;
     };
 }

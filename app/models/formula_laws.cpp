@@ -8,6 +8,8 @@
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "app/common/raise.hpp"
+
 namespace sidewall::app {
 namespace {
 
@@ -145,11 +147,11 @@ double evaluate(const Law& law, const Names& names, const SurfacePoint& point,
                 std::span<const double> values) {
     const double value = law.expression(values);
     if (std::isfinite(value)) return value;
-    throw NumericsError(fmt::format(
+    raise<NumericsError>(
         "{} = \"{}\" is {} on {}, where {}: {}", law.key, law.expression.text(),
         std::isnan(value) ? "not a number" : "infinite", place_of(names, point, values),
         named_values(law, names, values),
-        std::isnan(value) ? kKeepAbove : "keep what it divides by from 0, and its exponents small"));
+        std::isnan(value) ? kKeepAbove : "keep what it divides by from 0, and its exponents small");
 }
 
 std::string named_values(const Law& law, const Names& names, std::span<const double> values) {
@@ -171,9 +173,8 @@ namespace {
 
 [[noreturn]] void refuse_unsettled(const Formula& formula, const SurfacePoint& point, const Law& law,
                                    std::span<const double> values) {
-    throw NumericsError(fmt::format("{} = \"{}\" does not settle on {}, where {}", law.key,
-                                    law.expression.text(), place_of(formula.names, point, values),
-                                    named_values(law, formula.names, values)));
+    raise<NumericsError>("{} = \"{}\" does not settle on {}, where {}", law.key, law.expression.text(),
+                         place_of(formula.names, point, values), named_values(law, formula.names, values));
 }
 
 // Coverages that are in steady state with the fluxes and with the others, in the list of values.
@@ -213,10 +214,9 @@ void refuse_edge(const Formula& formula, const SurfacePoint& point, std::span<co
             for (std::size_t j = 0; j < rate.size(); ++j) {
                 if (std::isfinite(rate[j])) continue;
                 const Law& law = *formula.slow[formula.moving[j]];
-                throw NumericsError(
-                    fmt::format("{} = \"{}\" ends on {}, where {}, and is not a number beyond: {}", law.key,
-                                law.expression.text(), place_of(formula.names, point, values),
-                                named_values(law, formula.names, values), kKeepAbove));
+                raise<NumericsError>("{} = \"{}\" ends on {}, where {}, and is not a number beyond: {}",
+                                     law.key, law.expression.text(), place_of(formula.names, point, values),
+                                     named_values(law, formula.names, values), kKeepAbove);
             }
         }
 }
@@ -263,10 +263,10 @@ double diffusivity(const Formula& formula, std::size_t k, const SurfacePoint& po
     const std::span<const double> values = formula.names.values(point);
     const double d = evaluate(law, formula.names, point, values);
     if (d >= 0.0) return d;
-    throw NumericsError(
-        fmt::format("{} = \"{}\" is {:.6g} on {}, where {}: a diffusion coefficient must not be negative",
-                    law.key, law.expression.text(), d, place_of(formula.names, point, values),
-                    named_values(law, formula.names, values)));
+    raise<NumericsError>(
+        "{} = \"{}\" is {:.6g} on {}, where {}: a diffusion coefficient must not be negative", law.key,
+        law.expression.text(), d, place_of(formula.names, point, values),
+        named_values(law, formula.names, values));
 }
 
 bool solve_coverages(const CoverageFunction& f, std::span<double> theta) {

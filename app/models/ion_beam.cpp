@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/models/ions.hpp"
+#include "app/models/particles.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::app {

@@ -1,8 +1,50 @@
 #pragma once
+#include <numbers>
+
 #include "app/models/model.hpp"
+#include "app/schema/keys.hpp"
 
 // Particles that a recipe describes: what the models with a list of species share.
 namespace sidewall::app {
+
+inline constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
+
+/// How ions leave the surface that reflects them (flux::Reflection).
+struct Cone {
+    double cone = 80.0, inflection = 89.0, energy_exponent = 10.0;
+};
+
+std::vector<Key> reflection_keys(Cone& cone);
+void set_reflection(const Cone& cone, flux::Species& ion);
+
+/// The ions of a plasma: their energy (eV), the source's exponent and the incidence that reflects them.
+struct Ions {
+    double energy = 100.0, energy_spread = 10.0, ion_exponent = 500.0;
+    double reflect_from_deg = 70.0, reflect_to_deg = 90.0;
+    Cone cone;
+};
+
+std::vector<Key> ion_keys(Ions& ions);
+
+/// The species of these ions, without yields, that stops below \p threshold (eV).
+flux::Species ion_species(const Ions& ions, double threshold);
+
+/// Unit direction of a beam tilted from straight down, towards an azimuth counted from x to y; degrees. Along
+/// an axis it is that axis to the last bit.
+Vec3 tilted_beam(double tilt_deg, double azimuth_deg);
+
+/// Densities by material id, in 1e22 /cm^3: a sum of rates in 1e15 /cm^2/s over one of them is a speed in nm/s.
+std::vector<double> densities(const Materials& materials);
+
+/// By material id: 1 for the named materials, else 0.
+/// \pre all names are of \p materials.
+std::vector<std::uint8_t> marked(const std::vector<std::string>& names, const Materials& materials);
+
+/// A_sp by material of the physical sputtering yield A_sp max(0, sqrt E - sqrt threshold) at normal incidence,
+/// in atoms or formula units an ion, for ions of argon's mass. No value for materials without a published one.
+/// \param threshold  eV; where A comes from a yield, it fits that yield with this threshold.
+/// \param silicon    A_sp of silicon in the model's own table.
+ByMaterial sputter_yields(double threshold, double silicon);
 
 /// The gas in a recipe's units: its mean free path, or what that follows from. Absent: no collisions, or a
 /// default.

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "app/models/chemistry.hpp"
-#include "app/models/ions.hpp"
+#include "app/models/particles.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -1,5 +1,5 @@
 // What the program asks of MPI: a library of its own that is loaded by those processes that mpirun has
-// started (common/ranks.cpp), so that nothing else needs MPI to be installed.
+// started (common/processes.cpp), so that nothing else needs MPI to be installed.
 #include <mpi.h>
 
 #include <algorithm>

@@ -1,12 +1,33 @@
 #pragma once
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "app/pictures/colour.hpp"
+#include "surface/vec3.hpp"
 
 namespace sidewall::app {
+
+/// A colour in linear light, red, green, blue in [0, 1].
+using Colour = Vec3;
+
+/// The colour of an sRGB text "#rrggbb"; grey for any other text.
+Colour colour_from_hex(std::string_view hex);
+
+/// Converts to eight-bit sRGB, clamped.
+std::array<std::uint8_t, 3> to_srgb(const Colour& colour);
+
+/// The viridis map of van der Walt and Smith (2015) on [0, 1], clamped; grey where not finite.
+Colour viridis(double value);
+
+/// Values at which a colour bar is labelled: round numbers within [low, high], about \p wanted of them.
+struct Ticks {
+    double first = 0.0, step = 1.0;
+    int count = 0;
+};
+Ticks round_ticks(double low, double high, int wanted);
 
 /// A picture: pixels row by row from the top left, in linear light.
 struct Picture {
@@ -42,5 +63,35 @@ double text_width(double size, std::string_view text);
 
 /// Fills the pixels of a rectangle, clipped to the picture.
 void fill_rectangle(Picture& picture, double x, double y, double width, double height, const Colour& colour);
+
+/// A swatch of the key.
+struct LegendEntry {
+    std::string name;
+    Colour colour;
+};
+
+/// The key to a picture's colours: a viridis bar of values, or swatches with names.
+struct PictureKey {
+    bool bar = false;
+    std::string title;  ///< of the bar, with its unit
+    double low = 0.0, high = 1.0;
+    std::vector<LegendEntry> entries;  ///< where there is no bar
+
+    bool empty() const { return !bar && entries.empty(); }
+};
+
+/// The column at a picture's right that holds the key; lengths in pixels.
+struct KeyColumn {
+    double width = 0.0;  ///< from here to the picture's right end; 0 without a key
+    double left = 0.0;   ///< where the key begins
+    double text = 0.0;   ///< height of a capital
+};
+
+/// Room for \p key: at most two fifths of the picture, the text as small as that takes.
+KeyColumn key_column(const PictureKey& key, int width, int height);
+
+/// Draws \p key into its column: the bar with round ticks and its title above, or the entries one below the
+/// other.
+void draw_key(Picture& picture, const PictureKey& key, const KeyColumn& column);
 
 }  // namespace sidewall::app

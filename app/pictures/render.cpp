@@ -1,6 +1,5 @@
 #include "app/pictures/render.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "app/pictures/section.hpp"
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
@@ -97,8 +96,8 @@ Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options)
     if (axis < 0) throw RecipeError("--cut: must be x, y or z = a number, such as y=0");
     const double at = options.cut->offset * options.cut->normal[axis];
     if (!(at > box.min[axis] && at < box.max[axis]))
-        throw RecipeError(fmt::format("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis],
-                                      at, box.min[axis], box.max[axis]));
+        raise<RecipeError>("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis], at,
+                           box.min[axis], box.max[axis]);
     (to_viewer(options)[axis] >= 0.0 ? box.max : box.min)[axis] = at;
     return box;
 }

@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "app/pictures/picture_key.hpp"
+#include "app/pictures/picture.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"

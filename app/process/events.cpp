@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/recipe/flat.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/layers.hpp"
 #include "levelset/layers/layer_depths.hpp"
-#include "levelset/layers/remaining_volume.hpp"
+#include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/meshes/pieces.hpp"
 

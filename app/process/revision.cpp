@@ -7,10 +7,10 @@
 #include <limits>
 #include <tuple>
 
+#include "app/common/raise.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/steps.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -21,15 +21,19 @@ bool may_change(const std::string& difference) {
     return (of("flux.") && !of("flux.method")) || of("simplify.") || of("advection.");
 }
 
-// The step with the duration, the stop conditions and the model's values of \p other, which may change.
+// The step with the duration and the stop conditions of \p other.
+Step as_long_as(Step step, const Step& other) {
+    std::tie(step.duration, step.stop_depth, step.stop_thickness, step.stop, step.over_etch,
+             step.over_etch_time) = std::tie(other.duration, other.stop_depth, other.stop_thickness,
+                                             other.stop, other.over_etch, other.over_etch_time);
+    return step;
+}
+
+// The step with what a revision may take from \p other: besides, the material to stop at and the model's
+// values.
 Step revised_as(Step step, const Step& other) {
-    step.duration = other.duration;
-    step.stop_depth = other.stop_depth;
-    step.stop_thickness = other.stop_thickness;
+    step = as_long_as(std::move(step), other);
     step.stop_material = other.stop_material;
-    step.stop = other.stop;
-    step.over_etch = other.over_etch;
-    step.over_etch_time = other.over_etch_time;
     if (step.model != other.model) return step;
     Step revised = step;
     revised.parameters = other.parameters;
@@ -43,18 +47,7 @@ void refuse_differences(const std::string& where, const std::vector<std::string>
     constexpr std::size_t kMost = 5;
     std::vector<std::string> shown(list.begin(), list.begin() + std::min(kMost, list.size()));
     if (list.size() > kMost) shown.push_back(fmt::format("{} more", list.size() - kMost));
-    throw FileError(fmt::format("the recipes differ in {}{}", where, fmt::join(shown, ", ")));
-}
-
-// The step with the duration and stop conditions of \p other, which a longer one may change.
-Step as_long_as(Step step, const Step& other) {
-    step.duration = other.duration;
-    step.stop_depth = other.stop_depth;
-    step.stop_thickness = other.stop_thickness;
-    step.stop = other.stop;
-    step.over_etch = other.over_etch;
-    step.over_etch_time = other.over_etch_time;
-    return step;
+    raise<FileError>("the recipes differ in {}{}", where, fmt::join(shown, ", "));
 }
 
 bool comes_earlier(const std::optional<double>& now, const std::optional<double>& there) {
@@ -113,8 +106,8 @@ void require_revision(const Recipe& recipe, const Recipe& began_with, const RunS
     std::erase_if(list, may_change);
     const std::vector<Step> now = expanded_steps(recipe), there = expanded_steps(began_with);
     if (now.size() <= state.step)
-        throw RecipeError(fmt::format("{}: the recipe has {} steps now, and the run is in step {}",
-                                      recipe.file, now.size(), state.step + 1));
+        raise<RecipeError>("{}: the recipe has {} steps now, and the run is in step {}", recipe.file,
+                           now.size(), state.step + 1);
     const auto add = [&](std::size_t k, const Step& expected) {
         for (const std::string& difference : differences(now[k], expected))
             list.push_back(fmt::format("step {} ({}): {}", k + 1, now[k].name, difference));
@@ -126,10 +119,10 @@ void require_revision(const Recipe& recipe, const Recipe& began_with, const RunS
         list.push_back(fmt::format("step {} ({}): duration = {:.6g} (there {:.6g} are done)", state.step + 1,
                                    now[state.step].name, duration, done));
     if (!list.empty())
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "{}: cannot change while the run goes on: {}; change flux (but its method), simplify, "
             "advection, values of the step at hand, or later steps",
-            recipe.file, fmt::join(list, ", ")));
+            recipe.file, fmt::join(list, ", "));
 }
 
 void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
@@ -138,8 +131,7 @@ void extend(RunState& state, const Recipe& recipe, const Recipe& began_with) {
     const bool finished = state.step >= there.size();
     const std::size_t last = finished ? there.size() - 1 : state.step;
     if (now.size() <= last)
-        throw FileError(
-            fmt::format("this recipe has {} steps, and the run there is in step {}", now.size(), last + 1));
+        raise<FileError>("this recipe has {} steps, and the run there is in step {}", now.size(), last + 1);
     for (std::size_t k = 0; k < last; ++k)
         refuse_differences(fmt::format("step {} ({}): ", k + 1, now[k].name), differences(now[k], there[k]));
     const std::string where = fmt::format("step {} ({}): ", last + 1, now[last].name);

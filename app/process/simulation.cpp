@@ -9,29 +9,28 @@
 #include <set>
 #include <utility>
 
-#include "app/common/progress.hpp"
+#include "app/common/console.hpp"
+#include "app/common/raise.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/rates.hpp"
 #include "app/process/arriving/trace.hpp"
 #include "app/process/arriving/traced_mesh.hpp"
-#include "app/process/caller_law.hpp"
 #include "app/process/endpoint.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/events.hpp"
 #include "app/process/record/run_folder.hpp"
 #include "app/process/revision.hpp"
+#include "app/process/run_options.hpp"
 #include "app/process/time_step.hpp"
 #include "app/process/wafer.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
-#include "app/results/scallops.hpp"
 #include "levelset/layers/levels.hpp"
-#include "levelset/layers/remaining_volume.hpp"
+#include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/speed_features.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -340,7 +339,7 @@ RunResult make_run(const Run& run, RunState& state) {
     } catch (const IoError& error) {
         if (options.resume_command.empty() || !std::filesystem::exists(options.output / "checkpoint.vdb"))
             throw;
-        throw IoError(fmt::format("{}; then go on with: {}", error.what(), options.resume_command));
+        raise<IoError>("{}; then go on with: {}", error.what(), options.resume_command);
     }
 }
 
@@ -363,7 +362,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
     flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
     if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
         const Json summary = read_whole_summary(options.output);
-        return {levelset::extract_surface(state.stack), timing_from_json(summary.at("timing")), summary};
+        return {levelset::extract_surface(state.stack), summary.at("timing").get<Timing>(), summary};
     }
     // When the checkpoint was written, of a finished run that is extended.
     std::optional<std::filesystem::file_time_type> extended;

@@ -4,11 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <new>
 #include <set>
 
 #include "app/common/json.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/revision.hpp"
 #include "app/recipe/effective_recipe.hpp"
@@ -16,10 +18,47 @@
 #include "levelset/layers/checkpoint.hpp"
 #include "levelset/layers/level_features.hpp"
 #include "levelset/layers/make_stack.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
+// A place is a list of its coordinates, a box one of its corners.
+template <>
+struct nlohmann::adl_serializer<sidewall::Vec3> {
+    static void to_json(sidewall::app::Json& json, const sidewall::Vec3& p) {
+        json = std::array{p.x(), p.y(), p.z()};
+    }
+    static void from_json(const sidewall::app::Json& json, sidewall::Vec3& p) {
+        p = sidewall::Vec3(json.get<std::array<double, 3>>().data());
+    }
+};
+template <>
+struct nlohmann::adl_serializer<sidewall::Box3> {
+    static void to_json(sidewall::app::Json& json, const sidewall::Box3& box) {
+        json = std::array{box.min, box.max};
+    }
+    static void from_json(const sidewall::app::Json& json, sidewall::Box3& box) {
+        json.at(0).get_to(box.min);
+        json.at(1).get_to(box.max);
+    }
+};
+
 namespace sidewall::app {
+
+// What checkpoints hold, every bit kept.
+SIDEWALL_JSON(Measure, name, value, unit)
+SIDEWALL_JSON(Event, kind, time, step, material, count, volume, at)
+SIDEWALL_JSON(StepEnd, duration, stopped_by, grown, time, has_stop, endpoint, over_etch, endpoint_bare, bare,
+              measures)
+SIDEWALL_JSON(History, initial, most, added, removed, layer_materials, layer_volumes, present, hanging, voids,
+              bottom_reached, top_reached, events, ends)
+SIDEWALL_JSON(InputFile, path, digest)
+SIDEWALL_JSON(SavedFile, time, part, file, after)
+SIDEWALL_JSON(SavedStack, time, step, materials)
+SIDEWALL_JSON(SpeciesMethod, species, radiosity, reason, target, rays)
+SIDEWALL_JSON(FluxReuse, left, since)
+SIDEWALL_JSON(RunEndpoint, masks, time, key, bare)
+SIDEWALL_JSON(RunState, step, epoch, step_start, starts, time, time_step, saved, rows, end_row, timeline,
+              manifest, time_steps, endpoint, reuse, methods, files, stacks, inputs, history, timing)
+
 namespace {
 
 // What the time loop relies on, of a state whose layers are of so many materials.
@@ -38,7 +77,7 @@ void check(const RunState& state, std::size_t materials) {
             !std::all_of(stack.materials.begin(), stack.materials.end(), known))
             throw FileError("its saved layers do not fit together");
     for (const SavedFile& file : state.files)
-        if (std::filesystem::path(file.name).filename() != file.name || !std::isfinite(file.time))
+        if (std::filesystem::path(file.file).filename() != file.file || !std::isfinite(file.time))
             throw FileError("it lists a file that no run saves");
 }
 
@@ -57,9 +96,9 @@ void RunState::advance(double dt, double stop) {
     constexpr double kLost = 0.1;  // of dt, which rounding may take from it or add to it
     const double after = time + dt;
     if (!(std::abs(after - time - dt) <= kLost * dt))
-        throw NumericsError(fmt::format(
+        raise<NumericsError>(
             "a time step of {:.3g} is lost in the rounding of the time, {:.6g}: shorten the step or lower its rates",
-            dt, time));
+            dt, time);
     time = stop - after <= 1e-9 * dt ? stop : after;
     ++time_step;
     ++time_steps[step];
@@ -100,7 +139,7 @@ std::string with_files_as_now(std::string text, const std::vector<InputFile>& th
         const auto namesake = std::find_if(now.begin(), now.end(),
                                            [&](const InputFile& file) { return name(file) == name(old); });
         if (same == now.end() && namesake != now.end())
-            throw FileError(fmt::format("{} is not what it was", namesake->path));
+            raise<FileError>("{} is not what it was", namesake->path);
         if (same == now.end() || same->path == old.path) continue;
         const std::string from = toml_text(old.path), to = toml_text(same->path);
         for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
@@ -137,52 +176,6 @@ levelset::Checkpoint loaded_from(const std::filesystem::path& folder, const Reci
     }
 }
 
-RunState state_from_json(const Json& json) {
-    RunState state;
-    json.at("step").get_to(state.step);
-    state.epoch = json.value("epoch", 0.0);  // since version 0.3
-    json.at("step_start").get_to(state.step_start);
-    json.at("starts").get_to(state.starts);
-    json.at("time").get_to(state.time);
-    json.at("time_step").get_to(state.time_step);
-    json.at("saved").get_to(state.saved);
-    json.at("rows").get_to(state.rows);
-    state.end_row = json.value("end_row", "");
-    state.timeline = json.value("timeline", "");  // since version 0.3
-    state.manifest = json.value("manifest", "");
-    json.at("time_steps").get_to(state.time_steps);
-    state.carried = surface_field_from_json(json.at("coverage"));
-    if (json.contains("endpoint")) {  // since version 0.3
-        const Json& endpoint = json["endpoint"];
-        if (const Json& masks = endpoint.at("masks"); !masks.is_null())
-            state.endpoint.masks = masks.get<std::vector<int>>();
-        if (!endpoint.at("time").is_null()) state.endpoint.time = endpoint["time"].get<double>();
-        endpoint.at("key").get_to(state.endpoint.key);
-        if (!endpoint.at("bare").is_null()) state.endpoint.bare = endpoint["bare"].get<double>();
-    }
-    json.at("reuse").at("left").get_to(state.reuse.left);
-    json.at("reuse").at("since").get_to(state.reuse.since);
-    if (json.contains("methods"))  // of earlier versions none
-        for (const Json& method : json.at("methods"))
-            state.methods.push_back({method.at("species").get<std::string>(),
-                                     method.at("radiosity").get<bool>(),
-                                     method.at("reason").get<std::string>(), method.value("target", 0.0),
-                                     method.value("rays", 0.0)});  // later keys
-    for (const Json& file : json.at("files"))
-        state.files.push_back({file.at("time").get<double>(), file.at("part").get<int>(),
-                               file.at("file").get<std::string>(), file.value("after", "")});
-    for (const Json& stack : json.at("stacks"))
-        state.stacks.push_back({stack.at("time").get<double>(), stack.at("step").get<std::size_t>(),
-                                stack.at("materials").get<std::vector<int>>()});
-    if (json.contains("inputs"))  // of earlier versions none
-        for (const Json& file : json.at("inputs"))
-            state.inputs.push_back(
-                {file.at("path").get<std::string>(), file.at("digest").get<std::string>()});
-    state.history = history_from_json(json.at("history"), json.at("materials").size(), state.step);
-    state.timing = timing_from_json(json.at("timing"));
-    return state;
-}
-
 }  // namespace
 
 Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& recipe,
@@ -190,10 +183,12 @@ Checkpoint read_checkpoint(const std::filesystem::path& folder, const Recipe& re
     levelset::Checkpoint loaded = loaded_from(folder, recipe, advice);
     try {
         const Json json = Json::from_cbor(loaded.text);
-        Checkpoint checkpoint{state_from_json(json), json.at("recipe").get<std::string>(),
+        Checkpoint checkpoint{json.get<RunState>(), json.at("recipe").get<std::string>(),
                               json.at("materials").get<std::vector<std::string>>(),
                               json.at("length_unit").get<std::string>()};
+        checkpoint.state.carried = surface_field_from_json(json.at("coverage"));
         checkpoint.state.stack = std::move(loaded.stack);
+        require_whole(checkpoint.state.history, checkpoint.materials.size(), checkpoint.state.step);
         check(checkpoint.state, checkpoint.materials.size());
         return checkpoint;
     } catch (const std::bad_alloc&) {
@@ -221,48 +216,11 @@ RunState resume_state(const std::filesystem::path& folder, const Recipe& recipe)
 }
 
 void save_state(const std::filesystem::path& folder, const Recipe& recipe, const RunState& state) {
-    Json files = Json::array(), stacks = Json::array(), methods = Json::array(), inputs = Json::array();
-    for (const InputFile& file : state.inputs)
-        inputs.push_back(Json{{"path", file.path}, {"digest", file.digest}});
-    for (const SavedFile& file : state.files)
-        files.push_back(
-            Json{{"time", file.time}, {"part", file.part}, {"file", file.name}, {"after", file.after}});
-    for (const SavedStack& stack : state.stacks)
-        stacks.push_back(Json{{"time", stack.time}, {"step", stack.step}, {"materials", stack.materials}});
-    for (const SpeciesMethod& method : state.methods)
-        methods.push_back(Json{{"species", method.species},
-                               {"radiosity", method.radiosity},
-                               {"reason", method.reason},
-                               {"target", method.target},
-                               {"rays", method.rays}});
-    const Json json{{"recipe", effective_recipe(recipe)},
-                    {"materials", material_names(recipe.materials)},
-                    {"length_unit", recipe.domain.length_unit},
-                    {"step", state.step},
-                    {"epoch", state.epoch},
-                    {"step_start", state.step_start},
-                    {"starts", state.starts},
-                    {"time", state.time},
-                    {"time_step", state.time_step},
-                    {"saved", state.saved},
-                    {"rows", state.rows},
-                    {"end_row", state.end_row},
-                    {"timeline", state.timeline},
-                    {"manifest", state.manifest},
-                    {"time_steps", state.time_steps},
-                    {"coverage", to_json(state.carried)},
-                    {"endpoint",
-                     {{"masks", state.endpoint.masks ? Json(*state.endpoint.masks) : Json()},
-                      {"time", state.endpoint.time ? Json(*state.endpoint.time) : Json()},
-                      {"key", state.endpoint.key},
-                      {"bare", state.endpoint.bare ? Json(*state.endpoint.bare) : Json()}}},
-                    {"reuse", {{"left", state.reuse.left}, {"since", state.reuse.since}}},
-                    {"methods", methods},
-                    {"files", files},
-                    {"stacks", stacks},
-                    {"inputs", inputs},
-                    {"history", to_json(state.history)},
-                    {"timing", to_json(state.timing)}};
+    Json json = state;
+    json["recipe"] = effective_recipe(recipe);
+    json["materials"] = material_names(recipe.materials);
+    json["length_unit"] = recipe.domain.length_unit;
+    json["coverage"] = to_json(state.carried);
     const std::vector<std::uint8_t> bytes = Json::to_cbor(json);
     levelset::save_checkpoint(folder / "checkpoint.vdb", state.stack, {bytes.begin(), bytes.end()});
 }

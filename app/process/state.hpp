@@ -16,8 +16,8 @@ namespace sidewall::app {
 /// A file of the run's folder that shows the surface at one time, or a part of what lies below it.
 struct SavedFile {
     double time = 0.0;
-    int part = 0;  ///< counts the files of that time
-    std::string name;
+    int part = 0;       ///< counts the files of that time
+    std::string file;   ///< its name
     std::string after;  ///< the step at whose end the wafer was so; empty: during a step
 };
 

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "app/common/raise.hpp"
 #include "app/process/endpoint.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "app/recipe/flat.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/results/figure_values.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/ray_scene.hpp"
@@ -79,11 +80,11 @@ constexpr double kMostTimeSteps = 1e7;
 void refuse_endless(const Recipe& recipe, const Step& step, double left, double speed, double spacing) {
     const double count = left * speed / (recipe.advection.cfl * spacing);
     if (count > kMostTimeSteps)
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "{}: step {}: the surface moves at {:.3g} {}/{}, so that its {:g} {} would take {:.2g} time steps, over "
             "{:g}: check its rates and duration, or use a larger advection.cfl or domain.grid_spacing",
             recipe.file, step.name, speed, recipe.domain.length_unit, recipe.domain.time_unit, step.duration,
-            recipe.domain.time_unit, count, kMostTimeSteps));
+            recipe.domain.time_unit, count, kMostTimeSteps);
 }
 
 // Equal parts of what is left, each at most the share of the step that the model asks for.

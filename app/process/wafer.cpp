@@ -8,18 +8,18 @@
 #include <limits>
 #include <set>
 
+#include "app/common/raise.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/models/model.hpp"
 #include "app/process/events.hpp"
-#include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layers.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/layers/layer_depths.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -90,10 +90,10 @@ void refuse_to_lose_all(const Recipe& recipe, const Step& step, const levelset::
     const double height = geometric_step(step.parameters)->height, lowest = lowest_of_substrate(stack);
     constexpr double kNear = 1e-2;  // in grid spacings
     if (height < lowest - kNear * stack.domain.spacing)
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "{}: step {}: height = {:g}: lies below the whole wafer, whose substrate's surface goes down to {:.4g} "
             "by then: nothing of its shape would be left; polish above that",
-            recipe.file, step.name, height, lowest));
+            recipe.file, step.name, height, lowest);
 }
 
 // The wafer that [start] names, its materials by the recipe's ids.
@@ -135,7 +135,7 @@ levelset::MaterialStack stack_of_run(const Recipe& recipe, const std::function<b
         try {  // the reader knew of no materials but those of films
             require_values(here, recipe.materials);
         } catch (const KeyError& error) {
-            throw RecipeError(fmt::format("{}: {}.{}", recipe.file, here.path, error.what()));
+            raise<RecipeError>("{}: {}.{}", recipe.file, here.path, error.what());
         }
     }
     give_levels(recipe, stack);
@@ -163,7 +163,7 @@ levelset::MaterialStack stack_of_saved(const fs::path& folder, const RunState& r
         const fs::path file = folder / (k == top ? fmt::format("surface_{:04}.vtp", number)
                                                  : fmt::format("interface_{:04}_{}.vtp", number, k));
         const bool has_surface = std::any_of(run.files.begin(), run.files.end(),
-                                             [&](const SavedFile& f) { return file.filename() == f.name; });
+                                             [&](const SavedFile& f) { return file.filename() == f.file; });
         if (k != top && !has_surface) continue;  // nothing was left of that layer and those below
         levelset::Shape shape;
         shape.kind = levelset::ShapeKind::mesh;
@@ -221,7 +221,7 @@ void require_values(const Recipe& recipe, const Step& step, const levelset::Mate
     try {
         require_values({step.name, &step, layer_materials(stack)}, recipe.materials);
     } catch (const KeyError& error) {
-        throw RecipeError(fmt::format("{}: step {}: {}", recipe.file, step.name, error.what()));
+        raise<RecipeError>("{}: step {}: {}", recipe.file, step.name, error.what());
     }
 }
 

@@ -1,19 +1,82 @@
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
-#include "app/common/threads.hpp"
+#include <memory>
+
+#include "app/common/processes.hpp"
 #include "app/common/version.hpp"
+#include "app/recipe/effective_recipe.hpp"
+#include "app/recipe/notes.hpp"
 #include "surface/error.hpp"
+
+namespace py = pybind11;
 
 namespace sidewall::python {
 
-// Each part of the module lives in a file of its own, which adds its classes and functions.
-void add_exceptions(pybind11::module_& module);
-void add_mesh(pybind11::module_& module);
-void add_geometry(pybind11::module_& module);
-void add_tracing(pybind11::module_& module);
-void add_recipe(pybind11::module_& module);
-void add_simulation(pybind11::module_& module);
+// Parts of the module that live in files of their own, which add their classes and functions.
+void add_mesh(py::module_& module);
+void add_geometry(py::module_& module);
+void add_tracing(py::module_& module);
+void add_simulation(py::module_& module);
 
+namespace {
+
+// Python's class for errors of a kind.
+template <class Kind>
+py::object add_exception(py::module_& module, const char* name, const py::object& bases, const char* doc) {
+    py::object type = py::register_exception<Kind>(module, name, bases);
+    type.attr("__module__") = "sidewall";
+    type.doc() = doc;
+    return type;
+}
+
+void add_exceptions(py::module_& module) {
+    const py::object any =
+        add_exception<Error>(module, "Error", py::reinterpret_borrow<py::object>(PyExc_Exception),
+                             "What the program refuses or fails at, in its own words.");
+    const auto both = [&](PyObject* python) { return py::make_tuple(any, py::handle(python)); };
+    add_exception<RecipeError>(module, "RecipeError", both(PyExc_ValueError),
+                               "A recipe or option that makes no sense.");
+    add_exception<FileError>(module, "FileError", both(PyExc_OSError),
+                             "An input file that is missing, damaged or of the wrong kind.");
+    add_exception<GeometryError>(module, "GeometryError", both(PyExc_ValueError),
+                                 "A mesh or grid that cannot be worked on.");
+    add_exception<NumericsError>(module, "NumericsError", both(PyExc_ArithmeticError),
+                                 "No solution: not a number, no surface left, particles that leak.");
+    add_exception<IoError>(module, "IoError", both(PyExc_OSError), "An output that could not be written.");
+    // NOLINTNEXTLINE(performance-unnecessary-value-param): the signature that pybind11 asks for
+    py::register_exception_translator([](std::exception_ptr thrown) {
+        try {
+            if (thrown) std::rethrow_exception(thrown);
+        } catch (const Interrupted& error) {
+            PyErr_SetString(PyExc_KeyboardInterrupt, error.what());
+        }
+    });
+}
+
+// Adds the class of recipes that are read and checked, which sidewall/recipe.py makes of files, texts and
+// dicts.
+void add_recipe(py::module_& module) {
+    using Settings = std::vector<std::string>;
+    py::class_<app::Recipe, std::shared_ptr<app::Recipe>>(module, "ReadRecipe")
+        .def_static(
+            "load",
+            [](const std::string& path, const Settings& settings) {
+                return std::make_shared<app::Recipe>(app::load_recipe(path, settings));
+            },
+            py::arg("path"), py::arg("settings"))
+        .def_static(
+            "parse",
+            [](const std::string& text, const std::string& name, const Settings& settings) {
+                return std::make_shared<app::Recipe>(app::parse_recipe(text, name, settings));
+            },
+            py::arg("text"), py::arg("name"), py::arg("settings"))
+        .def_property_readonly("effective",
+                               [](const app::Recipe& recipe) { return app::effective_recipe(recipe); })
+        .def_property_readonly("notes", [](const app::Recipe& recipe) { return app::notes_on(recipe); });
+}
+
+}  // namespace
 }  // namespace sidewall::python
 
 PYBIND11_MODULE(_sidewall, module) {
@@ -31,6 +94,5 @@ PYBIND11_MODULE(_sidewall, module) {
                 throw RecipeError("limit_threads(" + std::to_string(count) + "): must be in [1, 1024]");
             app::limit_threads(count);
         },
-        pybind11::arg("count"),
-        "Lets all work use no more threads from now on; results do not depend on it.");
+        py::arg("count"), "Lets all work use no more threads from now on; results do not depend on it.");
 }

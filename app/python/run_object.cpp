@@ -1,6 +1,5 @@
 #include "app/python/run_object.hpp"
 
-#include <fmt/format.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <tbb/blocked_range.h>
@@ -16,7 +15,6 @@
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "surface/cut.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::python {
 namespace {
@@ -79,9 +77,9 @@ StepObject::StepObject(std::shared_ptr<Simulation> simulation, const app::Moment
 
 const app::Moment& StepObject::moment(const char* asked) const {
     if (moment_ == nullptr)
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "{} of the time step at {:g} {}: the simulation has gone on; ask before the next time step",
-            asked, time, simulation_->recipe().domain.time_unit));
+            asked, time, simulation_->recipe().domain.time_unit);
     return *moment_;
 }
 
@@ -310,9 +308,9 @@ app::CallerLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
         const auto speeds = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(answer);
         if (!speeds || speeds.ndim() != 1 || static_cast<std::size_t>(speeds.shape(0)) != points.size()) {
             PyErr_Clear();
-            throw RecipeError(
-                fmt::format("step {}: the law for the speed must return an array of {} numbers, one a point",
-                            step.name, points.size()));
+            raise<RecipeError>(
+                "step {}: the law for the speed must return an array of {} numbers, one a point", step.name,
+                points.size());
         }
         return std::vector<double>(speeds.data(), speeds.data() + speeds.size());
     };

@@ -13,7 +13,6 @@
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
 #include "flux/radiosity/single_flux.hpp"
-#include "surface/error.hpp"
 #include "surface/repair.hpp"
 
 // Functions of the Python module that trace particles: flux, mend.
@@ -34,8 +33,8 @@ std::array<Boundary, 2> boundary_of(const Words& words) {
         if (word == "reflective") return Boundary::reflective;
         if (word == "periodic") return Boundary::periodic;
         if (word == "open") return Boundary::open;
-        throw RecipeError(fmt::format(
-            "boundary = \"{}\": must be reflective, periodic or open, or a pair of these for x and y", word));
+        raise<RecipeError>(
+            "boundary = \"{}\": must be reflective, periodic or open, or a pair of these for x and y", word);
     };
     if (const auto* word = std::get_if<std::string>(&words)) return {one(*word), one(*word)};
     const auto& [x, y] = std::get<std::array<std::string, 2>>(words);
@@ -63,7 +62,7 @@ flux::LateralBox box_of(const TriangleMesh& mesh, const std::optional<Words>& bo
 std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32_t>& materials) {
     const auto checked = [](double value, const std::string& where) {
         if (value >= 0.0 && value <= 1.0) return value;
-        throw RecipeError(fmt::format("{} = {}: must be in [0, 1]", where, value));
+        raise<RecipeError>("{} = {}: must be in [0, 1]", where, value);
     };
     std::vector<std::int32_t> ids = materials;
     if (ids.empty()) ids.push_back(0);
@@ -78,10 +77,10 @@ std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32
     std::vector<double> values;
     for (const auto& [id, value] : by_id)
         if (!std::binary_search(ids.begin(), ids.end(), id))
-            throw RecipeError(fmt::format("sticking[{}]: no triangle has material {}; there are {}", id, id,
-                                          fmt::join(ids, ", ")));
+            raise<RecipeError>("sticking[{}]: no triangle has material {}; there are {}", id, id,
+                               fmt::join(ids, ", "));
     for (const std::int32_t id : ids) {
-        if (!by_id.contains(id)) throw RecipeError(fmt::format("sticking: material {} is missing", id));
+        if (!by_id.contains(id)) raise<RecipeError>("sticking: material {} is missing", id);
         values.push_back(checked(by_id.at(id), fmt::format("sticking[{}]", id)));
     }
     return values;
@@ -92,7 +91,7 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
                      kMost = 1e10;  // with relative_error and without rays
     const double value = rays.value_or(to_error ? kMost : kDefault);
     if (!(value >= 1.0 && value <= 1e12) || value != std::floor(value))
-        throw RecipeError(fmt::format("rays = {}: must be a whole number from 1 to 1e12", value));
+        raise<RecipeError>("rays = {}: must be a whole number from 1 to 1e12", value);
     return static_cast<std::uint64_t>(value);
 }
 
@@ -129,7 +128,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
              std::optional<double> relative_error, const std::optional<Words>& boundary, std::uint64_t seed,
              const std::string& method) {
     if (method != "monte-carlo" && method != "radiosity" && method != "auto")
-        throw RecipeError(fmt::format("method = \"{}\": must be monte-carlo, radiosity or auto", method));
+        raise<RecipeError>("method = \"{}\": must be monte-carlo, radiosity or auto", method);
     const auto mesh = mesh_of(points, triangles);
     std::vector<std::int32_t> materials = material_ids(material, *mesh);
     const flux::Species species{"flux", source_exponent, sticking_of(sticking, materials)};
@@ -149,10 +148,10 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
     });
     const flux::FluxResult& result = traced.result;
     if (flux::leaks_too_much(result.leaked, result.emitted))
-        throw NumericsError(fmt::format(
+        raise<NumericsError>(
             "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",
-            result.leaked, result.emitted));
+            result.leaked, result.emitted);
     if (relative_error && !(result.relative_error <= *relative_error))
         warn(fmt::format("relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more rays",
                          result.relative_error, result.emitted, *relative_error));

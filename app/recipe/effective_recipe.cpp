@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <set>
 
-#include "app/recipe/layer_keys.hpp"
+#include "app/recipe/layers.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
 #include "app/schema/units.hpp"

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
-#include "app/recipe/flat.hpp"
-#include "surface/error.hpp"
+#include "app/recipe/recipe_domain.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -107,14 +107,12 @@ int bare_material(const Recipe& recipe, const std::string& name) {
     if (!view.starts_with("bare(") || !view.ends_with(")")) return -1;
     const std::string material(trimmed(view.substr(5, view.size() - 6)));
     if (const auto id = meant_material(recipe.materials, material)) return *id;
-    throw KeyError("stop", fmt::format("{}: there is no material {}{}", name, material,
-                                       did_you_mean(": ", material, material_names(recipe.materials),
-                                                    "; name one of the wafer's")));
+    raise_key("stop", "{}: there is no material {}{}", name, material,
+              did_you_mean(": ", material, material_names(recipe.materials), "; name one of the wafer's"));
 }
 
 [[noreturn]] void refuse(const Recipe& recipe, const std::string& name, const std::string& option) {
-    throw RecipeError(
-        fmt::format("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name)));
+    raise<RecipeError>("{} {}: no run measures that{}", option, name, nearest_figure(recipe, name));
 }
 
 }  // namespace
@@ -166,10 +164,10 @@ std::string nearest_figure(const Recipe& recipe, const std::string& name) {
 void require_measure(const Recipe& recipe, const std::string& name, const std::string& key) {
     const bool rough = name.starts_with("ler_at_") || name.starts_with("lwr_at_");
     if (rough && is_flat(recipe.domain))
-        throw KeyError(key,
-                       fmt::format("{}: a profile in x and z is the same along its lines: give domain.extent "
-                                   "two numbers",
-                                   name));
+        raise_key(key,
+                  "{}: a profile in x and z is the same along its lines: give domain.extent "
+                  "two numbers",
+                  name);
     const auto figure = named_figure(name, recipe.materials);
     if (figure && figure->kind == FigureKind::without && named_figure(figure->of, recipe.materials))
         require_measure(recipe, figure->of, key);
@@ -177,15 +175,15 @@ void require_measure(const Recipe& recipe, const std::string& name, const std::s
         const int axis = surface::parse_plane(recipe.metrology.cut).normal.x() != 0.0 ? 1 : 0;
         const double half = 0.5 * recipe.domain.extent[static_cast<std::size_t>(axis)];
         if (!(std::abs(figure->at) < half))
-            throw KeyError(key, fmt::format("{}: lies outside the domain, which ends at +-{:g}", name, half));
+            raise_key(key, "{}: lies outside the domain, which ends at +-{:g}", name, half);
     }
     const auto word = word_of(recipe, name);
     if (!figure && word && *word != name)
         throw KeyError(key, word->empty() ? fmt::format("{}: the summary of every run has it", name)
                                           : fmt::format("{}: is measured by \"{}\"", name, *word));
     if (!figure && !contains(measure_names(), name))
-        throw KeyError(key, fmt::format("{}: must be one of {}, or a figure such as cd_SiO2_at_0.5{}", name,
-                                        fmt::join(measure_names(), ", "), nearest_figure(recipe, name)));
+        raise_key(key, "{}: must be one of {}, or a figure such as cd_SiO2_at_0.5{}", name,
+                  fmt::join(measure_names(), ", "), nearest_figure(recipe, name));
 }
 
 std::optional<StopRule> bare_rule(const Recipe& recipe, const Step& step) {
@@ -207,24 +205,24 @@ StopRule stop_rule(const Recipe& recipe, const std::string& text) {
         after(trimmed(view.substr(sign + 1 + (equal ? 1 : 0))));
     const auto value = finite_number(after);
     if (!value)
-        throw KeyError("stop", fmt::format("\"{}\" is no number: write e.g. \"{} {} 2.0\"", after,
-                                           name.empty() ? "depth" : name, text[sign]));
+        raise_key("stop", "\"{}\" is no number: write e.g. \"{} {} 2.0\"", after,
+                  name.empty() ? "depth" : name, text[sign]);
     if (const int bare = bare_material(recipe, name); bare >= 0) {
         if (!(*value > 0.0 && *value < 1.0))
-            throw KeyError("stop", fmt::format("{} is a share of the floor: write a number between 0 and 1, "
-                                               "such as \"{} > 0.9\"",
-                                               name, name));
+            raise_key("stop",
+                      "{} is a share of the floor: write a number between 0 and 1, "
+                      "such as \"{} > 0.9\"",
+                      name, name);
         return {name, text[sign] == '>', *value, bare};
     }
     const auto word = word_of(recipe, name);
     if (!word && contains(measure_names(), name))
-        throw KeyError("stop", fmt::format("{} stands for several figures{}", name,
-                                           name == "cd" ? ": name a depth, e.g. cd_at_0.5"
-                                                        : ": name one, see sidewall models metrology"));
+        raise_key(
+            "stop", "{} stands for several figures{}", name,
+            name == "cd" ? ": name a depth, e.g. cd_at_0.5" : ": name one, see sidewall models metrology");
     if (!word || word->empty())
-        throw KeyError("stop", fmt::format("{} is no figure that a step can end at{}", name,
-                                           word ? ": it is found when the run has ended"
-                                                : nearest_figure(recipe, name)));
+        raise_key("stop", "{} is no figure that a step can end at{}", name,
+                  word ? ": it is found when the run has ended" : nearest_figure(recipe, name));
     if (named_figure(name, recipe.materials)) require_measure(recipe, name, "stop");
     return {name, text[sign] == '>', *value};
 }
@@ -246,19 +244,17 @@ void want_measure(Recipe& recipe, const std::string& name, const std::string& op
         }
     }
     if (*wanted == "cd" && recipe.metrology.cd_depths.empty())
-        throw RecipeError(
-            fmt::format("{} {}: is measured at depths: name one, e.g. cd_at_0.5", option, name));
+        raise<RecipeError>("{} {}: is measured at depths: name one, e.g. cd_at_0.5", option, name);
 }
 
 void want_figure(Recipe& recipe, const std::string& name, const std::string& option,
                  const std::string& text) {
     want_measure(recipe, name, option);
     if (is_figure(recipe, name)) return;
-    throw RecipeError(fmt::format("{} {}: {} stands for several figures: name one, e.g. {}", option, text,
-                                  name,
-                                  name == "film" ? "film_side"
-                                  : name == "cd" ? "cd_at_0.5"
-                                                 : "scallop_depth"));
+    raise<RecipeError>("{} {}: {} stands for several figures: name one, e.g. {}", option, text, name,
+                       name == "film" ? "film_side"
+                       : name == "cd" ? "cd_at_0.5"
+                                      : "scallop_depth");
 }
 
 }  // namespace sidewall::app

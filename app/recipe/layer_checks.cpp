@@ -119,13 +119,13 @@ void check_place(const Layer& layer, const Walls& walls, const levelset::Domain&
     const std::string size =
         fmt::format("{:g} x {:g}", domain.max[0] - domain.min[0], domain.max[1] - domain.min[1]);
     if (covers(layer, walls, 0.0, domain))
-        throw KeyError(walls.key, fmt::format("the {} covers the whole domain, {}: only the wafer's height "
-                                              "would change; use a smaller one or a larger domain.extent",
-                                              walls.noun(), size));
+        raise_key(walls.key,
+                  "the {} covers the whole domain, {}: only the wafer's height "
+                  "would change; use a smaller one or a larger domain.extent",
+                  walls.noun(), size);
     if (reach[0].misses || reach[1].misses)
-        throw KeyError("position",
-                       fmt::format("the {} lies outside the domain, {} and centred on 0; move it inside",
-                                   walls.noun(), size));
+        raise_key("position", "the {} lies outside the domain, {} and centred on 0; move it inside",
+                  walls.noun(), size);
 }
 
 // Walls that lean must neither meet nor reach their neighbours before their end.
@@ -143,10 +143,10 @@ void check_taper(const Layer& layer, const Walls& walls, const levelset::Domain&
                         "taper of at most {3:.4g} degrees, or a {0} of at most {1:.4g}",
                         extent, half / slope, walls.length, std::atan(half / walls.length) / degree));
     if (slope < 0.0 && covers(layer, walls, -slope * walls.length, domain))
-        throw KeyError("taper_deg",
-                       fmt::format("the walls lean out so far that the {} covers the whole domain "
-                                   "at its {}; use a smaller taper or a larger domain.extent",
-                                   walls.noun(), walls.recess ? "bottom" : "top"));
+        raise_key("taper_deg",
+                  "the walls lean out so far that the {} covers the whole domain "
+                  "at its {}; use a smaller taper or a larger domain.extent",
+                  walls.noun(), walls.recess ? "bottom" : "top");
 }
 
 void check_width(const Layer& layer, const Walls& walls, const levelset::Domain& domain,
@@ -164,8 +164,7 @@ void check_width(const Layer& layer, const Walls& walls, const levelset::Domain&
         fmt::format("{} is {:.3g} cells wide", beside ? walls.beside() : walls.itself(), narrowest / dx);
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", narrowest / kGoodCells);
     if (narrowest < least)
-        throw KeyError(walls.key, fmt::format("{}, and the grid loses what is under {:g}: {}", what,
-                                              kFewestCells, finer));
+        raise_key(walls.key, "{}, and the grid loses what is under {:g}: {}", what, kFewestCells, finer);
     if (narrowest < kGoodCells * dx * (1.0 - kRounding))
         notes.push_back(fmt::format("{}.{}: {}: under {:g} its corners and fluxes are coarse; {}", path,
                                     walls.key, what, kGoodCells, finer));
@@ -219,10 +218,10 @@ void check_edges(const Layer& layer) {
 void check_mesh_place(const TriangleMesh& mesh, const levelset::Domain& domain, double most) {
     const Box3 bounds = bounding_box(mesh);
     if (std::max(std::abs(bounds.min.z()), std::abs(bounds.max.z())) > most)
-        throw KeyError("file",
-                       fmt::format("reaches from z = {:g} to {:g}, beyond +-{:g}; check its unit, or use "
-                                   "a larger grid_spacing",
-                                   bounds.min.z(), bounds.max.z(), most));
+        raise_key("file",
+                  "reaches from z = {:g} to {:g}, beyond +-{:g}; check its unit, or use "
+                  "a larger grid_spacing",
+                  bounds.min.z(), bounds.max.z(), most);
     for (std::size_t axis = 0; axis < 2; ++axis) {
         const auto a = static_cast<Eigen::Index>(axis);
         if (bounds.max[a] <= domain.min[axis] || bounds.min[a] >= domain.max[axis])

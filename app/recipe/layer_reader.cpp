@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 
-#include "app/recipe/flat.hpp"
+#include "app/common/raise.hpp"
 #include "app/recipe/layer_checks.hpp"
-#include "app/recipe/layer_keys.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/polygon_checks.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/recipe/reader.hpp"
+#include "app/recipe/recipe_domain.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -29,8 +29,7 @@ void refuse_first(const Layer& layer) {
         throw KeyError("subtract",
                        "nothing lies below the first layer to cut out of: put another layer before it");
     if (layer.shape == "mask" || is_free(layer))
-        throw KeyError("shape",
-                       fmt::format("a {} stands on a substrate: put another layer before it", layer.shape));
+        raise_key("shape", "a {} stands on a substrate: put another layer before it", layer.shape);
     if (layer.thickness) throw KeyError("thickness", "the first layer has none below it; give top instead");
     if ((layer.shape == "trench" || layer.shape == "hole") && !layer.depth)
         throw KeyError("depth", "missing: a trench or hole in the first layer must end somewhere");
@@ -50,8 +49,7 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
     if (layer.shape == "stack") {
         if (first) throw KeyError("shape", "a stack stands on a substrate: put a plane layer before it");
         if (layer.thicknesses.size() != layer.materials.size())
-            throw KeyError("thicknesses",
-                           fmt::format("must be as many as materials, {}", layer.materials.size()));
+            raise_key("thicknesses", "must be as many as materials, {}", layer.materials.size());
         double period = 0.0;
         for (const double thickness : layer.thicknesses) period += thickness;
         top += static_cast<double>(layer.repeat) * period;
@@ -78,7 +76,7 @@ void place_layer(Layer& layer, bool first, double& top, const std::filesystem::p
     layer.top = layer.thickness ? layer.base.value_or(top) + *layer.thickness : layer.top.value_or(top);
     layer.thickness.reset();
     if (layer.base && *layer.base >= *layer.top)
-        throw KeyError("base", fmt::format("must be below the mask's top, {:g}", *layer.top));
+        raise_key("base", "must be below the mask's top, {:g}", *layer.top);
     if (!layer.subtract) top = *layer.top;
 }
 
@@ -123,7 +121,7 @@ void check_layer(const Layer& layer, double below, const toml::table& table, con
             check_shape(layer, layer.top && !layer.subtract ? *layer.top - below : kHuge, domain, path,
                         recipe.notes);
     } catch (const FileError& error) {  // names the layer's file
-        throw FileError(fmt::format("{}: {}.file: {}", place_of(*table.get("file")), path, error.what()));
+        raise<FileError>("{}: {}.file: {}", place_of(*table.get("file")), path, error.what());
     }
 }
 
@@ -153,8 +151,7 @@ void read_layers(const toml::table& root, Recipe& recipe) {
             place_layer(layer, i == 0, top, folder);
             check_height(layer, top, recipe.domain.grid_spacing);
             count += layer_count(layer);
-            if (count > kMostLayers)
-                throw KeyError("repeat", fmt::format("makes more than {} layers", kMostLayers));
+            if (count > kMostLayers) raise_key("repeat", "makes more than {} layers", kMostLayers);
             check_layer(layer, below, *tables[i], path, recipe);
         });
     }

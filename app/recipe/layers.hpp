@@ -52,4 +52,13 @@ std::vector<levelset::Polygon> check_print(const Layer& layer, const std::vector
                                            const levelset::Domain& domain, const std::string& path,
                                            std::vector<std::string>& notes);
 
+/// The keys of a layer of its shape.
+std::vector<Key> keys_of(Layer& layer);
+
+/// The keys of a step's pattern: those of its shape, or all without one.
+std::vector<Key> pattern_keys(Layer& pattern);
+
+/// Words that `shape` accepts.
+const std::vector<std::string>& shape_names();
+
 }  // namespace sidewall::app

@@ -9,10 +9,10 @@
 #include <optional>
 #include <tuple>
 
-#include "app/recipe/flat.hpp"
-#include "app/recipe/layer_keys.hpp"
+#include "app/common/raise.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/sections.hpp"
 #include "levelset/shapes/polygon_clipping.hpp"
 
@@ -96,8 +96,7 @@ std::vector<levelset::Polygon> outlines_at(Placed& mask, const Recipe& recipe, c
             if (other) std::tie(layer.gds_layer, layer.gds_datatype) = std::tie((*other)[0], (*other)[1]);
             return drawn_outlines(layer, unit, note);
         } catch (const FileError& error) {  // names the layout
-            throw FileError(
-                fmt::format("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what()));
+            raise<FileError>("{}: {}.file: {}", place_of(*mask.table->get("file")), mask.path, error.what());
         } catch (const KeyError& error) {
             if (other && error.key == "gds_layer") fail(asking, path, error.rule);
             throw;
@@ -206,8 +205,7 @@ void take_cut_from_layout(toml::table& root, Recipe& recipe) {
             lines_of(outlines_at(unmoved, recipe, domain.length_unit, layer, asking, "cut.layer"));
         const auto count = static_cast<std::int64_t>(lines.size());
         if (section.line > count || (section.line == 0 && count > 1))
-            throw KeyError("line",
-                           fmt::format("the layer holds {} lines: choose one, from 1 to {}", count, count));
+            raise_key("line", "the layer holds {} lines: choose one, from 1 to {}", count, count);
         return lines[static_cast<std::size_t>(std::max<std::int64_t>(section.line, 1) - 1)];
     });
     const Eigen::Vector2d centre = 0.5 * (line.from + line.to), axis = (line.to - line.from).normalized();

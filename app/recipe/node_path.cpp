@@ -6,14 +6,11 @@
 #include <algorithm>
 #include <charconv>
 
+#include "app/common/raise.hpp"
 #include "app/recipe/reader.hpp"
 
 namespace sidewall::app {
 namespace {
-
-bool is_bare(std::string_view key) {
-    return !key.empty() && std::all_of(key.begin(), key.end(), key_character);
-}
 
 // Steps that nest deeper than a recipe may are left to the reader to refuse.
 void collect_names(const toml::node* list, const std::string& path, std::size_t depth,
@@ -28,11 +25,37 @@ void collect_names(const toml::node* list, const std::string& path, std::size_t 
     }
 }
 
-}  // namespace
-
-bool key_character(char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+// A table { v = value } whose nodes name the override as their source. What is not TOML but starts like a
+// word is a string: lindstrom-turk, y=0.
+toml::table parse_value(const std::string& text, const std::string& source) {
+    const bool word =
+        !text.empty() && (key_character(text[0]) && !(text[0] >= '0' && text[0] <= '9') && text[0] != '-');
+    if (line_of_deep_key("v = " + text) > 0)
+        raise<RecipeError>("{}: a key of over {} parts", source, kMostKeyParts);
+    try {
+        toml::table table = toml::parse("v = " + text, std::string_view(source));
+        if (table.size() == 1 && text.find('\n') == std::string::npos) return table;
+    } catch (const toml::parse_error& error) {
+        if (word) return toml::parse("v = " + toml_text(text), std::string_view(source));
+        raise<RecipeError>("{}: not a TOML value: {}", source, error.description());
+    }
+    raise<RecipeError>("{}: must be one value on one line", source);
 }
+
+toml::node* child(toml::node& node, const PathPart& part, std::size_t indices, const std::string& source) {
+    toml::node* found = node.as_table()->get(part.key);
+    for (std::size_t i = 0; i < indices && found != nullptr; ++i) {
+        toml::array* array = found->as_array();
+        if (array == nullptr) raise<RecipeError>("{}: {} is not a list in the recipe", source, part.key);
+        if (part.indices[i] >= array->size())
+            raise<RecipeError>("{}: {}[{}]: the recipe has {}, counted from 0", source, part.key,
+                               part.indices[i], array->size());
+        found = array->get(part.indices[i]);
+    }
+    return found;
+}
+
+}  // namespace
 
 std::vector<PathPart> split_path(std::string_view path) {
     std::vector<PathPart> parts;
@@ -71,7 +94,7 @@ std::vector<NamedStep> named_steps(const toml::table& root) {
 }
 
 std::string path_by_name(const std::string& name) {
-    if (is_bare(name)) return "step." + name;
+    if (key_text(name) == name) return "step." + name;
     const char quote = name.find('"') == std::string::npos ? '"' : '\'';
     return fmt::format("step.{}{}{}", quote, name, quote);
 }
@@ -86,16 +109,16 @@ std::string with_place_of_step(std::string_view path, std::span<const NamedStep>
     }
     const auto shown = std::next(names.begin(), std::min<std::ptrdiff_t>(std::ssize(names), 20));
     if (places.empty() || !parts[1].indices.empty())
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "no step is named {}{} {}", parts[1].key, did_you_mean("; ", parts[1].key, names, ";"),
             names.empty() ? std::string("none has a name: count from 0, e.g. step[0].duration")
-                          : fmt::format("there are {}", fmt::join(names.begin(), shown, ", "))));
+                          : fmt::format("there are {}", fmt::join(names.begin(), shown, ", ")));
     if (places.size() > 1)
-        throw RecipeError(fmt::format("several steps are named {}: write {}, or give them names of their own",
-                                      parts[1].key, fmt::join(places, " or ")));
+        raise<RecipeError>("several steps are named {}: write {}, or give them names of their own",
+                           parts[1].key, fmt::join(places, " or "));
     std::string placed = places.front();
     for (std::size_t p = 2; p < parts.size(); ++p) {
-        placed += "." + (is_bare(parts[p].key) ? parts[p].key : toml_text(parts[p].key));
+        placed += "." + key_text(parts[p].key);
         for (const std::size_t index : parts[p].indices) placed += fmt::format("[{}]", index);
     }
     return placed;
@@ -112,6 +135,61 @@ const toml::node* find_node(const toml::table& root, std::string_view path) {
         if (node == nullptr) return nullptr;
     }
     return node;
+}
+
+void apply_override(toml::table& root, const std::string& setting) {
+    constexpr std::size_t kShown = 200;
+    const std::string source =
+        fmt::format("--set {}{}", setting.substr(0, kShown), setting.size() > kShown ? "..." : "");
+    const std::size_t equals = setting.find('=');
+    std::vector<PathPart> parts;
+    try {
+        if (equals != std::string::npos)
+            parts = split_path(with_place_of_step(setting.substr(0, equals), named_steps(root)));
+    } catch (const RecipeError& error) {
+        raise<RecipeError>("{}: {}", source, error.what());
+    }
+    if (parts.empty())
+        raise<RecipeError>(
+            "{}: must be key=value, e.g. step[0].duration=2, step.etch.duration=2 of the step with that "
+            "name, or flux.rays=1000",
+            source);
+    toml::table value = parse_value(setting.substr(equals + 1), source);
+
+    toml::node* node = &root;
+    for (std::size_t p = 0; p + 1 < parts.size(); ++p) {
+        toml::node* next = child(*node, parts[p], parts[p].indices.size(), source);
+        if (next == nullptr && parts[p].indices.empty()) {
+            toml::table made = parse_value("{}", source);
+            node->as_table()->insert_or_assign(parts[p].key, std::move(*made.get("v")->as_table()));
+            next = node->as_table()->get(parts[p].key);
+        }
+        if (next == nullptr) raise<RecipeError>("{}: the recipe has no {}", source, parts[p].key);
+        if (!next->is_table())
+            raise<RecipeError>("{}: {} holds no keys in the recipe{}", source, parts[p].key,
+                               next->is_array() ? "; give an index, e.g. " + parts[p].key + "[0]" : "");
+        node = next;
+    }
+
+    const PathPart& last = parts.back();
+    value.get("v")->visit([&](auto& v) {
+        if (last.indices.empty()) {
+            node->as_table()->insert_or_assign(last.key, std::move(v));
+            return;
+        }
+        if (child(*node, last, last.indices.size(), source) == nullptr)
+            raise<RecipeError>("{}: the recipe has no {}", source, last.key);
+        toml::array* array = child(*node, last, last.indices.size() - 1, source)->as_array();
+        array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(last.indices.back()), std::move(v));
+    });
+}
+
+std::optional<double> written_number(const std::string& text, const std::string& file,
+                                     const std::vector<std::string>& overrides, const std::string& key) {
+    toml::table root = parse_toml(text, file);
+    for (const std::string& setting : overrides) apply_override(root, setting);
+    const toml::node* node = find_node(root, with_place_of_step(key, named_steps(root)));
+    return node == nullptr ? std::nullopt : node->value<double>();
 }
 
 }  // namespace sidewall::app

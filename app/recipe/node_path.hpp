@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,9 +14,6 @@ struct PathPart {
     std::string key;
     std::vector<std::size_t> indices;
 };
-
-/// Whether TOML lets a key without quotes hold \p c.
-bool key_character(char c);
 
 /// A step that a recipe has given a name.
 struct NamedStep {
@@ -39,5 +37,15 @@ std::vector<PathPart> split_path(std::string_view path);
 
 /// The node at \p path below \p root, or nullptr.
 const toml::node* find_node(const toml::table& root, std::string_view path);
+
+/// Applies `key=value` to \p root before it is validated.
+/// \throws RecipeError naming the override.
+void apply_override(toml::table& root, const std::string& setting);
+
+/// The number that a recipe's text, changed by \p overrides, has for a key such as `step[0].rate.Si`; nothing if it
+/// leaves the key to its default or has no number there.
+/// \throws RecipeError for what is no TOML.
+std::optional<double> written_number(const std::string& text, const std::string& file,
+                                     const std::vector<std::string>& overrides, const std::string& key);
 
 }  // namespace sidewall::app

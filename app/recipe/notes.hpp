@@ -10,4 +10,8 @@ namespace sidewall::app {
 /// rounded, beams that sides mirror, parts that do nothing.
 std::vector<std::string> notes_on(const Recipe& recipe);
 
+/// Notes on what a valid recipe says in vain: layers that those below hide wholly, values for materials that a step
+/// does not meet, and stop conditions that no wafer of it meets.
+std::vector<std::string> idle_parts(const Recipe& recipe);
+
 }  // namespace sidewall::app

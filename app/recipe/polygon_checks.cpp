@@ -240,9 +240,10 @@ void check_polygons(const Layer& layer, const std::vector<Polygon>& polygons, co
     }
     const std::string finer = fmt::format("use a grid_spacing of {:.2g} or less", width / kGoodCells);
     if (key.starts_with("polygons[") && cells < kFewestCells)
-        throw KeyError(key, fmt::format("the outline is only {:.3g} cells wide, and the grid loses what "
-                                        "is under {:g}: {}",
-                                        cells, kFewestCells, finer));
+        raise_key(key,
+                  "the outline is only {:.3g} cells wide, and the grid loses what "
+                  "is under {:g}: {}",
+                  cells, kFewestCells, finer);
     notes.push_back(fmt::format(
         "{}.{}: the narrowest outline is {:.3g} cells wide: its corners and fluxes are coarse under "
         "{:g}, and under {:g} it is lost; {}",

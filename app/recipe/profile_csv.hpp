@@ -13,7 +13,7 @@ struct ProfileTable {
     bool several = false;  ///< they are of more than one line, by the column `polyline` of a run's profiles
 };
 
-/// Reads a point a row (common/csv.hpp): of columns with headings those named x (or y, r) and z, else the first two. What
+/// Reads a point a row (common/text.hpp): of columns with headings those named x (or y, r) and z, else the first two. What
 /// has its unit in the heading is converted.
 /// \throws FileError naming file and line; also for over \p most points and for coordinates that are huge.
 ProfileTable read_points(const std::filesystem::path& path, const std::string& length_unit,

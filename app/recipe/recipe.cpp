@@ -6,14 +6,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/common/raise.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "app/recipe/flat.hpp"
-#include "app/recipe/grid_levels.hpp"
 #include "app/recipe/layer_reader.hpp"
 #include "app/recipe/layout_extent.hpp"
-#include "app/recipe/override.hpp"
+#include "app/recipe/node_path.hpp"
 #include "app/recipe/reader.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
 #include "app/recipe/steps.hpp"
@@ -93,23 +93,22 @@ void read_domain(const toml::table& root, Recipe& recipe) {
             throw KeyError("padding", "is of extent = \"gds\" or [cut]: drop it, or that extent's numbers");
         for (const double extent : domain.extent)
             if (extent / domain.grid_spacing > kMostAlong)
-                throw KeyError("grid_spacing",
-                               fmt::format("needs {:.3g} cells for an extent of {:g}, over {:g}; use a "
-                                           "larger spacing",
-                                           extent / domain.grid_spacing, extent, kMostAlong));
+                raise_key("grid_spacing",
+                          "needs {:.3g} cells for an extent of {:g}, over {:g}; use a "
+                          "larger spacing",
+                          extent / domain.grid_spacing, extent, kMostAlong);
     });
     if (is_flat(domain)) recipe.domain.boundary[1] = levelset::Side::periodic;
     try {
         const levelset::Domain grid = domain_of(recipe);
         if (std::max(grid.cells[0], grid.cells[1]) < kFewestAlong)
-            throw RecipeError(fmt::format(
+            raise<RecipeError>(
                 "domain.grid_spacing = {:g}: makes a grid of {} x {} cells, which holds no shape: use "
                 "a spacing of {:.3g} or less",
                 domain.grid_spacing, grid.cells[0], grid.cells[1],
-                std::max(domain.extent[0], domain.extent[1]) / (2.0 * kFewestAlong)));
+                std::max(domain.extent[0], domain.extent[1]) / (2.0 * kFewestAlong));
     } catch (const RecipeError& error) {  // names the key itself
-        throw RecipeError(
-            fmt::format("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what()));
+        raise<RecipeError>("{}: {}", place_of(*root["domain"]["grid_spacing"].node()), error.what());
     }
 }
 
@@ -136,7 +135,7 @@ void read_start(const toml::table& root, Recipe& recipe) {
 
 void check_simplify(const SimplifySection& simplify) {
     if (simplify.l0 && simplify.l_max && *simplify.l_max < *simplify.l0)
-        throw KeyError("l_max", fmt::format("must be at least l0 = {:g}", *simplify.l0));
+        raise_key("l_max", "must be at least l0 = {:g}", *simplify.l0);
     if (!simplify.weights.empty() && simplify.weights[0] + simplify.weights[1] + simplify.weights[2] <= 0.0)
         throw KeyError("weights", "must not all be 0");
     if (simplify.max_error && simplify.method == "cgal-lindstrom-turk")
@@ -146,11 +145,11 @@ void check_simplify(const SimplifySection& simplify) {
 void check_averaging(double radius, const DomainSection& domain) {
     const double least = kLeastAveraging * domain.grid_spacing, most = kMostAveraging * domain.grid_spacing;
     if (radius != 0.0 && (radius < least || radius > most))
-        throw KeyError("averaging", fmt::format("must be 0, or {:g} to {:g} grid spacings, {:g} to {:g}",
-                                                kLeastAveraging, kMostAveraging, least, most));
+        raise_key("averaging", "must be 0, or {:g} to {:g} grid spacings, {:g} to {:g}", kLeastAveraging,
+                  kMostAveraging, least, most);
     // Beyond a side the surface goes on, but only once.
     const double width = is_flat(domain) ? domain.extent[0] : std::min(domain.extent[0], domain.extent[1]);
-    if (radius > width) throw KeyError("averaging", fmt::format("must not exceed the wafer's {:g}", width));
+    if (radius > width) raise_key("averaging", "must not exceed the wafer's {:g}", width);
 }
 
 // A cut that misses the wafer would give an empty file without a word.
@@ -168,7 +167,7 @@ surface::Plane vertical_plane(const std::string& text, const Recipe& recipe, con
             throw KeyError(key,
                            "lies along y, where a profile in x and z is the same everywhere; use \"y=0\"");
         if (across && std::abs(plane.offset) > half)
-            throw KeyError(key, fmt::format("lies outside the domain, which ends at +-{:g}", half));
+            raise_key(key, "lies outside the domain, which ends at +-{:g}", half);
     }
     return plane;
 }
@@ -213,16 +212,16 @@ void require_figure(const Recipe& recipe, const Step& step, const StopRule& rule
     const auto meshes = std::any_of(recipe.layers.begin(), recipe.layers.end(),
                                     [](const Layer& layer) { return layer.shape == "mesh"; });
     if (here != met.end() && std::count(here->ids.begin(), here->ids.end(), id) == 0)
-        throw KeyError("stop",
-                       fmt::format("there is no {} on the wafer in this step, and {} never exists; name "
-                                   "another material",
-                                   material, name));
+        raise_key("stop",
+                  "there is no {} on the wafer in this step, and {} never exists; name "
+                  "another material",
+                  material, name);
     if (figure && figure->kind == FigureKind::thickness && !meshes &&
         recipe.layers.front().material == material)
-        throw KeyError("stop",
-                       fmt::format("the substrate of {} has no end below, and {} never exists; use depth, or "
-                                   "a substrate of another material below",
-                                   material, name));
+        raise_key("stop",
+                  "the substrate of {} has no end below, and {} never exists; use depth, or "
+                  "a substrate of another material below",
+                  material, name);
 }
 
 // The stop conditions of the steps; [metrology] is read.
@@ -254,13 +253,11 @@ std::string text_of(const std::filesystem::path& path) {
     std::error_code failure;
     const std::string name = path.string();
     if (!std::filesystem::exists(path, failure))
-        throw FileError(
-            fmt::format("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name));
+        raise<FileError>("{}: no such file: give a recipe, e.g. configs/trench_deposition.toml", name);
     if (!std::filesystem::is_regular_file(path, failure))
-        throw FileError(fmt::format("{}: not a file: give a recipe in TOML", name));
+        raise<FileError>("{}: not a file: give a recipe in TOML", name);
     if (std::filesystem::file_size(path, failure) > kMostRecipeBytes)
-        throw FileError(
-            fmt::format("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes));
+        raise<FileError>("{}: larger than {} bytes: give a recipe in TOML", name, kMostRecipeBytes);
     return surface::read_whole_file(path);
 }
 
@@ -332,8 +329,7 @@ Recipe parse_recipe(std::string_view text, const std::string& file,
             vertical_plane(profiles[i], recipe, fmt::format("profiles[{}]", i));
         if (recipe.output.every &&
             total_duration(expanded_steps(recipe)) / *recipe.output.every > kMostSurfaces)
-            throw KeyError("every",
-                           fmt::format("saves more than {:g} surfaces; use a longer time", kMostSurfaces));
+            raise_key("every", "saves more than {:g} surfaces; use a longer time", kMostSurfaces);
     });
     read_metrology(root, recipe);
     check_stops(root, recipe.steps, "step", recipe, materials_by_step(recipe));

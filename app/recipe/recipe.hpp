@@ -29,7 +29,7 @@ struct DomainSection {
 };
 
 struct GridSection {
-    std::optional<double> levels = 1.0;  ///< 1 to 3; absent: as many as pay (recipe/grid_levels.hpp)
+    std::optional<double> levels = 1.0;  ///< 1 to 3; absent: as many as pay (recipe/domain.hpp)
     bool operator==(const GridSection&) const = default;
 };
 
@@ -47,7 +47,7 @@ struct Outline {
     bool operator==(const Outline&) const = default;
 };
 
-/// A layer as the recipe writes it. Which members count depends on the shape; see recipe/layer_keys.cpp and
+/// A layer as the recipe writes it. Which members count depends on the shape; see recipe/layers.cpp and
 /// levelset/shapes/shapes.hpp.
 struct Layer {
     std::string shape = "plane";

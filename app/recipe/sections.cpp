@@ -6,7 +6,7 @@
 #include <set>
 
 #include "app/models/model.hpp"
-#include "app/recipe/layer_keys.hpp"
+#include "app/recipe/layers.hpp"
 #include "app/recipe/steps.hpp"
 #include "app/schema/units.hpp"
 

@@ -2,7 +2,7 @@
 #include "app/recipe/recipe.hpp"
 
 // The keys of the sections that a recipe has once, and of a material: the one place that names, bounds and
-// documents them. Those of layers are in layer_keys.hpp, those of steps in steps.hpp.
+// documents them. Those of layers are in layers.hpp, those of steps in steps.hpp.
 namespace sidewall::app {
 
 /// A line of a layout along which a profile is simulated. A parsed recipe has its extent and outlines instead.

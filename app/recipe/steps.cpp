@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <limits>
 
+#include "app/common/raise.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "app/recipe/layer_keys.hpp"
 #include "app/recipe/layer_reader.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/reader.hpp"
@@ -79,8 +79,7 @@ void find_files(const toml::table& table, const std::string& path, const std::st
                 convert_columns(csv, {recipe.domain.length_unit, recipe.domain.time_unit});
             recipe.notes.push_back(fmt::format("{}.{}{}: {}", path, inner, key.name, csv.understood));
         } catch (const FileError& error) {
-            throw FileError(
-                fmt::format("{}: {}.{}{}: {}", place_of(table), path, inner, key.name, error.what()));
+            raise<FileError>("{}: {}.{}{}: {}", place_of(table), path, inner, key.name, error.what());
         }
     }
 }

@@ -244,13 +244,11 @@ addEventListener("error", (event) => Sidewall.errors.push(String(event.message))
         height = Math.min(Math.max(1.1 * aspect * (width - 70) + 60, 220), 560, 1.25 * width + 60);
       }
       const root = svg("svg", { width, height, role: "img", "aria-label": `${chart.title}: ${chart.y} over ${chart.x}` });
-      const box = { left: 58, right: width - 12, top: 10, bottom: height - 42 };
-      const x = axis(xs, box.left, box.right, chart.log_x, width / 90);
+      const box = { right: width - 12, top: 10, bottom: height - 42 };
       const y = axis(ys, box.bottom, box.top, chart.log_y, height / 50);
       const widest = Math.max(...y.ticks.map((v) => number(v).length));
       box.left = 30 + 7 * Math.max(3, widest);
-      const fitted = axis(xs, box.left, box.right, chart.log_x, width / 90);
-      Object.assign(x, fitted);
+      const x = axis(xs, box.left, box.right, chart.log_x, width / 90);
       if (chart.same_scale) equalAxes(x, y, box);
       drawAxes(root, chart, x, y, box);
       const groups = drawSeries(root, chart, x, y);

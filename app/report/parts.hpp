@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/report/text_table.hpp"
+#include "app/common/text.hpp"
 #include "app/report/view.hpp"
 
 // Parts that pages of different folders share: sections, which app/report/page.js draws by their "type".

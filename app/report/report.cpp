@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "app/common/files.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 
@@ -44,10 +44,10 @@ Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<Save
         {"timeline.csv", whole_run_page}};
     for (const auto& [file, page] : kPages)
         if (is_there(folder / file)) return page(folder, bytes);
-    throw FileError(fmt::format(
+    raise<FileError>(
         "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
         "summary.json, surface.pvd, sweep.json, fit.json, compare.json or study.json",
-        folder.string()));
+        folder.string());
 }
 
 // Escapes text for HTML, between tags and in quoted attributes.
@@ -85,12 +85,10 @@ Report report_within(const fs::path& folder, std::size_t bytes, const std::optio
 }  // namespace
 
 Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
-    if (!is_there(folder))
-        throw FileError(fmt::format("{}: no such folder: check the path", folder.string()));
+    if (!is_there(folder)) raise<FileError>("{}: no such folder: check the path", folder.string());
     std::error_code failure;
     if (!fs::is_directory(folder, failure))
-        throw FileError(
-            fmt::format("{}: is a file: name the folder of results that holds it", folder.string()));
+        raise<FileError>("{}: is a file: name the folder of results that holds it", folder.string());
     try {
         Report report = report_within(folder, view_bytes(), only);
         // Texts and tables may take more than expected: then the view gets less.
@@ -98,14 +96,14 @@ Report make_report(const fs::path& folder, const std::optional<SavedSurface>& on
             report =
                 report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes), only);
         if (report.html.size() > kMostPageBytes)
-            throw FileError(fmt::format("{}: its page would take {} bytes, over {}: report one of its runs",
-                                        folder.string(), report.html.size(), kMostPageBytes));
+            raise<FileError>("{}: its page would take {} bytes, over {}: report one of its runs",
+                             folder.string(), report.html.size(), kMostPageBytes);
         return report;
     } catch (const nlohmann::json::exception& error) {
-        throw FileError(
-            fmt::format("{}: its JSON is not what this program writes ({}): it is damaged or of another "
-                        "version; make the results again",
-                        folder.string(), error.what()));
+        raise<FileError>(
+            "{}: its JSON is not what this program writes ({}): it is damaged or of another "
+            "version; make the results again",
+            folder.string(), error.what());
     }
 }
 

@@ -5,12 +5,11 @@
 #include <set>
 
 #include "app/common/files.hpp"
-#include "app/common/folder_lock.hpp"
 #include "app/common/json.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
 #include "app/results/result.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -25,8 +24,8 @@ class Timeline {
     Timeline(const fs::path& path, const Json& summary) : summary_(summary) {
         if (is_there(path)) table_ = read_text_table(path);
         if (!table_.names.empty() && !table_.column("time"))
-            throw FileError(fmt::format("{}: has no column time, it is damaged: run the simulation again",
-                                        path.string()));
+            raise<FileError>("{}: has no column time, it is damaged: run the simulation again",
+                             path.string());
         time_ = table_.column("time").value_or(0);
     }
 

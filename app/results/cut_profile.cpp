@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "levelset/layers/stack.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {
@@ -19,6 +20,112 @@ Stretches between(const std::vector<double>& crossings, bool solid) {
     }
     if (solid) stretches.emplace_back(begin, kInfinity);
     return stretches;
+}
+
+// Roughness below this part of a cell counts as flat: a thinner film counts as none elsewhere, too; faces on
+// nodes lie 0.002 of their level's cells off them, which is less on all levels.
+constexpr double kFlat = levelset::kExposed;
+
+struct ProfileSpan {
+    double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
+};
+
+ProfileSpan span_of_profile(const Profile& profile) {
+    ProfileSpan span;
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        for (const Vec3* end : {&p, &q}) {
+            const double at = end->dot(profile.along);
+            span.left = std::min(span.left, at);
+            span.right = std::max(span.right, at);
+            span.floor = std::min(span.floor, end->z());
+            span.crest = std::max(span.crest, end->z());
+        }
+    });
+    return span;
+}
+
+// z of the profile's lowest and highest crossing of the vertical at `along`.
+std::pair<double, double> crossings(const Profile& profile, double along) {
+    std::pair<double, double> found{kNone, kNone};
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        const double a = p.dot(profile.along), b = q.dot(profile.along);
+        if (a == b || std::min(a, b) > along || std::max(a, b) < along) return;
+        const double z = p.z() + (along - a) / (b - a) * (q.z() - p.z());
+        found = {std::fmin(found.first, z), std::fmax(found.second, z)};
+    });
+    return found;
+}
+
+// The profile and what lies beyond its sides, once.
+Profile with_beyond(const Profile& profile) {
+    Profile all = profile;
+    for (const surface::Polyline& line : profile.lines) {
+        for (const double side : profile.mirrors) {
+            surface::Polyline& copy = all.lines.emplace_back(line);
+            for (Vec3& p : copy.points) p += 2.0 * (side - p.dot(profile.along)) * profile.along;
+        }
+        for (const double shift : profile.shifts) {
+            surface::Polyline& copy = all.lines.emplace_back(line);
+            for (Vec3& p : copy.points) p += shift * profile.along;
+        }
+    }
+    return all;
+}
+
+// The middle of the material beside an opening, at a height; NaN if that does not end.
+double middle_beside(const Profile& profile, const std::pair<double, double>& open, double z) {
+    double left = kNone, right = kNone;
+    for (const auto& [from, to] : solid_at(profile, z)) {
+        if (!std::isfinite(to - from)) continue;
+        if (to == open.first) left = 0.5 * (from + to);
+        if (from == open.second) right = 0.5 * (from + to);
+    }
+    return std::isnan(right) ? left : right;
+}
+
+struct Floor {
+    double z = kInfinity, along = kNone;
+};
+
+// The lowest point within an opening.
+Floor deepest_point(const Profile& below, const std::pair<double, double>& within) {
+    Floor lowest;
+    below.each_segment([&](const Vec3& p, const Vec3& q) {
+        for (const Vec3* end : {&p, &q}) {
+            const double at = end->dot(below.along);
+            if (at >= within.first && at <= within.second && end->z() < lowest.z) lowest = {end->z(), at};
+        }
+    });
+    return lowest;
+}
+
+// Where a floor is measured, along the profile: midway between its walls a cell above it, or at half its
+// depth if it is less deep; by its lowest point if no walls are there. Corners on the floor may be cut on one
+// side.
+double middle_of_floor(const Profile& below, const Floor& floor, double top, double spacing) {
+    for (const auto& [left, right] : openings(below, floor.z + std::min(spacing, 0.5 * (top - floor.z))))
+        if (floor.along >= left - spacing && floor.along <= right + spacing) return 0.5 * (left + right);
+    return floor.along;
+}
+
+// Whether an opening begins or ends at a height, as at the ceiling of a cavity: it has no width there to
+// speak of.
+bool has_ledge(const Profile& profile, double z, double near) {
+    const double above = opening(profile, z + near), below = opening(profile, z - near);
+    return std::abs(above - below) > 0.1 * std::max(above, below);
+}
+
+// Measures the film on top and floor, of profiles with what lies beyond their sides. Returns z of the top
+// below it.
+double measure_flats(const Profile& surface, const Profile& below, double beside, double floor_at,
+                     double floor, Film& film) {
+    const double top = crossings(below, beside).second;
+    film.top = crossings(surface, beside).second - top;
+    // Both at the same place: a floor's lowest point may lie in a corner, deeper than its middle. Over the
+    // floor the film's own surface is the lowest crossing above it.
+    film.bottom = crossings(surface, floor_at).first - crossings(below, floor_at).first;
+    film.depth = top - floor;
+    return top;
 }
 
 }  // namespace
@@ -119,6 +226,56 @@ std::pair<double, double> widest_opening(const Profile& profile, double z) {
 double opening(const Profile& profile, double z) {
     const auto [left, right] = widest_opening(profile, z);
     return right - left;
+}
+
+double Film::coverage(double thickness, double spacing) const {
+    const double least = levelset::kExposed * spacing;
+    const bool there = top > least && (side > least || bottom > least), walls = depth > 2.0 * spacing;
+    return there && walls && !filled ? thickness / top : kNone;
+}
+
+Film film_between(const Profile& surface, const Profile& below, double spacing) {
+    Film film;
+    const ProfileSpan span = span_of_profile(below);
+    if (!std::isfinite(span.floor)) return film;
+    if (span.crest - span.floor <= kFlat * spacing) {  // which of its points is the lowest, rounding decides
+        measure_flats(surface, below, span.left, 0.5 * (span.left + span.right), span.floor, film);
+        return film;
+    }
+    const double half = 0.5 * (span.crest + span.floor);
+    const std::pair<double, double> open = widest_opening(below, half);
+    const double beside = middle_beside(below, open, half);
+    // Within a cell of a side there may be a wall, no flat top.
+    const bool over_side = open.first < span.left + spacing || open.second > span.right - spacing,
+               across = over_side && std::isfinite(beside);
+    const Profile all_above = with_beyond(surface), all_below = with_beyond(below);
+    const Floor floor = deepest_point(all_below, across ? open : std::pair(span.left, span.right));
+    const double along = across ? beside : span.left, crest = crossings(all_below, along).second,
+                 top = measure_flats(all_above, all_below, along,
+                                     middle_of_floor(below, floor, crest, spacing), floor.z, film);
+    const double middle = 0.5 * (top + span.floor), width = opening(below, middle),
+                 still_open = opening(surface, middle);
+    constexpr double kNearMiddle = 0.02;  // of the depth
+    if (!has_ledge(below, middle, kNearMiddle * film.depth)) film.side = 0.5 * (width - still_open);
+    film.filled = std::isfinite(width) && !std::isfinite(still_open);
+    return film;
+}
+
+double seam_depth(const Profile& surface, const Profile& below) {
+    const ProfileSpan span = span_of_profile(below);
+    if (!std::isfinite(span.floor)) return kNone;
+    const double half = 0.5 * (span.crest + span.floor);
+    const std::pair<double, double> open = widest_opening(below, half);
+    const Profile above = with_beyond(surface);
+    const Floor floor = deepest_point(with_beyond(below), open), notch = deepest_point(above, open);
+    if (!std::isfinite(notch.z) || !std::isfinite(floor.z)) return kNone;
+    // From the floor alone an even film has come no higher when its walls meet.
+    const double width = opening(below, std::min(notch.z, half));
+    if (!(notch.z - floor.z > 0.5 * width)) return kNone;
+    constexpr double kNotch = 0.1;  // slope of both its sides
+    for (const double aside : {-0.25 * width, 0.25 * width})
+        if (!(crossings(above, notch.along + aside).first - notch.z > kNotch * 0.25 * width)) return kNone;
+    return -notch.z;
 }
 
 }  // namespace sidewall::app

@@ -1,14 +1,14 @@
 #include "app/results/figure_values.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
-#include "app/recipe/flat.hpp"
-#include "app/results/cut_profile.hpp"
+#include "app/recipe/recipe_domain.hpp"
+#include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -33,12 +33,11 @@ double behind(const Stretches& stretches, double wall, bool left, double touchin
     return 0.0;
 }
 
-template <class Cuts>
-double on_walls(const Cuts& cuts, int material, double z) {
-    const auto [left, right] = widest_opening(cuts.open, z);
+double on_walls(WaferCut& cuts, int material, double z) {
+    const auto [left, right] = widest_opening(cuts.open(), z);
     if (!std::isfinite(right - left)) return kNone;
     const Stretches own = cuts.of_material(material, [&](const Profile& p) { return solid_at(p, z); });
-    const double touching = levelset::thinnest_film(cuts.stack.domain);
+    const double touching = levelset::thinnest_film(cuts.stack().domain);
     const double sum = behind(own, left, true, touching) + behind(own, right, false, touching);
     return std::isfinite(sum) ? 0.5 * sum : kNone;
 }
@@ -46,11 +45,10 @@ double on_walls(const Cuts& cuts, int material, double z) {
 // Half of how much wider the opening is where the material bounds it on both sides, by the median of the
 // heights (beside its neighbours' corners the boundary is slanted), than where it is narrowest. The floor,
 // where an opening begins that is still less than 80 degrees steep, does not count.
-template <class Cuts>
-double recess(const Cuts& cuts, int material) {
-    const double dx = cuts.stack.domain.spacing, touching = levelset::thinnest_film(cuts.stack.domain);
+double recess(WaferCut& cuts, int material) {
+    const double dx = cuts.stack().domain.spacing, touching = levelset::thinnest_film(cuts.stack().domain);
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    cuts.open.each_segment([&](const Vec3& p, const Vec3& q) {
+    cuts.open().each_segment([&](const Vec3& p, const Vec3& q) {
         low = std::min({low, p.z(), q.z()});
         high = std::max({high, p.z(), q.z()});
     });
@@ -61,7 +59,7 @@ double recess(const Cuts& cuts, int material) {
     const int count = static_cast<int>(std::ceil(4.0 * (high - low) / dx));
     for (int k = 0; k < count; ++k) {
         const double z = low + (k + 0.5) * (high - low) / count;
-        const auto [left, right] = widest_opening(cuts.open, z);
+        const auto [left, right] = widest_opening(cuts.open(), z);
         if (!std::isfinite(right - left)) continue;
         constexpr double kSteep = 5.67;  // tan(80 degrees)
         floor = floor && right - left - below > 2.0 * (high - low) / count / kSteep;
@@ -131,88 +129,132 @@ double roughness(const Recipe& recipe, bool of_width, double z, const levelset::
     return 3.0 * std::sqrt(of_width ? variance(width) : 0.5 * (variance(left) + variance(right)));
 }
 
-}  // namespace
-
-// The cuts of all layers' boundaries, bottom up.
-struct FigureReader::Cuts {
-    const levelset::MaterialStack& stack;
-    std::vector<Profile> layers;
-    Profile open;  // of the surface without closed voids
-
-    Cuts(const levelset::MaterialStack& of, const TriangleMesh& surface, const TriangleMesh& without_voids,
-         const surface::Plane& plane)
-        : stack(of), open(profile_of(without_voids, plane, of.domain)) {
-        for (std::size_t k = 0; k + 1 < of.layers.size(); ++k)
-            layers.push_back(profile_of(levelset::extract_around(of, k, plane), plane, of.domain));
-        layers.push_back(profile_of(surface, plane, of.domain));
+// Length of a void along an axis: of all its parts, which periodic sides may have cut.
+double length_along(const std::vector<Box3>& boxes, int axis) {
+    Stretches parts;
+    for (const Box3& box : boxes) parts.emplace_back(box.min[axis], box.max[axis]);
+    std::sort(parts.begin(), parts.end());
+    double length = 0.0, reached = -kInfinity;
+    for (const auto& [from, to] : parts) {
+        length += std::max(0.0, to - std::max(from, reached));
+        reached = std::max(reached, to);
     }
-    const Profile& surface() const { return layers.back(); }
-
-    // Stretches of a line in a material; solid() finds those below one profile.
-    template <class Solid>
-    Stretches of_material(int material, Solid&& solid) const {
-        Stretches all;
-        for (std::size_t k = 0; k < layers.size(); ++k) {
-            if (stack.layers[k].material != material) continue;
-            const Stretches own = k == 0 ? solid(layers[0]) : without(solid(layers[k]), solid(layers[k - 1]));
-            all.insert(all.end(), own.begin(), own.end());
-        }
-        std::sort(all.begin(), all.end());
-        // Layers of one material that touch are one.
-        const double touching = levelset::thinnest_film(stack.domain);
-        Stretches joined;
-        for (const auto& [from, to] : all)
-            if (!joined.empty() && from <= joined.back().second + touching)
-                joined.back().second = std::max(joined.back().second, to);
-            else
-                joined.emplace_back(from, to);
-        return joined;
-    }
-};
-
-FigureReader::FigureReader(const Recipe& recipe, const levelset::MaterialStack& stack,
-                           const TriangleMesh& surface, const TriangleMesh& open)
-    : recipe_(recipe), stack_(stack), surface_(surface), open_(open) {}
-
-FigureReader::~FigureReader() = default;
-
-const FigureReader::Cuts& FigureReader::cuts() {
-    if (!cuts_)
-        cuts_ = std::make_unique<const Cuts>(stack_, surface_, open_,
-                                             surface::parse_plane(recipe_.metrology.cut));
-    return *cuts_;
+    return length;
 }
 
-double FigureReader::value_of(const Figure& figure) {
+// Whether a void goes on in its image beyond one of an axis's sides. From side to side it is as long as the
+// domain.
+bool is_mirrored(const std::vector<Box3>& boxes, int axis, const levelset::Domain& domain) {
+    const auto a = static_cast<std::size_t>(axis);
+    if (domain.side[a] != levelset::Side::reflective) return false;
+    const double near = 1e-6 * domain.spacing;
+    const auto at = [&](auto&& touches) { return std::any_of(boxes.begin(), boxes.end(), touches); };
+    return at([&](const Box3& box) { return box.min[axis] <= domain.min[a] + near; }) !=
+           at([&](const Box3& box) { return box.max[axis] >= domain.max[a] - near; });
+}
+
+}  // namespace
+
+const std::vector<levelset::SurfacePiece>& WaferCut::pieces() {
+    if (!pieces_) pieces_ = levelset::surface_pieces(surface_, stack_.domain);
+    return *pieces_;
+}
+
+const TriangleMesh& WaferCut::open_surface() {
+    if (!open_surface_) open_surface_ = app::open_surface(surface_, pieces(), stack_.domain);
+    return *open_surface_ ? **open_surface_ : surface_;
+}
+
+const Profile& WaferCut::open() {
+    if (!open_) open_ = profile_of(open_surface(), plane_, stack_.domain);
+    return *open_;
+}
+
+const Profile& WaferCut::layer(std::size_t k) {
+    layers_.resize(stack_.layers.size());
+    if (!layers_[k])
+        layers_[k] =
+            profile_of(k + 1 < layers_.size() ? levelset::extract_around(stack_, k, plane_) : surface_,
+                       plane_, stack_.domain);
+    return *layers_[k];
+}
+
+Stretches WaferCut::of_material(int material, const std::function<Stretches(const Profile&)>& solid) {
+    Stretches all;
+    for (std::size_t k = 0; k < stack_.layers.size(); ++k) {
+        if (stack_.layers[k].material != material) continue;
+        const Stretches own = k == 0 ? solid(layer(0)) : without(solid(layer(k)), solid(layer(k - 1)));
+        all.insert(all.end(), own.begin(), own.end());
+    }
+    std::sort(all.begin(), all.end());
+    // Layers of one material that touch are one.
+    const double touching = levelset::thinnest_film(stack_.domain);
+    Stretches joined;
+    for (const auto& [from, to] : all)
+        if (!joined.empty() && from <= joined.back().second + touching)
+            joined.back().second = std::max(joined.back().second, to);
+        else
+            joined.emplace_back(from, to);
+    return joined;
+}
+
+double figure_value(const Recipe& recipe, const Figure& figure, WaferCut& cut) {
     const auto level = [&](const Profile& p) { return solid_at(p, -figure.at); };
     switch (figure.kind) {
-        case FigureKind::opening:  // measured with the openings, not here
-        case FigureKind::without:
+        case FigureKind::opening:
+            return opening(cut.open(), -figure.at);
+        case FigureKind::without:  // of another wafer
             break;
         case FigureKind::width:
-            return widest(cuts().of_material(figure.material, level));
+            return widest(cut.of_material(figure.material, level));
         case FigureKind::thickness: {
-            const double along = figure.at * (cuts().surface().along.x() + cuts().surface().along.y());
+            const Vec3 axis = surface::plane_axes(cut.plane())[0];
+            const double along = figure.at * (axis.x() + axis.y());
             return total(
-                cuts().of_material(figure.material, [&](const Profile& p) { return solid_below(p, along); }));
+                cut.of_material(figure.material, [&](const Profile& p) { return solid_below(p, along); }));
         }
         case FigureKind::wall:
-            return on_walls(cuts(), figure.material, -figure.at);
+            return on_walls(cut, figure.material, -figure.at);
         case FigureKind::recess:
-            return recess(cuts(), figure.material);
+            return recess(cut, figure.material);
         case FigureKind::ler:
         case FigureKind::lwr:
-            return roughness(recipe_, figure.kind == FigureKind::lwr, -figure.at, stack_, open_);
+            return roughness(recipe, figure.kind == FigureKind::lwr, -figure.at, cut.stack(),
+                             cut.open_surface());
         case FigureKind::volume:
-            return volume(stack_, figure.material) / width_of_strip(recipe_);
+            return volume(cut.stack(), figure.material) / width_of_strip(recipe);
     }
     return kNone;
 }
 
-Measure FigureReader::at(const Figure& figure) {
-    const std::string unit =
-        figure.kind == FigureKind::volume ? volume_unit(recipe_) : recipe_.domain.length_unit;
-    return {figure.name, value_of(figure), unit};
+Voids voids_in(const TriangleMesh& surface, const std::vector<levelset::SurfacePiece>& pieces,
+               const levelset::Domain& domain, const Vec3& along) {
+    Voids voids;
+    const int across = std::abs(along.x()) > 0.5 ? 0 : 1;
+    const double cell = std::pow(domain.spacing, 3);
+    for (const levelset::SurfacePiece& piece : pieces) {
+        if (piece.cover != 0 || -piece.volume < cell) continue;
+        ++voids.count;
+        voids.volume -= piece.volume;
+        const std::array mirrored{is_mirrored(piece.boxes, 0, domain), is_mirrored(piece.boxes, 1, domain)};
+        voids.whole_volume -= piece.volume * (mirrored[0] ? 2.0 : 1.0) * (mirrored[1] ? 2.0 : 1.0);
+        voids.top = std::fmax(voids.top, surface.vertices[piece.top].z());
+        const double once = length_along(piece.boxes, across);
+        voids.width = std::fmax(voids.width, mirrored[static_cast<std::size_t>(across)] ? 2.0 * once : once);
+    }
+    return voids;
+}
+
+std::optional<TriangleMesh> open_surface(const TriangleMesh& surface,
+                                         const std::vector<levelset::SurfacePiece>& pieces,
+                                         const levelset::Domain& domain) {
+    const auto sealed = levelset::sealed_off(surface, pieces, domain);
+    if (sealed.empty()) return std::nullopt;
+    TriangleMesh open;
+    open.vertices = surface.vertices;
+    for (std::size_t t = 0; t < sealed.size(); ++t)
+        if (sealed[t] == 0) open.triangles.push_back(surface.triangles[t]);
+    return open;
 }
 
 }  // namespace sidewall::app

@@ -9,12 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "app/recipe/flat.hpp"
-#include "app/results/cut_profile.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/results/figure_values.hpp"
-#include "app/results/film.hpp"
-#include "app/results/scallops.hpp"
-#include "app/results/voids.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/geometric.hpp"
@@ -88,8 +84,7 @@ class Metrologist {
         : recipe_(recipe),
           section_(section),
           stack_(stack),
-          mesh_(mesh),
-          plane_(surface::parse_plane(section.cut)) {}
+          cut_(stack, mesh, surface::parse_plane(section.cut)) {}
 
     std::vector<Measure> take() {
         for (const std::string& what : section_.measures) {
@@ -101,7 +96,7 @@ class Metrologist {
                 add_voids();
             else if (what == "cd")
                 for (const double at : section_.cd_depths)
-                    add(fmt::format("cd_at_{:g}", at), opening(open(), -at));
+                    add(fmt::format("cd_at_{:g}", at), opening(cut_.open(), -at));
             else if (const auto figure = named_figure(what, recipe_.materials))
                 add_named(*figure);
             else
@@ -116,50 +111,31 @@ class Metrologist {
     }
     void add_pure(std::string name, double value) { measures_.push_back({std::move(name), value, "1"}); }
 
-    // The profile of what is open: closed voids are no openings.
-    const Profile& open() {
-        if (!open_) open_ = profile_of(open_mesh(), plane_, stack_.domain);
-        return *open_;
-    }
-    const TriangleMesh& open_mesh() {
-        if (!open_mesh_) open_mesh_ = open_surface(mesh_, pieces(), stack_.domain);
-        return *open_mesh_ ? **open_mesh_ : mesh_;
-    }
-    const std::vector<levelset::SurfacePiece>& pieces() {
-        if (!pieces_) pieces_ = levelset::surface_pieces(mesh_, stack_.domain);
-        return *pieces_;
-    }
     // The profile of the layer below the uppermost one.
-    const Profile& below() {
-        if (!below_)
-            below_ = profile_of(levelset::extract_around(stack_, stack_.layers.size() - 2, plane_), plane_,
-                                stack_.domain);
-        return *below_;
-    }
+    const Profile& below() { return cut_.layer(stack_.layers.size() - 2); }
     double depth() {
-        const double floor = lowest(open());
+        const double floor = lowest(cut_.open());
         return std::isfinite(floor) ? -floor : kNone;
     }
     const Wall& openings() {
-        if (!openings_) openings_ = wall(open(), depth(), stack_.domain.spacing);
+        if (!openings_) openings_ = wall(cut_.open(), depth(), stack_.domain.spacing);
         return *openings_;
     }
 
     void add_named(const Figure& figure) {
-        if (figure.kind == FigureKind::opening) {
-            add(figure.name, opening(open(), -figure.at));
-        } else if (figure.kind == FigureKind::without) {
+        if (figure.kind == FigureKind::without) {
             if (stripped_ != figure.stripped) {
                 bare_ = stripped(stack_, figure.stripped);
                 if (bare_) bare_surface_ = levelset::extract_surface(*bare_);
                 stripped_ = figure.stripped;
             }
             const Measure bare = bare_ ? measure_named(recipe_, figure.of, *bare_, bare_surface_)
-                                       : measure_named(recipe_, figure.of, stack_, mesh_);
+                                       : measure_named(recipe_, figure.of, stack_, cut_.surface());
             measures_.push_back({figure.name, bare.value, bare.unit});
         } else {
-            if (!figures_) figures_.emplace(recipe_, stack_, mesh_, open_mesh());
-            measures_.push_back(figures_->at(figure));
+            const bool volume = figure.kind == FigureKind::volume;
+            measures_.push_back({figure.name, figure_value(recipe_, figure, cut_),
+                                 volume ? volume_unit(recipe_) : recipe_.domain.length_unit});
         }
     }
     void add_shape(const std::string& what) {
@@ -171,14 +147,14 @@ class Metrologist {
         } else if (what == "bow") {
             double widest = kNone;
             for (const double w : openings().opening) widest = std::fmax(widest, w);
-            add(what, widest - opening(open(), -dx));
+            add(what, widest - opening(cut_.open(), -dx));
         } else if (what == "undercut") {
             const double z = section_.mask_bottom;
-            add(what, 0.5 * (opening(open(), z - dx) - mask_opening(open(), z, dx)));
+            add(what, 0.5 * (opening(cut_.open(), z - dx) - mask_opening(cut_.open(), z, dx)));
         } else if (what == "aspect_ratio") {
-            add_pure(what, depth() / opening(open(), -0.5 * depth()));
+            add_pure(what, depth() / opening(cut_.open(), -0.5 * depth()));
         } else if (what == "seam_depth") {
-            add(what, stack_.layers.size() > 1 ? seam_depth(open(), below()) : kNone);
+            add(what, stack_.layers.size() > 1 ? seam_depth(cut_.open(), below()) : kNone);
         }
     }
     void add_scallops() {
@@ -187,7 +163,8 @@ class Metrologist {
         add("scallop_depth", found.depth);
     }
     void add_voids() {
-        const Voids found = voids_in(mesh_, pieces(), stack_.domain, surface::plane_axes(plane_)[0]);
+        const Voids found =
+            voids_in(cut_.surface(), cut_.pieces(), stack_.domain, surface::plane_axes(cut_.plane())[0]);
         add_pure("voids", found.count);
         const double strip = width_of_strip(recipe_);
         const std::string unit = volume_unit(recipe_);
@@ -199,7 +176,7 @@ class Metrologist {
     void add_film() {
         const double dx = stack_.domain.spacing;
         Film t;
-        if (stack_.layers.size() > 1) t = film_between(profile_of(mesh_, plane_, stack_.domain), below(), dx);
+        if (stack_.layers.size() > 1) t = film_between(cut_.layer(stack_.layers.size() - 1), below(), dx);
         add("film_top", t.top);
         add("film_side", t.side);
         add("film_bottom", t.bottom);
@@ -210,18 +187,98 @@ class Metrologist {
     const Recipe& recipe_;
     const MetrologySection& section_;
     const levelset::MaterialStack& stack_;
-    const TriangleMesh& mesh_;
-    surface::Plane plane_;
-    std::optional<FigureReader> figures_;
-    std::optional<std::vector<levelset::SurfacePiece>> pieces_;
-    std::optional<std::optional<TriangleMesh>> open_mesh_;  // without voids; nothing inside if there are none
-    std::optional<Profile> open_, below_;
+    WaferCut cut_;
     std::optional<Wall> openings_;
     int stripped_ = -1;                            // the last material that was stripped
     std::optional<levelset::MaterialStack> bare_;  // without it; nothing if it was not there
     TriangleMesh bare_surface_;
     std::vector<Measure> measures_;
 };
+
+// A place of the wall that stands out into the opening, by how much on the side where it does less.
+struct Edge {
+    std::size_t at;
+    double height;
+};
+
+// The half openings from the mouth down to where the floor begins: there the wall is less than 80 degrees
+// steep.
+std::vector<double> half_wall(std::span<const double> openings, double step) {
+    constexpr double kSteep = 5.67;  // tan(80 degrees)
+    std::vector<double> half;
+    half.reserve(openings.size());
+    for (const double w : openings)
+        if (std::isfinite(w)) half.push_back(0.5 * w);
+    while (half.size() > 1 && half[half.size() - 2] - half.back() > step / kSteep) half.pop_back();
+    return half;
+}
+
+// Slope of the wall's middle half by least squares.
+double mean_slope(const std::vector<double>& half) {
+    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+    for (std::size_t k = half.size() / 4; k < 3 * half.size() / 4; ++k) {
+        const auto x = static_cast<double>(k);
+        n += 1.0, sx += x, sy += half[k], sxx += x * x, sxy += x * half[k];
+    }
+    const double spread = n * sxx - sx * sx;
+    return spread > 0.0 ? (n * sxy - sx * sy) / spread : 0.0;
+}
+
+// How far the wall goes back from a place, in steps of \p by, until it stands out farther than there.
+double rise(const std::vector<double>& half, std::size_t from, std::ptrdiff_t by) {
+    double most = half[from];
+    const auto n = static_cast<std::ptrdiff_t>(half.size());
+    for (auto k = static_cast<std::ptrdiff_t>(from) + by; k >= 0 && k < n; k += by) {
+        const double here = half[static_cast<std::size_t>(k)];
+        if (here < half[from]) break;
+        most = std::max(most, here);
+    }
+    return most - half[from];
+}
+
+std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
+    std::vector<Edge> edges;
+    for (std::size_t k = 1; k + 1 < half.size(); ++k) {
+        if (!(half[k] < half[k - 1] && half[k] <= half[k + 1])) continue;
+        const double height = std::min(rise(half, k, -1), rise(half, k, 1));
+        if (height > least) edges.push_back({k, height});
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.height > b.height; });
+    // Of two or more edges the last one before the largest ratio to the next, which for the last of all is
+    // the least.
+    std::size_t count = edges.size();
+    double widest = 0.0;
+    for (std::size_t k = 2; k <= edges.size(); ++k) {
+        const double next = k < edges.size() ? edges[k].height : least, ratio = edges[k - 1].height / next;
+        if (ratio > widest) widest = ratio, count = k;
+    }
+    edges.resize(count);
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.at < b.at; });
+    return edges;
+}
+
+// The deepest place between two edges, behind the line through them.
+double depth_between(const std::vector<double>& half, std::size_t from, std::size_t to) {
+    double most = 0.0;
+    for (std::size_t k = from; k <= to; ++k) {
+        const double share = static_cast<double>(k - from) / static_cast<double>(to - from);
+        most = std::max(most, half[k] - (1.0 - share) * half[from] - share * half[to]);
+    }
+    return most;
+}
+
+double number_of(const Json& metrology, const char* name) {
+    return metrology.contains(name) && metrology[name].is_number() ? metrology[name].get<double>() : kNone;
+}
+
+// Cycles of all loops: of those within loops, too.
+double cycles_of(const std::vector<Step>& steps) {
+    double cycles = 0.0;
+    for (const Step& step : steps)
+        if (!step.steps.empty())
+            cycles += static_cast<double>(step.repeat) * std::max(1.0, cycles_of(step.steps));
+    return cycles;
+}
 
 }  // namespace
 
@@ -263,6 +320,31 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
         below = volume;
     }
     return volumes;
+}
+
+Scallops scallops(std::span<const double> openings, double step, double spacing) {
+    std::vector<double> half = half_wall(openings, step);
+    const double slope = mean_slope(half);
+    for (std::size_t k = 0; k < half.size(); ++k) half[k] -= slope * static_cast<double>(k);
+    const std::vector<Edge> edges = edges_of(half, 0.05 * spacing);
+    if (edges.size() < 2) return {};
+    const auto count = static_cast<double>(edges.size() - 1);
+    Scallops found{static_cast<double>(edges.back().at - edges.front().at) * step / count, 0.0};
+    for (std::size_t k = 0; k + 1 < edges.size(); ++k)
+        found.depth += depth_between(half, edges[k].at, edges[k + 1].at) / count;
+    return found;
+}
+
+std::string scallop_note(const Recipe& recipe, const Json& metrology) {
+    const double cycles = cycles_of(recipe.steps), pitch = number_of(metrology, "scallop_pitch"),
+                 depth = number_of(metrology, "depth"), product = cycles * pitch;
+    constexpr double kNear = 0.2;
+    if (cycles == 0.0 || !(std::abs(product - depth) > kNear * depth)) return {};
+    const std::string& length = recipe.domain.length_unit;
+    return fmt::format(
+        "scallop_pitch: {:g} cycles of {:.4g} {} are {:.4g} {}, but the depth is {:.4g} {}: some cycles have left no "
+        "scallop of their own, or some scallops are finer than the grid",
+        cycles, pitch, length, product, length, depth, length);
 }
 
 }  // namespace sidewall::app

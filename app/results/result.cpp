@@ -11,10 +11,10 @@
 #include <map>
 #include <utility>
 
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -45,48 +45,10 @@ std::optional<std::size_t> interface_number(const std::filesystem::path& file,
 }
 
 using Is = bool (Json::*)() const noexcept;
-constexpr Is kText = &Json::is_string, kNumber = &Json::is_number;
 
 bool has(const Json& json, const std::string& pointer, Is is) {
     const Json::json_pointer at(pointer);
     return json.contains(at) && (json.at(at).*is)();
-}
-
-// Absent ones are fine.
-bool has_no_other(const Json& json, const char* key, Is is) {
-    return !json.contains(key) || (json[key].*is)();
-}
-
-// A list of objects that all pass.
-template <class Passes>
-bool is_list(const Json& summary, const char* key, Passes&& passes) {
-    return summary.contains(key) && summary[key].is_array() &&
-           std::ranges::all_of(summary[key], [&](const Json& one) { return one.is_object() && passes(one); });
-}
-
-// Figures that do not exist are null; each has its unit.
-bool has_metrology(const Json& summary) {
-    if (!has(summary, "/metrology", &Json::is_object) || !has(summary, "/metrology_units", &Json::is_object))
-        return false;
-    const auto& figures = summary["metrology"].items();
-    return std::all_of(figures.begin(), figures.end(), [&](const auto& figure) {
-        return (figure.value().is_number() || figure.value().is_null()) &&
-               summary["metrology_units"].value(figure.key(), Json()).is_string();
-    });
-}
-
-// Bars of a run to an accuracy (accuracy/accuracy.hpp).
-bool has_bars(const Json& summary) {
-    if (!summary["accuracy"].is_object()) return false;
-    for (const auto& [measure, bars] : summary["accuracy"].items()) {
-        bool good = has(bars, "/status", kText);
-        for (const char* key : {"value", "total", "grid", "noise", "simplification"})
-            good = good && bars.contains(key);
-        for (const char* key : {"reason", "asked_for"}) good = good && has_no_other(bars, key, kText);
-        if (!good) return false;
-    }
-    return has(summary, "/accuracy_seconds/total", kNumber) &&
-           has(summary, "/accuracy_seconds/settled", kNumber) && summary.contains("accuracy_runs");
 }
 
 /// A file that a surface.pvd lists.
@@ -119,8 +81,7 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
     const std::string text = surface::read_whole_file(path);
     std::vector<PvdEntry> entries;
     if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
-        throw FileError(
-            fmt::format("{}: ends too early, it is damaged: run the simulation again", path.string()));
+        raise<FileError>("{}: ends too early, it is damaged: run the simulation again", path.string());
     for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
          at = text.find("<DataSet", at + 1)) {
         const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at);
@@ -129,14 +90,12 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
         std::from_chars(time.data(), time.data() + time.size(), entry.time);
         const std::string_view file = tag_attribute(tag, "file");
         if (file.empty())
-            throw FileError(
-                fmt::format("{}: a DataSet names no file: run the simulation again", path.string()));
+            raise<FileError>("{}: a DataSet names no file: run the simulation again", path.string());
         entry.file = path.parent_path() / std::string(file);
         entry.after = plain_text(std::string(tag_attribute(tag, "after")));
         entries.push_back(std::move(entry));
     }
-    if (entries.empty())
-        throw FileError(fmt::format("{}: lists no surface: has the run saved one yet?", path.string()));
+    if (entries.empty()) raise<FileError>("{}: lists no surface: has the run saved one yet?", path.string());
     return entries;
 }
 
@@ -147,25 +106,29 @@ constexpr const char* kSummaryAdvice = "remove it, and run --resume writes it an
 // is whole. Readers check it first: a file in a folder may be damaged.
 std::optional<std::string> missing_in_summary(const Json& summary) {
     if (!summary.is_object()) return "an object";
+    std::vector<std::pair<std::string, Is>> entries;
     for (const char* key : {"version", "length_unit", "time_unit"})
-        if (!has(summary, fmt::format("/{}", key), kText)) return key;
-    for (const char* key : {"grid_spacing", "time", "time_steps"})
-        if (!has(summary, fmt::format("/{}", key), kNumber)) return key;
-    if (!is_list(summary, "events", [](const Json& event) {
-            return has(event, "/kind", kText) && has_no_other(event, "material", kText);
-        }))
-        return "events";
-    if (!is_list(summary, "steps", [](const Json& step) { return has(step, "/stopped_by", kText); }))
-        return "steps";
-    bool timing = true;
-    for_each_phase([&](const char* name, double Timing::*) {
-        timing = timing && has(summary, fmt::format("/timing/{}", name), kNumber);
+        entries.emplace_back(key, &Json::is_string);
+    for (const char* key : {"grid_spacing", "time", "time_steps", "mesh/raw/vertices", "mesh/raw/triangles",
+                            "mesh/simplified/vertices", "mesh/simplified/triangles"})
+        entries.emplace_back(key, &Json::is_number);
+    for_each_phase([&](const std::string& name, double Timing::*) {
+        entries.emplace_back("timing/" + name, &Json::is_number);
     });
-    if (!timing) return "timing";
-    for (const char* size : {"raw/vertices", "raw/triangles", "simplified/vertices", "simplified/triangles"})
-        if (!has(summary, fmt::format("/mesh/{}", size), kNumber)) return "mesh";
-    if (!has_metrology(summary)) return "metrology";
-    if (summary.contains("accuracy") && !has_bars(summary)) return "accuracy";
+    for (const char* key : {"metrology", "metrology_units"}) entries.emplace_back(key, &Json::is_object);
+    for (const auto& [key, is] : entries)
+        if (!has(summary, "/" + key, is)) return key;
+    for (const auto& [list, key] : {std::pair("events", "/kind"), {"steps", "/stopped_by"}}) {
+        const Json items = summary.value(list, Json());
+        if (!items.is_array() || !std::ranges::all_of(items, [&, &key = key](const Json& item) {
+                return has(item, key, &Json::is_string);
+            }))
+            return list;
+    }
+    for (const auto& [name, figure] : summary["metrology"].items())
+        if (!(figure.is_number() || figure.is_null()) ||
+            !summary["metrology_units"].value(name, Json()).is_string())
+            return "metrology";
     return std::nullopt;
 }
 
@@ -185,22 +148,24 @@ std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, co
 std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
     const std::filesystem::path list = folder / "surface.pvd";
     if (!std::filesystem::exists(list))
-        throw FileError(fmt::format(
-            "{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote", folder.string()));
+        raise<FileError>("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
+                         folder.string());
     // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
     std::vector<SavedSurface> saved;
     for (const PvdEntry& entry : read_pvd(list)) {
         const std::string name = entry.file.stem().string();
+        if (!saved.empty() && interface_number(entry.file, saved.back().file))
+            saved.back().interfaces.push_back(entry.file);
         if (!name.starts_with(kSurface)) continue;
         std::size_t number = saved.size();
         const std::size_t digits = name.find_first_of("0123456789");
         if (digits != std::string::npos)
             std::from_chars(name.data() + digits, name.data() + name.size(), number);
-        saved.push_back({number, entry.time, entry.file, entry.after});
+        saved.push_back({number, entry.time, entry.file, entry.after, {}});
     }
     if (saved.empty())
-        throw FileError(fmt::format("{}: lists no file named surface_*: has the run saved a surface yet?",
-                                    list.string()));
+        raise<FileError>("{}: lists no file named surface_*: has the run saved a surface yet?",
+                         list.string());
     return saved;
 }
 
@@ -211,9 +176,9 @@ const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time
     // What was not saved yet must not be answered with another time's surface.
     const double slack = 1e-6 * std::max(std::abs(first->time), std::abs(last->time));
     if (!(time >= first->time - slack && time <= last->time + slack))
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "--time {:.9g}: the run saved surfaces from time {:.9g} to {:.9g}: choose one of these", time,
-            first->time, last->time));
+            first->time, last->time);
     const SavedSurface* nearest = &saved.front();
     for (const SavedSurface& surface : saved)
         if (std::abs(surface.time - time) <= std::abs(nearest->time - time)) nearest = &surface;
@@ -228,10 +193,10 @@ const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const st
         if (is_step(surface->after, step)) return *surface;
     constexpr std::size_t kMost = 20;
     if (steps.size() > kMost) steps.erase(steps.begin() + kMost / 2, steps.end() - kMost / 2);
-    throw RecipeError(fmt::format(
+    raise<RecipeError>(
         "--step {}: no surface was saved at the end of such a step; there {}: choose one, or run with "
         "[output] every = \"end\"",
-        step, steps.empty() ? "is none" : fmt::format("are {}", fmt::join(steps, ", "))));
+        step, steps.empty() ? "is none" : fmt::format("are {}", fmt::join(steps, ", ")));
 }
 
 const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long long number) {
@@ -241,8 +206,8 @@ const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long lo
         least = std::min(least, surface.number);
         most = std::max(most, surface.number);
     }
-    throw RecipeError(fmt::format("--frame {}: the run saved the surfaces {} to {}: choose one of these",
-                                  number, least, most));
+    raise<RecipeError>("--frame {}: the run saved the surfaces {} to {}: choose one of these", number, least,
+                       most);
 }
 
 Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved) {
@@ -250,9 +215,8 @@ Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved
     result.folder = folder;
     result.source = saved.file;
     result.surface = surface::read_mesh(saved.file, &result.metadata);
-    for (const PvdEntry& entry : read_pvd(folder / "surface.pvd"))
-        if (interface_number(entry.file, saved.file))
-            result.interfaces.push_back(surface::read_mesh(entry.file));
+    for (const std::filesystem::path& file : saved.interfaces)
+        result.interfaces.push_back(surface::read_mesh(file));
     return result;
 }
 
@@ -273,7 +237,7 @@ Result read_result(const std::filesystem::path& path) {
     Result result;
     result.source = path;
     if (!std::filesystem::exists(path))
-        throw FileError(fmt::format("{}: no such file or folder: check the path", path.string()));
+        raise<FileError>("{}: no such file or folder: check the path", path.string());
     if (!std::filesystem::is_directory(path)) {
         result.surface = surface::read_mesh(path, &result.metadata);
         return result;
@@ -322,7 +286,7 @@ Materials materials_of(const surface::MeshMetadata& metadata) {
 }
 
 bool has_other_version(const Json& summary) {
-    return has(summary, "/version", kText) && summary["version"] != version();
+    return has(summary, "/version", &Json::is_string) && summary["version"] != version();
 }
 
 std::optional<Json> own_summary(const std::filesystem::path& folder) {
@@ -345,8 +309,8 @@ Json read_whole_summary(const std::filesystem::path& folder) {
 
 void require_whole(const Json& summary, const std::filesystem::path& folder) {
     if (const auto missing = missing_in_summary(summary))
-        throw FileError(fmt::format("{}: is damaged: it lacks {} as a run writes it; {}",
-                                    (folder / "summary.json").string(), *missing, kSummaryAdvice));
+        raise<FileError>("{}: is damaged: it lacks {} as a run writes it; {}",
+                         (folder / "summary.json").string(), *missing, kSummaryAdvice);
 }
 
 }  // namespace sidewall::app

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/schema/materials.hpp"
+#include "app/schema/keys.hpp"
 #include "surface/files/mesh_io.hpp"
 
 namespace sidewall::app {
@@ -16,6 +16,7 @@ struct SavedSurface {
     double time = 0.0;       ///< process time
     std::filesystem::path file;
     std::string after;  ///< the step at whose end the wafer was so; empty within a step
+    std::vector<std::filesystem::path> interfaces = {};  ///< of its number, bottom up
 };
 
 /// The surfaces that DIR/surface.pvd lists, in its order.

@@ -10,11 +10,42 @@
 #include <variant>
 #include <vector>
 
-#include "app/schema/materials.hpp"
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
 
 // A recipe's keys: each list of them drives parsing, validation, the effective recipe and `sidewall models`.
 namespace sidewall::app {
+
+/// A material that layers are made of.
+struct Material {
+    std::string name;
+    std::string colour = "#b0b0b0";  ///< in pictures, hexadecimal as in "\#rrggbb"
+    double density = 5.0;            ///< atoms, or formula units of a compound, 1e22 /cm^3
+    bool operator==(const Material&) const = default;
+};
+
+/// The materials by id. The built-in ones come first and always in the same order, so that an id means the
+/// same in every run; a recipe's own follow.
+using Materials = std::vector<Material>;
+
+/// The built-in materials.
+const Materials& default_materials();
+
+/// The id of the material of that name, if there is one.
+std::optional<int> material_id(const Materials& materials, std::string_view name);
+
+/// The id of the material that \p name means: one of that name, else the built-in one that it is a common word
+/// for, such as photoresist for Resist or SiN for Si3N4.
+std::optional<int> meant_material(const Materials& materials, std::string_view name);
+
+/// A common word for a built-in material.
+struct MaterialWord {
+    const char* word;  ///< in small letters; capitals do not count
+    const char* name;
+};
+
+const std::vector<MaterialWord>& material_words();
+
+std::vector<std::string> material_names(const Materials& materials);
 
 /// A number that depends on the material: `0.1`, or `{ Si = 0.2, Mask = 0.0, default = 0.1 }`.
 struct ByMaterial {
@@ -160,6 +191,12 @@ std::optional<std::string> toml_text(const Key& key);
 std::string toml_text(double number);
 std::string toml_text(const std::string& text);
 
+/// Whether TOML lets a key without quotes hold \p c.
+bool key_character(char c);
+
+/// A key in TOML: in quotes where it needs them.
+std::string key_text(const std::string& key);
+
 /// `did you mean WORD?` after \p before, WORD being the candidate with the smallest edit distance to \p name,
 /// capitals aside; \p otherwise if none is close: over a third of the letters of the longer one differ.
 std::string did_you_mean(std::string_view before, std::string_view name,
@@ -172,5 +209,11 @@ struct KeyError : RecipeError {
     std::string key;   ///< relative to the section or step, e.g. "species[1].rate"
     std::string rule;  ///< what must hold and what to do
 };
+
+/// Throws a KeyError whose rule fmt formats.
+template <class... Args>
+[[noreturn]] void raise_key(const std::string& key_path, fmt::format_string<Args...> rule, Args&&... args) {
+    throw KeyError(key_path, fmt::format(rule, std::forward<Args>(args)...));
+}
 
 }  // namespace sidewall::app

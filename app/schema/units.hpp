@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/common/csv.hpp"
+#include "app/common/text.hpp"
 
 // The units that recipes accept.
 namespace sidewall::app {

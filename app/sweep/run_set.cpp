@@ -12,20 +12,17 @@
 #include <set>
 #include <thread>
 
-#include "app/common/child_process.hpp"
 #include "app/common/files.hpp"
-#include "app/common/folder_lock.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
-#include "app/common/ranks.hpp"
+#include "app/common/processes.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
-#include "app/common/threads.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/result.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -40,8 +37,7 @@ constexpr auto kPause = std::chrono::milliseconds(10), kSharedPause = std::chron
 // The folder may have been a run's of other keys.
 void require_own(const fs::path& path, const std::string& recipe) {
     if (surface::read_whole_file(path) != recipe)
-        throw RecipeError(
-            fmt::format("{}: is not this run's recipe: choose another folder with -o", path.string()));
+        raise<RecipeError>("{}: is not this run's recipe: choose another folder with -o", path.string());
 }
 
 // A run that has ended well leaves a summary.
@@ -175,8 +171,8 @@ class Pool {
             if (end->exit_code == kCannotWrite && set_.needs_all) {
                 stop_all();
                 const std::string& again = set_.resume_command;  // a helping rank has none
-                throw IoError(fmt::format("run {:04}: {}{}{}", number, reason(*end),
-                                          again.empty() ? "" : "; then go on with: ", again));
+                raise<IoError>("run {:04}: {}{}{}", number, reason(*end),
+                               again.empty() ? "" : "; then go on with: ", again);
             }
             if (end->exit_code != 0 || !read_end(set_, number)) {
                 run.status = reason(*end);
@@ -209,8 +205,8 @@ class Pool {
 
     [[noreturn]] void stop() {
         stop_all();
-        throw Interrupted(
-            fmt::format("stopped with {} runs made; go on with: {}", count_ended(set_), set_.resume_command));
+        raise<Interrupted>("stopped with {} runs made; go on with: {}", count_ended(set_),
+                           set_.resume_command);
     }
 
     RunSet& set_;
@@ -332,19 +328,17 @@ void open_batch_folder(const std::filesystem::path& folder, const std::string& f
     if (!std::filesystem::exists(folder / file, failure)) {
         for (const char* other : {"sweep.json", "fit.json", "runs", "manifest.txt", "compare.json"})
             if (std::filesystem::exists(folder / other, failure))
-                throw RecipeError(fmt::format("{}: holds other results ({}): choose another folder with -o",
-                                              folder.string(), other));
+                raise<RecipeError>("{}: holds other results ({}): choose another folder with -o",
+                                   folder.string(), other);
         return;
     }
     const Json there = read_json(folder / file, "choose another folder with -o");
     if (!there.is_object() || there.value("digest", Json()) != plan["digest"])
-        throw RecipeError(
-            fmt::format("{}: holds another {}, which differs in {}: choose another folder with -o",
-                        folder.string(), what, there.is_object() ? differing(plan, there) : file));
+        raise<RecipeError>("{}: holds another {}, which differs in {}: choose another folder with -o",
+                           folder.string(), what, there.is_object() ? differing(plan, there) : file);
     if (!resume)
-        throw RecipeError(
-            fmt::format("{}: holds this {} already: go on with --resume, or choose another folder with -o",
-                        folder.string(), what));
+        raise<RecipeError>("{}: holds this {} already: go on with --resume, or choose another folder with -o",
+                           folder.string(), what);
 }
 
 }  // namespace sidewall::app

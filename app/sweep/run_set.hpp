@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/common/progress.hpp"
+#include "app/common/console.hpp"
 #include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {

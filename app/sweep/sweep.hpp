@@ -4,6 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "app/sweep/run_set.hpp"
+#include "app/sweep/vary.hpp"
+
 namespace sidewall::app {
 
 /// Arguments of a sweep, as the user wrote them.
@@ -34,5 +37,40 @@ SweepEnd run_sweep(const SweepOptions& options);
 /// Writes the folder of a sweep without making its runs.
 /// \returns the commands that make these, one a line; `run_sweep` with `resume` gathers what they leave.
 std::string plan_sweep(const SweepOptions& options);
+
+/// A point of a sweep or a fit.
+struct RunPoint {
+    RunValues values;        ///< of the varied keys
+    std::size_t number = 0;  ///< of its run; equal points share one
+};
+
+/// The recipe \p text with some values of its keys, which are set after the overrides.
+/// \throws RecipeError naming the value that breaks a rule.
+Recipe recipe_at(const std::string& text, const std::string& file, const std::vector<std::string>& overrides,
+                 const std::vector<std::string>& keys, const RunValues& values);
+
+/// An effective recipe with some keys changed.
+/// \param file, overrides  where it came from, and what its user changed.
+/// \throws RecipeError naming lines of the user's file, not of the effective recipe.
+Recipe recipe_changed(const std::string& effective, const std::string& file,
+                      const std::vector<std::string>& overrides, std::vector<std::string> changes);
+
+/// CSV of the points whose runs have ended: run, keys, every figure of their metrology (empty where a run has none),
+/// seconds, status. A table of all points is the same whatever order they ended in.
+std::string run_table(const std::vector<std::string>& keys, const std::vector<RunPoint>& points,
+                      const RunSet& set);
+
+/// The rows of the points of one run that has ended, for the end of a table with its columns; nothing if it has a figure
+/// that these lack.
+/// \param columns  of figures, as figures_of says.
+std::optional<std::string> run_rows(const std::vector<std::string>& columns,
+                                    const std::vector<RunPoint>& points, const RunSet& set,
+                                    std::size_t number);
+
+/// The names of the figures of any run that has ended, those of the first point's first.
+std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const RunSet& set);
+
+/// The units of the figures.
+Json units_of(const RunSet& set);
 
 }  // namespace sidewall::app

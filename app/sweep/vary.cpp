@@ -6,10 +6,10 @@
 #include <boost/random/sobol.hpp>
 #include <cmath>
 
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
-#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -40,7 +40,7 @@ std::vector<std::string> list_of(const std::string& text) {
 
 void read_range(const std::vector<std::string>& parts, const std::string& option, Vary& vary) {
     const auto low = finite_number(parts[0]), high = finite_number(parts[1]);
-    if (!low || !high) throw RecipeError(fmt::format("{}: bounds must be numbers: {}", option, kForms));
+    if (!low || !high) raise<RecipeError>("{}: bounds must be numbers: {}", option, kForms);
     vary.low = *low;
     vary.high = *high;
     for (std::size_t i = 2; i < parts.size(); ++i) {
@@ -49,19 +49,17 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
             vary.log = true;
         } else if (i == 2 && count) {
             if (*count < 2.0 || *count > kMostRuns || *count != std::floor(*count))
-                throw RecipeError(
-                    fmt::format("{}: the count must be a whole number from 2 to {}", option, kMostRuns));
+                raise<RecipeError>("{}: the count must be a whole number from 2 to {}", option, kMostRuns);
             vary.count = static_cast<std::size_t>(*count);
         } else {
-            throw RecipeError(fmt::format("{}: {} is neither a count nor log: {}", option, parts[i], kForms));
+            raise<RecipeError>("{}: {} is neither a count nor log: {}", option, parts[i], kForms);
         }
     }
     if (!(*low < *high))
-        throw RecipeError(fmt::format("{}: the lower bound {:g} must be below the upper one {:g}{}", option,
-                                      *low, *high, *low > *high ? ": swap them" : ""));
+        raise<RecipeError>("{}: the lower bound {:g} must be below the upper one {:g}{}", option, *low, *high,
+                           *low > *high ? ": swap them" : "");
     if (vary.log && *low * *high <= 0.0)  // etch rates are negative
-        throw RecipeError(
-            fmt::format("{}: on a logarithmic scale both bounds must be above 0, or both below", option));
+        raise<RecipeError>("{}: on a logarithmic scale both bounds must be above 0, or both below", option);
 }
 
 }  // namespace
@@ -70,7 +68,7 @@ Vary parse_vary(const std::string& text) {
     const std::string option = "--vary " + text;
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0)
-        throw RecipeError(fmt::format("{}: names no key: {}", option, kForms));
+        raise<RecipeError>("{}: names no key: {}", option, kForms);
     Vary vary{.key = text.substr(0, equals)};
     std::vector<std::string> values = list_of(text.substr(equals + 1));
     const std::vector<std::string> parts = split(values[0], ':');
@@ -79,7 +77,7 @@ Vary parse_vary(const std::string& text) {
         return vary;
     }
     for (const std::string& value : values)
-        if (value.empty()) throw RecipeError(fmt::format("{}: lacks a value: {}", option, kForms));
+        if (value.empty()) raise<RecipeError>("{}: lacks a value: {}", option, kForms);
     vary.list = std::move(values);
     return vary;
 }
@@ -94,10 +92,10 @@ std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe
         try {
             places.push_back(with_place_of_step(vary.key, steps));
         } catch (const RecipeError& error) {
-            throw RecipeError(fmt::format("--vary {}: {}", text, error.what()));
+            raise<RecipeError>("--vary {}: {}", text, error.what());
         }
         if (std::find(places.begin(), places.end() - 1, places.back()) != places.end() - 1)
-            throw RecipeError(fmt::format("--vary {}: {} is varied twice", text, vary.key));
+            raise<RecipeError>("--vary {}: {} is varied twice", text, vary.key);
         const auto key =
             std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& any) { return any.name == vary.key; });
         if (key != keys.end()) {
@@ -133,17 +131,17 @@ std::vector<RunValues> grid_points(const std::vector<Vary>& varied) {
         RunValues values = vary.list;
         if (vary.is_range()) {
             if (!vary.count)
-                throw RecipeError(
-                    fmt::format("--vary {0}={1:g}:{2:g}: a grid needs a count of points: {0}={1:g}:{2:g}:5, "
-                                "or --design sobol --runs N",
-                                vary.key, vary.low, vary.high));
+                raise<RecipeError>(
+                    "--vary {0}={1:g}:{2:g}: a grid needs a count of points: {0}={1:g}:{2:g}:5, "
+                    "or --design sobol --runs N",
+                    vary.key, vary.low, vary.high);
             for (std::size_t i = 0; i < *vary.count; ++i)
                 values.push_back(
                     value_at(vary, static_cast<double>(i) / static_cast<double>(*vary.count - 1)));
         }
         if (points.size() * values.size() > kMostRuns)
-            throw RecipeError(fmt::format(
-                "--vary {}: makes over {} runs: use fewer points, or --design sobol", vary.key, kMostRuns));
+            raise<RecipeError>("--vary {}: makes over {} runs: use fewer points, or --design sobol", vary.key,
+                               kMostRuns);
         std::vector<RunValues> product;
         for (const RunValues& point : points)
             for (const std::string& value : values) {
@@ -157,15 +155,15 @@ std::vector<RunValues> grid_points(const std::vector<Vary>& varied) {
 
 std::vector<RunValues> sobol_points(const std::vector<Vary>& varied, std::size_t count) {
     if (varied.size() > kSobolDimensions)
-        throw RecipeError(fmt::format("--design sobol: varies at most {} keys", kSobolDimensions));
+        raise<RecipeError>("--design sobol: varies at most {} keys", kSobolDimensions);
     if (count < 1 || count > kMostRuns)
-        throw RecipeError(fmt::format("--runs {}: must be from 1 to {}", count, kMostRuns));
+        raise<RecipeError>("--runs {}: must be from 1 to {}", count, kMostRuns);
     for (const Vary& vary : varied)
         if (vary.count)
-            throw RecipeError(
-                fmt::format("--vary {}={:g}:{:g}:{}: Sobol points have no count of their own: leave it to "
-                            "--runs",
-                            vary.key, vary.low, vary.high, *vary.count));
+            raise<RecipeError>(
+                "--vary {}={:g}:{:g}:{}: Sobol points have no count of their own: leave it to "
+                "--runs",
+                vary.key, vary.low, vary.high, *vary.count);
     std::vector<RunValues> points;
     for (std::size_t i = 1; i <= count; ++i) {
         RunValues point;

@@ -98,11 +98,11 @@ void add_exchange(const Aggregates& aggregates, const Wedges& unknowns, const Sa
 }
 
 CoarseGridSolver::CoarseGridSolver(const Aggregates& aggregates, Eigen::MatrixXd exchange,
-                                   const MassMatrix& mass, std::span<const double> absorption)
+                                   const WedgeMatrix& absorption)
     : aggregates_(aggregates) {
     for (std::size_t i = 0; i < aggregates.of.size(); ++i)
-        for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n)
-            exchange(aggregates.of[i], aggregates.of[mass.column[n]]) += absorption[n];
+        for (WedgeMatrix::InnerIterator entry(absorption, i); entry; ++entry)
+            exchange(aggregates.of[i], aggregates.of[entry.col()]) += entry.value();
     for (Eigen::Index k = 0; k < exchange.rows(); ++k)
         if (!(exchange(k, k) > 0.0)) exchange(k, k) = 1.0;  // no ray met it
     factor_.compute(exchange);

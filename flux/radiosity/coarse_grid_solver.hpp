@@ -31,10 +31,8 @@ void add_exchange(const Aggregates& aggregates, const Wedges& unknowns, const Sa
 /// The balance of the aggregates, factorised.
 class CoarseGridSolver {
   public:
-    /// \param exchange    of add_exchange, scaled.
-    /// \param absorption  by entry of \p mass.
-    CoarseGridSolver(const Aggregates& aggregates, Eigen::MatrixXd exchange, const MassMatrix& mass,
-                     std::span<const double> absorption);
+    /// \param exchange  of add_exchange, scaled.
+    CoarseGridSolver(const Aggregates& aggregates, Eigen::MatrixXd exchange, const WedgeMatrix& absorption);
     /// Adds P (P' A P)^-1 P' \p r to \p z, for the unknowns whose \p diagonal is above 0.
     void add_correction(std::span<const double> r, std::span<const double> diagonal,
                         std::span<double> z) const;

@@ -1,6 +1,5 @@
 #include "flux/radiosity/exchange.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,7 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
 #include <utility>
 
 #include "flux/radiosity/gatherer.hpp"
@@ -56,21 +54,6 @@ void book(Exchange::State& s, const Job& job, BlockSamples& found, double rays) 
 
 enum Size : std::size_t { kPairCount, kExitCount, kSegmentCount, kRescuedCount, kLeakedCount, kCounts };
 
-template <class T>
-std::size_t words_of(std::size_t count) {
-    return (count * sizeof(T) + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t);
-}
-
-// Writes a list to \p words, or reads one of \p count from there. \returns the words after it.
-template <class T>
-std::uint64_t* move_list(std::vector<T>& list, std::size_t count, bool own, std::uint64_t* words) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    if (!own) list.resize(count);
-    if (own && count > 0) std::memcpy(words, list.data(), count * sizeof(T));
-    if (!own && count > 0) std::memcpy(list.data(), words, count * sizeof(T));
-    return words + words_of<T>(count);
-}
-
 // The numbers that each job found.
 std::vector<std::uint64_t> counts_of(std::span<const BlockSamples> found) {
     std::vector<std::uint64_t> sizes;
@@ -84,23 +67,27 @@ std::vector<std::uint64_t> counts_of(std::span<const BlockSamples> found) {
 // Some jobs at once; the first is number \p first.
 void share_lists(const Shares& shares, std::span<BlockSamples> found, std::size_t first,
                  std::span<const std::uint64_t> sizes) {
-    std::size_t total = 0;
-    for (std::size_t i = 0; i < found.size(); ++i)
-        total += words_of<PairSample>(sizes[kCounts * i + kPairCount]) +
-                 words_of<ExitSample>(sizes[kCounts * i + kExitCount]);
-    std::vector<std::uint64_t> words(total, 0);
+    std::vector<std::uint64_t> words;
+    // Goes over the bytes of all lists, one after the other, and moves this rank's own into the words, or
+    // those of the others out of them. Returns how many there are.
     const auto move = [&](bool own) {
-        std::uint64_t* at = words.data();
+        std::size_t at = 0;
+        const auto move_list = [&](auto& list, std::size_t count, bool moves) {
+            if (moves && !own) list.resize(count);
+            const std::size_t size = count * sizeof list[0];
+            char* place = reinterpret_cast<char*>(words.data()) + at;
+            if (moves && own && size > 0) std::memcpy(place, list.data(), size);
+            if (moves && !own && size > 0) std::memcpy(list.data(), place, size);
+            at += size;
+        };
         for (std::size_t i = 0; i < found.size(); ++i) {
-            const std::size_t pairs = sizes[kCounts * i + kPairCount],
-                              exits = sizes[kCounts * i + kExitCount];
-            if (own == ((first + i) % shares.ranks == shares.rank)) {
-                std::uint64_t* rest = move_list(found[i].pairs, pairs, own, at);
-                move_list(found[i].exits, exits, own, rest);
-            }
-            at += words_of<PairSample>(pairs) + words_of<ExitSample>(exits);
+            const bool moves = !words.empty() && own == ((first + i) % shares.ranks == shares.rank);
+            move_list(found[i].pairs, sizes[kCounts * i + kPairCount], moves);
+            move_list(found[i].exits, sizes[kCounts * i + kExitCount], moves);
         }
+        return at;
     };
+    words.resize(move(true) / sizeof(std::uint64_t) + 1, 0);
     move(true);
     shares.sum(words);
     move(false);
@@ -214,10 +201,9 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
                    const Wedges& wedges, std::vector<double> source_exponents, ExchangeOptions options) {
     check_fit(mesh, box, wedges);
     if (source_exponents.empty() || source_exponents.size() > 16)
-        throw RecipeError(fmt::format("{} source exponents: give 1 to 16", source_exponents.size()));
+        throw RecipeError("{} source exponents: give 1 to 16", source_exponents.size());
     for (const double n : source_exponents)
-        if (!(n >= 0.0 && n <= 1e6))
-            throw RecipeError(fmt::format("source_exponent = {}: must be in [0, 1e6]", n));
+        if (!(n >= 0.0 && n <= 1e6)) throw RecipeError("source_exponent = {}: must be in [0, 1e6]", n);
     Geometry geometry = make_geometry(mesh, scene, box);
     ProfileUnknowns profile = make_profile_unknowns(geometry, wedges);
     geometry.straight = !profile.partner.empty();
@@ -233,11 +219,11 @@ void Exchange::gather(std::uint64_t rays) {
     State& s = *state_;
     const std::uint64_t needed = exchange_bytes(s.rays + rays);
     if (needed > s.options.most_bytes)
-        throw RecipeError(fmt::format(
+        throw RecipeError(
             "radiosity of {} rays needs {:.3g} GB, above the {:.3g} GB allowed: ask for a larger relative error or "
             "allow more",
             s.rays + rays, static_cast<double>(needed) * 1e-9,
-            static_cast<double>(s.options.most_bytes) * 1e-9));
+            static_cast<double>(s.options.most_bytes) * 1e-9);
     const auto start = std::chrono::steady_clock::now();
     const RandomKey key = random_key(s.options.seed, s.options.time_step, kStream);
     if (s.gathers == 0) {
@@ -270,10 +256,10 @@ void Exchange::gather(std::uint64_t rays) {
     s.rays += in_group * kSampleGroups;
     s.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (leaks_too_much(s.leaked, s.rays, 3.0))
-        throw NumericsError(fmt::format(
+        throw NumericsError(
             "{} of {} rays went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match",
-            s.leaked, s.rays));
+            s.leaked, s.rays);
 }
 
 void Exchange::set_start_variance(std::span<const double> variance) {

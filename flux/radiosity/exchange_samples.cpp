@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "surface/parallel.hpp"
+
 namespace sidewall::flux {
 namespace {
 
@@ -41,26 +43,26 @@ struct Ends {
 // of the difference, and less the more they differ: where all sticks, only a wedge's own absorption counts.
 // The share never exceeds their harmonic mean, so that the matrix is not negative; the diagonal keeps the
 // absorption of a constant emission.
-std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
-                                      std::span<const double> ratio) {
-    std::vector<double> value(mass.value.size(), 0.0);
+WedgeMatrix absorption_matrix(const WedgeMatrix& mass, std::span<const double> area,
+                              std::span<const double> ratio) {
+    WedgeMatrix absorption = mass;
     for (std::size_t i = 0; i < area.size(); ++i) {
         double rest = ratio[i] * area[i];
-        std::size_t diagonal = 0;
-        for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n) {
-            const std::uint32_t j = mass.column[n];
+        double* diagonal = nullptr;
+        for (WedgeMatrix::InnerIterator entry(absorption, i); entry; ++entry) {
+            const std::size_t j = entry.col();
             if (j == i) {
-                diagonal = n;
+                diagonal = &entry.valueRef();
                 continue;
             }
             const double own = 1.0 + ratio[i], other = 1.0 + ratio[j];
             const double shared = std::min(own, other) * std::max(0.0, 1.0 - std::abs(std::log(own / other)));
-            value[n] = mass.value[n] * (shared - 1.0);
-            rest -= value[n];
+            entry.valueRef() *= shared - 1.0;
+            rest -= entry.value();
         }
-        if (mass.first[i] < mass.first[i + 1]) value[diagonal] = rest;
+        if (diagonal != nullptr) *diagonal = rest;
     }
-    return value;
+    return absorption;
 }
 
 double lobe_scale(double exponent, bool straight) {
@@ -69,42 +71,19 @@ double lobe_scale(double exponent, bool straight) {
            std::exp(std::lgamma(0.5 * exponent + 1.0) - std::lgamma(0.5 * (exponent + 1.0)));
 }
 
-MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
-    // The corners of every wedge's triangles, in their order.
-    std::vector<std::uint32_t> first(wedges.count() + 1, 0), corners(wedges.corner.size());
-    for (const std::uint32_t row : wedges.corner) ++first[row + 1];
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
-    for (std::uint32_t c = 0; c < corners.size(); ++c) corners[next[wedges.corner[c]]++] = c;
-
-    MassMatrix mass;
-    mass.first.assign(1, 0);
-    mass.first.reserve(first.size());
-    mass.column.reserve(3 * corners.size());
-    mass.value.reserve(3 * corners.size());
-    std::vector<std::pair<std::uint32_t, double>> row;  // column and value
-    for (std::size_t i = 0; i < wedges.count(); ++i) {
-        row.clear();
-        for (std::uint32_t n = first[i]; n < first[i + 1]; ++n) {
-            const std::uint32_t c = corners[n], t = c / 3;
-            const double twelfth = triangle_area(mesh, t) / 12.0;
-            for (std::uint32_t other = 3 * t; other < 3 * t + 3; ++other) {
-                const double value = other == c ? 2.0 * twelfth : twelfth;
-                const auto found =
-                    std::ranges::find(row, wedges.corner[other], &decltype(row)::value_type::first);
-                if (found == row.end())
-                    row.emplace_back(wedges.corner[other], value);
-                else
-                    found->second += value;
-            }
-        }
-        std::ranges::sort(row, {}, &decltype(row)::value_type::first);
-        for (const auto& [column, value] : row) {
-            mass.column.push_back(column);
-            mass.value.push_back(value);
-        }
-        mass.first.push_back(static_cast<std::uint32_t>(mass.column.size()));
+WedgeMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges) {
+    const auto count = static_cast<int>(wedges.count());
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(3 * wedges.corner.size());
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c) {
+        const std::size_t t = c / 3;
+        const double twelfth = triangle_area(mesh, t) / 12.0;
+        for (std::size_t other = 3 * t; other < 3 * t + 3; ++other)
+            entries.emplace_back(wedges.corner[c], wedges.corner[other],
+                                 other == c ? 2.0 * twelfth : twelfth);
     }
+    WedgeMatrix mass(count, count);
+    mass.setFromTriplets(entries.begin(), entries.end());
     return mass;
 }
 
@@ -143,12 +122,10 @@ void BalancedSamples::sum_parts(std::span<double> y, const Use& use) const {
         const std::size_t pairs = groups_[g]->pairs.size(), exits = groups_[g]->exits.size();
         use(Part{g, cut(pairs, 0), cut(pairs, 1), cut(exits, 0), cut(exits, 1)}, sums[number].data());
     });
-    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            double sum = 0.0;
-            for (const std::vector<double>& part : sums) sum += part[i];
-            y[i] += scale_ * sum;
-        }
+    surface::parallel_each(y.size(), 4096, [&](std::size_t i) {
+        double sum = 0.0;
+        for (const std::vector<double>& part : sums) sum += part[i];
+        y[i] += scale_ * sum;
     });
 }
 
@@ -243,24 +220,19 @@ std::vector<double> BalancedSamples::arrivals(std::span<const double> x) const {
     return y;
 }
 
-Balance::Balance(const BalancedSamples& samples, const MassMatrix& mass, std::span<const double> absorption)
+Balance::Balance(const BalancedSamples& samples, const WedgeMatrix& absorption)
     : samples_(samples),
-      mass_(mass),
       absorption_(absorption),
       diagonal_(samples.diagonal().begin(), samples.diagonal().end()) {
-    for (std::size_t i = 0; i < diagonal_.size(); ++i)
-        for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
-            if (mass_.column[n] == i) diagonal_[i] += absorption_[n];
+    for (std::size_t i = 0; i < diagonal_.size(); ++i) diagonal_[i] += absorption_.coeff(i, i);
 }
 
 void Balance::apply(std::span<const double> x, std::span<double> y) const {
-    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, y.size(), 4096), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i < range.end(); ++i) {
-            double sum = 0.0;
-            for (std::size_t n = mass_.first[i]; n < mass_.first[i + 1]; ++n)
-                sum += absorption_[n] * x[mass_.column[n]];
-            y[i] = sum;
-        }
+    surface::parallel_each(y.size(), 4096, [&](std::size_t i) {
+        double sum = 0.0;
+        for (WedgeMatrix::InnerIterator entry(absorption_, i); entry; ++entry)
+            sum += entry.value() * x[entry.col()];
+        y[i] = sum;
     });
     samples_.add(x, y);
 }

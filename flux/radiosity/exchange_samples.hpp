@@ -1,5 +1,5 @@
 #pragma once
-#include <array>
+#include <Eigen/SparseCore>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -58,19 +58,16 @@ struct SampleGroup {
     std::vector<ExitSample> exits;
 };
 
-/// Sparse symmetric matrix of the wedges of shared triangles.
-struct MassMatrix {
-    std::vector<std::uint32_t> first, column;  ///< row i: first[i] up to first[i + 1]; the diagonal included
-    std::vector<double> value;
-};
+/// A symmetric matrix whose entries are those of wedges of shared triangles.
+using WedgeMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 /// M of piecewise linear elements. O(n).
-MassMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
+WedgeMatrix mass_matrix(const TriangleMesh& mesh, const Wedges& wedges);
 
-/// Absorption of an emission by the wedges as a symmetric matrix, by entry of \p mass.
+/// Absorption of an emission by the wedges as a symmetric matrix of the same entries as \p mass.
 /// \param ratio  s / (1 - s) by wedge.
-std::vector<double> absorption_matrix(const MassMatrix& mass, std::span<const double> area,
-                                      std::span<const double> ratio);
+WedgeMatrix absorption_matrix(const WedgeMatrix& mass, std::span<const double> area,
+                              std::span<const double> ratio);
 
 /// Samples of some groups with balanced weights: exactly its area leaves each wedge's part of the surface.
 /// Independent of sticking, so that one serves all species and coverages. Parallel, in a fixed order.
@@ -106,16 +103,15 @@ class BalancedSamples {
 /// The matrix of the balance: absorption + M - G.
 class Balance {
   public:
-    /// \param absorption  of absorption_matrix, by entry of \p mass. All must outlive the balance.
-    Balance(const BalancedSamples& samples, const MassMatrix& mass, std::span<const double> absorption);
+    /// \param absorption  of absorption_matrix. Both must outlive the balance.
+    Balance(const BalancedSamples& samples, const WedgeMatrix& absorption);
     /// \p y = the matrix times \p x.
     void apply(std::span<const double> x, std::span<double> y) const;
     std::span<const double> diagonal() const { return diagonal_; }
 
   private:
     const BalancedSamples& samples_;
-    const MassMatrix& mass_;
-    std::span<const double> absorption_;
+    const WedgeMatrix& absorption_;
     std::vector<double> diagonal_;
 };
 

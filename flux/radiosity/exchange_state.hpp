@@ -27,7 +27,7 @@ struct Exchange::State {
     ExchangeOptions options;
     std::vector<double> source_exponents;
     std::optional<RayDensities> densities{};  ///< this and the next three: once needed
-    MassMatrix mass{};
+    WedgeMatrix mass{};
     Aggregates aggregates{};
     std::array<Eigen::MatrixXd, kSampleGroups / 2> aggregate_exchange{};  ///< of two groups each
     std::array<SampleGroup, kSampleGroups> groups{};

@@ -61,8 +61,8 @@ void turn_into_plane(Rays& rays) {
 
 struct Block {
     Rays rays;
-    Column<float> x, y, z, dx, dy, dz;  // where rays began
-    Column<std::uint32_t> target;       // of a connection
+    FlightStarts begun;            // of the rays
+    Column<std::uint32_t> target;  // of a connection
     Column<int> image;
 };
 
@@ -117,7 +117,7 @@ void draw_rays(const Exchange::State& s, RandomKey key, std::uint32_t number, co
             block.target[row] = target.triangle;
             block.image[row] = target.image;
         }
-        set_flight(r, row, position, direction);
+        r.set(row, position, direction);
         r.from[row] = triangle;
         ++r.count;
     }
@@ -194,9 +194,9 @@ void join(const Exchange::State& s, const Job& job, const Block& block, std::siz
         return;
     }
     ConnectingRay ray;
-    ray.start = vector_at(block.x, block.y, block.z, row);
-    ray.direction = vector_at(block.dx, block.dy, block.dz, row);
-    ray.arriving = vector_at(r.dx, r.dy, r.dz, row);
+    ray.start = block.begun.point(row);
+    ray.direction = block.begun.direction(row);
+    ray.arriving = r.direction(row);
     ray.from = r.from[row];
     ray.triangle = r.triangle[row];
     ray.aimed = job.kind == RayKind::connect;
@@ -209,7 +209,7 @@ void join(const Exchange::State& s, const Job& job, const Block& block, std::siz
     }
     ray.u = r.u[row];
     ray.v = r.v[row];
-    ray.hit = vector_at(r.x, r.y, r.z, row) + static_cast<double>(r.distance[row]) * ray.arriving;
+    ray.hit = r.point(row) + static_cast<double>(r.distance[row]) * ray.arriving;
     if (job.kind == RayKind::source)
         join_source(s, ray, pilot, found);
     else
@@ -234,9 +234,7 @@ BlockSamples trace_job(const Exchange::State& s, RandomKey key, std::uint32_t ga
     } else {
         draw_rays(s, key, number, job, block);
     }
-    const auto keep = [&](auto& to, const auto& from) { std::copy_n(from.begin(), r.count, to.begin()); };
-    keep(block.x, r.x), keep(block.y, r.y), keep(block.z, r.z);
-    keep(block.dx, r.dx), keep(block.dy, r.dy), keep(block.dz, r.dz);
+    block.begun = r;
     fly_block(s.geometry, r, found.flights);
     found.pairs.reserve(r.count);
     for (std::size_t row = 0; row < r.count; ++row) join(s, job, block, row, pilot, found);

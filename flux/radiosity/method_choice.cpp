@@ -2,8 +2,6 @@
 // tests/bench/.
 #include "flux/radiosity/method_choice.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -105,10 +103,9 @@ std::vector<RadiosityFlux> solve_fluxes_to(std::span<const double> targets, Exch
                                            std::span<const DiffuseSpecies> species, std::uint64_t most_rays,
                                            const SolveOptions& options) {
     if (targets.size() != species.size())
-        throw RecipeError(
-            fmt::format("{} relative errors for {} species: give one each", targets.size(), species.size()));
+        throw RecipeError("{} relative errors for {} species: give one each", targets.size(), species.size());
     for (const double target : targets)
-        if (!(target > 0.0)) throw RecipeError(fmt::format("relative_error = {}: must be above 0", target));
+        if (!(target > 0.0)) throw RecipeError("relative_error = {}: must be above 0", target);
     if (exchange.rays() == 0)
         exchange.gather(std::min({most_rays, exchange.rays_left(), exchange.fewest_rays()}));
     SolveOptions close = options;  // to the errors asked for

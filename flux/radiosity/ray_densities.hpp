@@ -9,7 +9,6 @@
 
 #include "flux/radiosity/profile_unknowns.hpp"
 #include "flux/tracer/flight.hpp"
-#include "surface/triangle_mesh.hpp"
 
 // Densities with which the three kinds of rays of a gather sample a pair of points. Multiple importance
 // sampling by the balance heuristic (Veach and Guibas, SIGGRAPH 1995) weighs every ray by one over their sum.

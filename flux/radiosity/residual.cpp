@@ -51,7 +51,7 @@ void aim(const Geometry& geometry, const RayDensities& densities, RandomKey key,
                                                         : sample_lambertian(facet.normal, first, second);
             for (const Vec3& point : points) {
                 const std::size_t row = rays.count++;
-                set_flight(rays, row, point, direction);
+                rays.set(row, point, direction);
                 rays.from[row] = edge.triangle;
             }
         }
@@ -122,24 +122,21 @@ void trace_residual(const Geometry& geometry, const RayDensities& densities, Ran
     std::vector<FlightCounts> flights(blocks);
     tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t block) {
         static thread_local Rays flying;  // too large for a stack frame
-        static thread_local std::array<Column<float>, 6> begun;
+        static thread_local FlightStarts begun;
         Rays& r = flying;
         r.count = 0;
         const std::size_t begin = block * kEdgesOfBlock, end = std::min(begin + kEdgesOfBlock, edges.size());
         for (std::size_t i = begin; i < end; ++i)
             aim(geometry, densities, key, gather, static_cast<std::uint32_t>(i), edges[i], r);
-        begun = {r.x, r.y, r.z, r.dx, r.dy, r.dz};
+        begun = r;
         fly_block(geometry, r, flights[block]);
         for (std::size_t row = 0; row < r.count; ++row) {
             ResidualRay& ray = residual.rays[(first + begin) * kRaysOfEdge + row];
             ray = {r.triangle[row], r.u[row], r.v[row]};
             if (ray.triangle != surface::kNoTriangle && ray.triangle != kLeaked) continue;
-            const auto at = [&](std::size_t k) {
-                return Vec3(static_cast<double>(begun[k][row]), static_cast<double>(begun[k + 1][row]),
-                            static_cast<double>(begun[k + 2][row]));
-            };
-            const bool lit = ray.triangle != kLeaked && domain_exit(geometry, at(0), at(3)).to_source;
-            ray = {surface::kNoTriangle, lit ? begun[5][row] : 0.0f, 0.0f};
+            const bool lit = ray.triangle != kLeaked &&
+                             domain_exit(geometry, begun.point(row), begun.direction(row)).to_source;
+            ray = {surface::kNoTriangle, lit ? begun.dz[row] : 0.0f, 0.0f};
         }
     });
     for (const FlightCounts& counts : flights) residual.segments += counts.segments;

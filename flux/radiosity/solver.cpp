@@ -1,7 +1,5 @@
 #include "flux/radiosity/solver.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -28,12 +26,12 @@ double dot(const Values& a, const Values& b) {
 void require_values(const std::string& name, const char* what, std::span<const double> values,
                     std::size_t wedges, double most) {
     if (values.size() != wedges)
-        throw GeometryError(fmt::format("{}: {} values of {} for {} wedges: give one a wedge", name,
-                                        values.size(), what, wedges));
+        throw GeometryError("{}: {} values of {} for {} wedges: give one a wedge", name, values.size(), what,
+                            wedges);
     for (const double value : values)
         if (!(value >= 0.0 && value <= most))
-            throw RecipeError(fmt::format("{}: {} of a wedge = {}: must be {}", name, what, value,
-                                          most == 1.0 ? "in [0, 1]" : "at least 0"));
+            throw RecipeError("{}: {} of a wedge = {}: must be {}", name, what, value,
+                              most == 1.0 ? "in [0, 1]" : "at least 0");
 }
 
 struct Solved {
@@ -75,10 +73,10 @@ Solved conjugate_gradients(const Balance& balance, const CoarseGridSolver* coars
     for (; !(left <= tolerance) || !std::isfinite(rz); ++iteration) {
         if (options.stop && options.stop()) throw Interrupted("interrupted while solving for " + name);
         if (iteration == options.most_iterations)
-            throw NumericsError(fmt::format(
+            throw NumericsError(
                 "{}: after {} iterations the radiosity's solver still changes the flux by {:.2g} of "
                 "itself, above {:.2g}: use monte-carlo",
-                name, iteration, left, tolerance));
+                name, iteration, left, tolerance);
         if (iteration == kMostCorrected && coarse != nullptr) {  // go on without
             coarse = nullptr;
             precondition(r, z);
@@ -88,9 +86,9 @@ Solved conjugate_gradients(const Balance& balance, const CoarseGridSolver* coars
         balance.apply(p, q);
         const double curvature = dot(p, q);
         if (!(curvature > 0.0) || !std::isfinite(rz))
-            throw NumericsError(fmt::format(
+            throw NumericsError(
                 "{}: the flux has no bound: nothing of it sticks in a part of the surface that no ray leaves",
-                name));
+                name);
         const double step = rz / curvature;
         for (std::size_t i = 0; i < n; ++i) {
             x[i] += step * p[i];
@@ -135,14 +133,14 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
     : s_(state), species_(species), options_(options) {
     const auto& exponents = state.source_exponents;
     if (std::find(exponents.begin(), exponents.end(), species.source_exponent) == exponents.end())
-        throw RecipeError(fmt::format("{}: rays were gathered for no source exponent {}", species.name,
-                                      species.source_exponent));
+        throw RecipeError("{}: rays were gathered for no source exponent {}", species.name,
+                          species.source_exponent);
     const std::size_t wedges = state.wedges.count();
     require_values(species.name, "sticking", species.sticking, wedges, 1.0);
     if (!species.emission.empty()) require_values(species.name, "emission", species.emission, wedges, 1e300);
     if (!species.guess.empty() && species.guess.size() != wedges)
-        throw GeometryError(
-            fmt::format("{}: {} guessed values for {} wedges", species.name, species.guess.size(), wedges));
+        throw GeometryError("{}: {} guessed values for {} wedges", species.name, species.guess.size(),
+                            wedges);
     if (!species.emission.empty()) emission_ = by_unknown(state, species.emission);
     Values ratio;
     for (const double s : by_unknown(state, species.sticking)) {
@@ -152,7 +150,7 @@ Solver::Solver(const Exchange::State& state, const DiffuseSpecies& species, cons
     absorption_ = absorption_matrix(state.mass, state.profile.unknowns.area, ratio);
     Eigen::MatrixXd exchange = state.aggregate_exchange.front();
     for (std::size_t k = 1; k < state.aggregate_exchange.size(); ++k) exchange += state.aggregate_exchange[k];
-    coarse_.emplace(state.aggregates, state.scale(kAllGroups) * exchange, state.mass, absorption_);
+    coarse_.emplace(state.aggregates, state.scale(kAllGroups) * exchange, absorption_);
 }
 
 Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess, double tolerance) const {
@@ -160,7 +158,7 @@ Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess
     // help.
     const CoarseGridSolver* coarse = std::popcount(groups) > 1 ? &*coarse_ : nullptr;
     const BalancedSamples& samples = s_.balanced(groups);
-    const Balance balance(samples, s_.mass, absorption_);
+    const Balance balance(samples, absorption_);
     Values right = samples.direct(species_.source_exponent, s_.geometry.straight);
     for (double& value : right) value *= species_.source;
     if (!emission_.empty()) {
@@ -182,7 +180,7 @@ Solver::Answer Solver::solve(std::uint32_t groups, std::span<const double> guess
 }
 
 std::vector<Values> Solver::respond(const std::vector<Values>& rights, double tolerance) const {
-    const Balance balance(s_.balanced(kAllGroups), s_.mass, absorption_);
+    const Balance balance(s_.balanced(kAllGroups), absorption_);
     // Responses change sign: where they pass 0 nothing is to be resolved.
     constexpr double kFaintResponse = 1e-3;
     std::vector<Values> responses;
@@ -200,21 +198,20 @@ std::vector<Values> Solver::respond(const std::vector<Values>& rights, double to
 // times that.
 std::vector<double> Solver::absorption_error(std::span<const double> flux) const {
     constexpr int kRelaxations = 4;  // M and its lumped form differ by a factor of 4 at most
-    const MassMatrix& mass = s_.mass;
     const std::span<const double> area = s_.profile.unknowns.area;
     Values left(flux.size(), 0.0), error(flux.size(), 0.0);
     for (std::size_t i = 0; i < left.size(); ++i)
-        for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n) {
-            const std::uint32_t j = mass.column[n];
-            left[i] += ((absorption_[n] + mass.value[n]) * reemitted_[j] - mass.value[n]) * flux[j];
+        for (WedgeMatrix::InnerIterator mass(s_.mass, i), own(absorption_, i); mass; ++mass, ++own) {
+            const std::size_t j = mass.col();
+            left[i] += ((own.value() + mass.value()) * reemitted_[j] - mass.value()) * flux[j];
         }
     for (int k = 0; k < kRelaxations; ++k) {
         const Values before = error;
         for (std::size_t i = 0; i < left.size(); ++i) {
             if (!(area[i] > 0.0)) continue;
             double rest = left[i];
-            for (std::size_t n = mass.first[i]; n < mass.first[i + 1]; ++n)
-                rest -= mass.value[n] * before[mass.column[n]];
+            for (WedgeMatrix::InnerIterator mass(s_.mass, i); mass; ++mass)
+                rest -= mass.value() * before[mass.col()];
             error[i] += rest / area[i];
         }
     }

@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "flux/radiosity/exchange_samples.hpp"
 #include "flux/radiosity/exchange_state.hpp"
 #include "flux/radiosity/radiosity.hpp"
 
@@ -47,8 +46,8 @@ class Solver {
     const DiffuseSpecies& species_;
     const SolveOptions& options_;
     std::vector<double> reemitted_, emission_;  // by unknown
-    std::vector<double> absorption_;            // by entry of the mass matrix
-    std::optional<CoarseGridSolver> coarse_;    // of all groups: close enough for some of them
+    WedgeMatrix absorption_;
+    std::optional<CoarseGridSolver> coarse_;  // of all groups: close enough for some of them
 };
 
 }  // namespace sidewall::flux

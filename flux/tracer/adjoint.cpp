@@ -21,8 +21,8 @@ std::uint64_t fewest_of_batch(const TriangleMesh& mesh) {
 
 // The starts of adjoint paths beside their rays, by row: position, barycentric weights, direction, and the
 // weight of the particle if the path gets to the source.
-struct AdjointStarts {
-    Column<float> x, y, z, u, v, dx, dy, dz;
+struct AdjointStarts : FlightStarts {
+    Column<float> u, v;
     Column<double> weight;
 };
 
@@ -38,7 +38,7 @@ void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts&
         const std::uint32_t ray = r.ray[row], triangle = ray / each, turn = ray % kCorners;
         const Triangle& corner = geometry.mesh.triangles[triangle];
         const Vec3 area = 0.5 * area_vector(geometry.mesh, triangle);
-        const Vec3 down = vector_at(r.dx, r.dy, r.dz, row);
+        const Vec3 down = r.direction(row);
         const double across = -down.dot(area);
         if (!(across > 0.0)) continue;
         // The source takes the first two of these numbers.
@@ -51,12 +51,11 @@ void draw_starts(const Trace& trace, const Batch& batch, Rays& r, AdjointStarts&
                      v * (geometry.mesh.vertices[corner[2]] - a) + geometry.skin * area.normalized();
         for (int axis = 0; axis < 2; ++axis)
             place[axis] = std::clamp(place[axis], geometry.box.min[axis], geometry.box.max[axis]);
-        set_flight(r, kept, place, -down);
+        r.set(kept, place, -down);
         r.from[kept] = triangle;
         r.ray[kept] = ray;
         r.energy[kept] = r.energy[row];
-        starts.x[kept] = r.x[kept], starts.y[kept] = r.y[kept], starts.z[kept] = r.z[kept];
-        starts.dx[kept] = r.dx[kept], starts.dy[kept] = r.dy[kept], starts.dz[kept] = r.dz[kept];
+        starts.copy(kept, r, kept);
         starts.u[kept] = static_cast<float>(u), starts.v[kept] = static_cast<float>(v);
         starts.weight[kept] = share * across / -down.z();
         ++kept;
@@ -69,14 +68,11 @@ void place_arrival(const Trace& trace, const AdjointStarts& starts, std::size_t 
                    Rays& r) {
     const Vec3 normal = area_vector(trace.geometry.mesh, r.from[row]);
     const Vec3 skin = trace.geometry.skin * normal.normalized();
-    set_flight(r, kept, vector_at(starts.x, starts.y, starts.z, row) - skin,
-               -vector_at(starts.dx, starts.dy, starts.dz, row));
+    r.set(kept, starts.point(row) - skin, -starts.direction(row));
     r.distance[kept] = 0.0f;
     r.triangle[kept] = r.from[row];
     r.u[kept] = starts.u[row], r.v[kept] = starts.v[row];
-    r.nx[kept] = static_cast<float>(normal.x());
-    r.ny[kept] = static_cast<float>(normal.y());
-    r.nz[kept] = static_cast<float>(normal.z());
+    set_vector(normal, r.nx, r.ny, r.nz, kept);
     r.ray[kept] = r.ray[row];
     r.energy[kept] = r.energy[row];
     r.weight[kept] = static_cast<std::uint64_t>(starts.weight[row] * static_cast<double>(kOne) + 0.5);
@@ -121,9 +117,7 @@ void emit_adjoint(const Trace& trace, const Batch& batch, std::uint32_t first, s
         if (r.triangle[row] == kLeaked) {
             ++counts.leaked;
         } else if (r.triangle[row] == surface::kNoTriangle &&
-                   domain_exit(trace.geometry, vector_at(starts.x, starts.y, starts.z, row),
-                               vector_at(starts.dx, starts.dy, starts.dz, row))
-                       .to_source) {
+                   domain_exit(trace.geometry, starts.point(row), starts.direction(row)).to_source) {
             place_arrival(trace, starts, row, kept, r);
             counts.ledger.emitted += r.weight[kept++];
         } else {

@@ -29,25 +29,16 @@ double folded(double at, double low, double high, Boundary boundary) {
 // Particles between two hits: those of a block that are still under way.
 struct UnderWay {
     Rays rays;
-    Column<std::uint32_t> home;         // row in the block
-    Column<float> x, y, z, dx, dy, dz;  // where their flights began
+    Column<std::uint32_t> home;  // row in the block
+    FlightStarts begun;
     Column<float> free_path;
     alignas(32) std::uint32_t words[4][kBlock + kLanes];  // the flights' random numbers
 };
 
-void move(const Rays& from, std::size_t row, Rays& to, std::size_t place) {
-    to.x[place] = from.x[row];
-    to.y[place] = from.y[row];
-    to.z[place] = from.z[row];
-    to.dx[place] = from.dx[row];
-    to.dy[place] = from.dy[row];
-    to.dz[place] = from.dz[row];
-}
-
 void begin(const Rays& rays, UnderWay& under_way) {
     under_way.rays.count = rays.count;
     for (std::size_t row = 0; row < rays.count; ++row) {
-        move(rays, row, under_way.rays, row);
+        under_way.rays.copy(row, rays, row);
         under_way.rays.from[row] = rays.from[row];
         under_way.rays.ray[row] = rays.ray[row];
         under_way.home[row] = static_cast<std::uint32_t>(row);
@@ -63,28 +54,24 @@ void draw_paths(RandomKey key, double mean, Event event, std::uint32_t collision
         for (std::size_t w = 0; w < 4; ++w) std::copy_n(words[w], kLanes, &under_way.words[w][first]);
     }
     for (std::size_t row = 0; row < rays.count; ++row) {
-        under_way.x[row] = rays.x[row], under_way.y[row] = rays.y[row], under_way.z[row] = rays.z[row];
-        under_way.dx[row] = rays.dx[row], under_way.dy[row] = rays.dy[row], under_way.dz[row] = rays.dz[row];
+        under_way.begun.copy(row, rays, row);
         under_way.free_path[row] = static_cast<float>(-mean * std::log(unit_double(under_way.words[0][row])));
     }
 }
 
 // Sends the particle that collided in `row` off again, from row `kept`.
 void collide(const Geometry& geometry, std::size_t row, std::size_t kept, UnderWay& u) {
-    const auto wide = [](float a) { return static_cast<double>(a); };
     const LateralBox& box = geometry.box;
-    const double path = wide(u.free_path[row]);
-    const double x = wide(u.x[row]) + path * wide(u.dx[row]);
-    const double y = wide(u.y[row]) + (geometry.straight ? 0.0 : path * wide(u.dy[row]));
+    const double path = static_cast<double>(u.free_path[row]);
+    const Vec3 start = u.begun.point(row), way = u.begun.direction(row);
+    const double x = start.x() + path * way.x();
+    const double y = start.y() + (geometry.straight ? 0.0 : path * way.y());
+    const Vec3 place(folded(x, box.min[0], box.max[0], box.boundary[0]),
+                     folded(y, box.min[1], box.max[1], box.boundary[1]), start.z() + path * way.z());
     Rays& r = u.rays;
-    r.x[kept] = static_cast<float>(folded(x, box.min[0], box.max[0], box.boundary[0]));
-    r.y[kept] = static_cast<float>(folded(y, box.min[1], box.max[1], box.boundary[1]));
-    r.z[kept] = static_cast<float>(wide(u.z[row]) + path * wide(u.dz[row]));
     const double up = 2.0 * unit_double(u.words[1][row]) - 1.0, out = std::sqrt((1.0 - up) * (1.0 + up));
     const double azimuth = 2.0 * std::numbers::pi * unit_double(u.words[2][row]);
-    r.dx[kept] = static_cast<float>(out * std::cos(azimuth));
-    r.dy[kept] = static_cast<float>(out * std::sin(azimuth));
-    r.dz[kept] = static_cast<float>(up);
+    r.set(kept, place, {out * std::cos(azimuth), out * std::sin(azimuth), up});
     r.from[kept] = surface::kNoTriangle;
     r.ray[kept] = r.ray[row];
     u.home[kept] = u.home[row];
@@ -100,7 +87,7 @@ void settle(const Geometry& geometry, UnderWay& u, Rays& block) {
             continue;
         }
         const std::size_t home = u.home[row];
-        move(r, row, block, home);
+        block.copy(home, r, row);
         block.triangle[home] = r.triangle[row];
         block.u[home] = r.u[row], block.v[home] = r.v[row];
         block.nx[home] = r.nx[row], block.ny[home] = r.ny[row], block.nz[home] = r.nz[row];

@@ -27,15 +27,8 @@ inline void for_each_hit(const Trace& trace, const Rays& rays, Column<std::uint3
 // Moves the particle of \p row up to \p kept, ready for reemit_diffusely. Not its weight.
 inline void move_up(Worker& w, Rays& r, std::size_t kept, std::size_t row, std::uint32_t word1,
                     std::uint32_t word2) {
-    r.x[kept] = r.x[row];
-    r.y[kept] = r.y[row];
-    r.z[kept] = r.z[row];
-    r.dx[kept] = r.dx[row];
-    r.dy[kept] = r.dy[row];
-    r.dz[kept] = r.dz[row];
-    r.nx[kept] = r.nx[row];
-    r.ny[kept] = r.ny[row];
-    r.nz[kept] = r.nz[row];
+    r.copy(kept, r, row);
+    r.nx[kept] = r.nx[row], r.ny[kept] = r.ny[row], r.nz[kept] = r.nz[row];
     r.distance[kept] = r.distance[row];
     r.ray[kept] = r.ray[row];
     r.from[kept] = r.triangle[row];

@@ -22,8 +22,8 @@ struct Hit {
 Hit hit_of(const Trace& trace, const Rays& r, std::size_t row) {
     const LateralBox& box = trace.geometry.box;
     Hit hit{};
-    hit.direction = vector_at(r.dx, r.dy, r.dz, row).normalized();
-    hit.point = vector_at(r.x, r.y, r.z, row) + static_cast<double>(r.distance[row]) * hit.direction;
+    hit.direction = r.direction(row).normalized();
+    hit.point = r.point(row) + static_cast<double>(r.distance[row]) * hit.direction;
     hit.normal = vector_at(r.nx, r.ny, r.nz, row).normalized();
     if (hit.normal.isZero(0.0)) hit.normal = -hit.direction;
     hit.point += trace.geometry.skin * hit.normal;
@@ -79,7 +79,7 @@ void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint
     const std::uint64_t sputtered = weight_of(weight, yield_at(trace, re.yield, hit, triangle));
     if (sputtered == 0) return;
     const std::size_t row = secondaries.count++;
-    set_flight(secondaries, row, hit.point, reemitted(re.direction, trace.species.reflection, hit, random));
+    secondaries.set(row, hit.point, reemitted(re.direction, trace.species.reflection, hit, random));
     secondaries.from[row] = triangle;
     secondaries.ray[row] = ray;
     secondaries.weight[row] = sputtered;
@@ -145,7 +145,7 @@ void react_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& even
         if (rest > 0) rest = play_roulette(rest, trace.roulette, roulette, *bundle.ledger);
         if (rest == 0) continue;
         // Re-emit.
-        set_flight(r, kept, hit.point, reemitted(species.reflection.kind, species.reflection, hit, random));
+        r.set(kept, hit.point, reemitted(species.reflection.kind, species.reflection, hit, random));
         r.ray[kept] = ray;
         r.from[kept] = triangle;
         bundle.weight[kept] = rest;

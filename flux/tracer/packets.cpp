@@ -52,9 +52,8 @@ inline void reach_of(const Bounds& b, const float* x, const float* y, const floa
 }
 
 // Particles that crossed a side of the box and fly on; `row` is theirs in the block.
-struct alignas(64) Crossing {
+struct alignas(64) Crossing : FlightStarts {
     std::size_t count = 0;
-    Column<float> x, y, z, dx, dy, dz;
     Column<float> travelled;  // before this segment; only where free paths end
     Column<std::uint32_t> row;
 };
@@ -62,10 +61,10 @@ struct alignas(64) Crossing {
 // Flies one particle by fly(), from the start of its flight, which the row still holds.
 void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double free_path,
                FlightCounts& counts) {
-    Vec3 start = vector_at(rays.x, rays.y, rays.z, row);
+    Vec3 start = rays.point(row);
     for (int axis = 0; axis < 2; ++axis)
         start[axis] = std::clamp(start[axis], geometry.box.min[axis], geometry.box.max[axis]);
-    const Vec3 direction = vector_at(rays.dx, rays.dy, rays.dz, row).normalized();
+    const Vec3 direction = rays.direction(row).normalized();
     const Flight flight = fly(geometry, {start, direction, rays.from[row]}, free_path);
     counts.segments += flight.segments;
     if (flight.end != FlightEnd::hit) {
@@ -75,16 +74,12 @@ void fly_alone(const Geometry& geometry, Rays& rays, std::size_t row, double fre
         return;
     }
     counts.rescued += flight.rescued;
-    const Vec3 point = hit_point(geometry, flight);
-    set_flight(rays, row, point, flight.direction);
+    rays.set(row, hit_point(geometry, flight), flight.direction);
     rays.triangle[row] = flight.triangle;
     rays.u[row] = static_cast<float>(flight.u);
     rays.v[row] = static_cast<float>(flight.v);
     rays.distance[row] = 0.0f;
-    const Vec3 normal = outward_normal(geometry, flight.triangle);
-    rays.nx[row] = static_cast<float>(normal.x());
-    rays.ny[row] = static_cast<float>(normal.y());
-    rays.nz[row] = static_cast<float>(normal.z());
+    set_vector(outward_normal(geometry, flight.triangle), rays.nx, rays.ny, rays.nz, row);
 }
 
 // Moves lane i of a packet to the side it meets and through it. \returns false if that side is open.
@@ -261,28 +256,24 @@ class PacketFlight {
         }
     }
 
+    // Calls store(column, lanes) for all that is known of a hit.
+    template <class Store>
+    void each_of_hit(const Store& store) {
+        store(rays_.triangle, packet_.triangle);
+        store(rays_.u, packet_.u);
+        store(rays_.v, packet_.v);
+        store(rays_.nx, packet_.normal_x);
+        store(rays_.ny, packet_.normal_y);
+        store(rays_.nz, packet_.normal_z);
+        store(rays_.distance, packet_.t_max);
+    }
+    void store_hit(std::size_t row, std::size_t lane) {
+        each_of_hit([=](auto& column, const auto& lanes) { column[row] = lanes[lane]; });
+    }
     // store_hit() of lane i in row first + i, column by column.
     void store_hits(std::size_t first) {
-        const auto copy = [first](auto& column, const auto& lanes) {
-            std::memcpy(&column[first], &lanes[0], sizeof lanes);
-        };
-        copy(rays_.triangle, packet_.triangle);
-        copy(rays_.u, packet_.u);
-        copy(rays_.v, packet_.v);
-        copy(rays_.nx, packet_.normal_x);
-        copy(rays_.ny, packet_.normal_y);
-        copy(rays_.nz, packet_.normal_z);
-        copy(rays_.distance, packet_.t_max);
-    }
-
-    void store_hit(std::size_t row, std::size_t lane) {
-        rays_.triangle[row] = packet_.triangle[lane];
-        rays_.u[row] = packet_.u[lane];
-        rays_.v[row] = packet_.v[lane];
-        rays_.nx[row] = packet_.normal_x[lane];
-        rays_.ny[row] = packet_.normal_y[lane];
-        rays_.nz[row] = packet_.normal_z[lane];
-        rays_.distance[row] = packet_.t_max[lane];
+        each_of_hit(
+            [=](auto& column, const auto& lanes) { std::memcpy(&column[first], &lanes[0], sizeof lanes); });
     }
 
     static void push(Crossing& c, std::size_t row, float x, float y, float z, float dx, float dy, float dz,

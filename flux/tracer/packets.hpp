@@ -16,15 +16,41 @@ constexpr std::size_t kLanes = 8;  ///< of a packet
 template <class T>
 using Column = std::array<T, kBlock + kLanes>;  // a packet may run over the end
 
+/// A row of three columns, in double precision.
+inline Vec3 vector_at(const Column<float>& x, const Column<float>& y, const Column<float>& z,
+                      std::size_t row) {
+    return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
+}
+inline void set_vector(const Vec3& v, Column<float>& x, Column<float>& y, Column<float>& z, std::size_t row) {
+    x[row] = static_cast<float>(v.x());
+    y[row] = static_cast<float>(v.y());
+    z[row] = static_cast<float>(v.z());
+}
+
 /// The weight of one whole particle in the fixed point of weights and tallies.
 constexpr std::uint64_t kOne = std::uint64_t{1} << 28;
 
-/// Particles at the start of a flight, one a row; and, after fly_block, what they hit. World units,
-/// single precision throughout: what the tracer sees is what is computed with.
-struct alignas(64) Rays {
+/// Starts of flights, one a row: points and unit directions. World units, single precision throughout: what the tracer
+/// sees is what is computed with.
+struct FlightStarts {
+    Column<float> x, y, z, dx, dy, dz;
+
+    Vec3 point(std::size_t row) const { return vector_at(x, y, z, row); }
+    Vec3 direction(std::size_t row) const { return vector_at(dx, dy, dz, row); }
+    void set(std::size_t row, const Vec3& point, const Vec3& direction) {
+        set_vector(point, x, y, z, row);
+        set_vector(direction, dx, dy, dz, row);
+    }
+    /// Takes row \p of of others.
+    void copy(std::size_t row, const FlightStarts& others, std::size_t of) {
+        x[row] = others.x[of], y[row] = others.y[of], z[row] = others.z[of];
+        dx[row] = others.dx[of], dy[row] = others.dy[of], dz[row] = others.dz[of];
+    }
+};
+
+/// Particles at the start of a flight; after fly_block, of its last segment, and what they hit.
+struct alignas(64) Rays : FlightStarts {
     std::size_t count = 0;
-    Column<float> x, y, z;         ///< start of the flight; after it, of its last segment
-    Column<float> dx, dy, dz;      ///< unit direction
     Column<std::uint32_t> from;    ///< triangle it leaves, or kNoTriangle
     Column<std::uint32_t> ray;     ///< number within the batch
     Column<std::uint64_t> weight;  ///< in units of 1 / kOne
@@ -35,22 +61,6 @@ struct alignas(64) Rays {
     Column<float> nx, ny, nz;        ///< its outward normal, any length; zero if it has no area
     Column<float> distance;          ///< along the last segment
 };
-
-/// Sets the start and the direction of a row's flight.
-inline void set_flight(Rays& rays, std::size_t row, const Vec3& point, const Vec3& direction) {
-    rays.x[row] = static_cast<float>(point.x());
-    rays.y[row] = static_cast<float>(point.y());
-    rays.z[row] = static_cast<float>(point.z());
-    rays.dx[row] = static_cast<float>(direction.x());
-    rays.dy[row] = static_cast<float>(direction.y());
-    rays.dz[row] = static_cast<float>(direction.z());
-}
-
-/// A row of three columns, in double precision.
-inline Vec3 vector_at(const Column<float>& x, const Column<float>& y, const Column<float>& z,
-                      std::size_t row) {
-    return {static_cast<double>(x[row]), static_cast<double>(y[row]), static_cast<double>(z[row])};
-}
 
 constexpr std::uint32_t kLeaked = 0xfffffffeu;
 constexpr std::uint32_t kCollided = 0xfffffffdu;  ///< its free path ended first: fly_block_within

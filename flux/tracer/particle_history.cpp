@@ -27,8 +27,6 @@
 #include "flux/tracer/particle_history.hpp"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -112,47 +110,24 @@ void follow_shared(const Trace& trace, std::vector<Bundle>& bundles, Worker& w, 
     bundles.clear();
 }
 
-// Counts and FlightCounts are words alone.
-template <class T>
-using Words = std::array<std::uint64_t, sizeof(T) / sizeof(std::uint64_t)>;
-
-template <class T>
-void add_words(T& sum, const T& other) {
-    auto words = std::bit_cast<Words<T>>(sum);
-    const auto added = std::bit_cast<Words<T>>(other);
-    for (std::size_t i = 0; i < words.size(); ++i) words[i] += added[i];
-    sum = std::bit_cast<T>(words);
-}
-
-template <class T>
-void write_words(const T& counts, std::vector<std::uint64_t>& words) {
-    const auto own = std::bit_cast<Words<T>>(counts);
-    words.insert(words.end(), own.begin(), own.end());
-}
-
-template <class T>
-void read_words(T& counts, std::span<std::uint64_t>& words) {
-    Words<T> own;
-    std::copy_n(words.begin(), own.size(), own.begin());
-    counts = std::bit_cast<T>(own);
-    words = words.subspan(own.size());
-}
-
 }  // namespace
 
-void PassCounts::add(const PassCounts& other) {
-    for (std::size_t k = 0; k < species.size(); ++k) add_words(species[k], other.species[k]);
-    add_words(flights, other.flights);
+void PassCounts::add(PassCounts other) {
+    std::vector<std::uint64_t> more;
+    other.write(more);
+    auto next = more.begin();
+    each_word([&](std::uint64_t& word) { word += *next++; });
 }
 
-void PassCounts::write(std::vector<std::uint64_t>& words) const {
-    for (const Counts& counts : species) write_words(counts, words);
-    write_words(flights, words);
+void PassCounts::write(std::vector<std::uint64_t>& words) {
+    each_word([&](std::uint64_t word) { words.push_back(word); });
 }
 
 void PassCounts::read(std::span<std::uint64_t>& words) {
-    for (Counts& counts : species) read_words(counts, words);
-    read_words(flights, words);
+    each_word([&](std::uint64_t& word) {
+        word = words.front();
+        words = words.subspan(1);
+    });
 }
 
 void trace_block(const Trace& trace, const Batch& batch, std::uint32_t first, std::uint32_t count,

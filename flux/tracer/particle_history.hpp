@@ -53,11 +53,23 @@ struct Counts {
 struct PassCounts {
     std::vector<Counts> species;
     FlightCounts flights;
-    void add(const PassCounts& other);
+    void add(PassCounts other);
     /// Adds them to \p words, in a fixed order.
-    void write(std::vector<std::uint64_t>& words) const;
+    void write(std::vector<std::uint64_t>& words);
     /// Takes them from the front of \p words, which write() has made for as many species.
     void read(std::span<std::uint64_t>& words);
+
+  private:
+    // Both are words alone.
+    template <class Use>
+    void each_word(const Use& use) {
+        const auto of = [&](auto& counts) {
+            auto* words = reinterpret_cast<std::uint64_t*>(&counts);
+            std::for_each_n(words, sizeof counts / sizeof *words, use);
+        };
+        std::for_each(species.begin(), species.end(), of);
+        of(flights);
+    }
 };
 
 /// A thread's own: buffers, its bins of every tally, and the counts of the batch in progress.

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "surface/parallel.hpp"
+
 namespace sidewall::flux {
 namespace {
 
@@ -46,17 +48,12 @@ void allocate(std::vector<std::uint64_t>& bins, std::size_t count) {
     bins.resize(count, 0);
 }
 
-template <class Body>
-void for_ranges(std::size_t count, const Body& body) {
-    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, count, 8192),
-                      [&](const auto& range) { body(range.begin(), range.end()); });
-}
+constexpr std::size_t kTask = 8192;  // elements, at least
 
 template <class Body>
-void for_blocks(std::size_t count, const Body& body) {
-    for_ranges(count, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) body(i);
-    });
+void for_ranges(std::size_t count, const Body& body) {
+    tbb::parallel_for(tbb::blocked_range(std::size_t{0}, count, kTask),
+                      [&](const auto& range) { body(range.begin(), range.end()); });
 }
 
 std::vector<std::uint32_t> split_vertices(const Wedges& wedges) {
@@ -119,7 +116,7 @@ void Tally::close_batch(const std::vector<std::uint64_t*>& triangle,
         take(triangle, first, last, [&](std::size_t t, std::uint64_t sum) { triangles_.round[t].add(sum); });
     });
     // Before the wedges' bins are emptied.
-    for_blocks(split_.size(), [&](std::size_t i) {
+    surface::parallel_each(split_.size(), kTask, [&](std::size_t i) {
         std::uint64_t vertex = 0;
         for (std::uint32_t w = wedges_.first[split_[i]]; w < wedges_.first[split_[i] + 1]; ++w)
             for (const std::uint64_t* bins : wedge) vertex += bins[w];
@@ -139,7 +136,7 @@ void Tally::close_round() {
                                                   std::tgamma(0.5 * (batches - 1.0))
                                             : 1.0;
     for (Sums* sums : {&triangles_, &by_wedge_, &by_split_})
-        for_blocks(sums->round.size(), [&](std::size_t i) {
+        surface::parallel_each(sums->round.size(), kTask, [&](std::size_t i) {
             Sum& round = sums->round[i];
             if (round.sum == 0.0) return;
             const double spread = round.squares - round.sum * round.sum / batches;
@@ -153,7 +150,7 @@ void Tally::close_round() {
 
 FluxField Tally::flux_of(const Sums& sums, const std::vector<double>& area, double area_per_ray) {
     FluxField field{std::vector<double>(area.size(), 0.0), std::vector<double>(area.size(), 0.0)};
-    for_blocks(area.size(), [&](std::size_t i) {
+    surface::parallel_each(area.size(), kTask, [&](std::size_t i) {
         if (!(area[i] > 0.0)) return;
         const double scale = area_per_ray / area[i];
         field.flux[i] = sums.total[i].sum * scale;
@@ -164,7 +161,7 @@ FluxField Tally::flux_of(const Sums& sums, const std::vector<double>& area, doub
 
 FluxField Tally::triangle_flux(double area_per_ray) const {
     std::vector<double> area(mesh_.triangles.size());
-    for_blocks(area.size(), [&](std::size_t t) { area[t] = triangle_area(mesh_, t); });
+    surface::parallel_each(area.size(), kTask, [&](std::size_t t) { area[t] = triangle_area(mesh_, t); });
     return flux_of(triangles_, area, area_per_ray);
 }
 
@@ -180,7 +177,7 @@ FluxField Tally::vertex_flux(double area_per_ray) const {
         field.flux[v] = total.sum * area_per_ray / area;
         field.error[v] = std::sqrt(total.variance) * area_per_ray / area;
     };
-    for_blocks(mesh_.vertices.size(), [&](std::size_t v) {
+    surface::parallel_each(mesh_.vertices.size(), kTask, [&](std::size_t v) {
         const std::uint32_t w = wedges_.first[v];
         if (wedges_.first[v + 1] - w == 1) set(v, wedges_.area[w], by_wedge_.total[w]);
     });

@@ -18,19 +18,19 @@ constexpr double kMostYield = 100.0;  // particles a hit; weights and bins hold 
 
 void require(bool holds, const std::string& name, const std::string& what, double value,
              const std::string& rule) {
-    if (!holds) throw RecipeError(fmt::format("{}: {} = {}: must be {}", name, what, value, rule));
+    if (!holds) throw RecipeError("{}: {} = {}: must be {}", name, what, value, rule);
 }
 
 void check_yield(const Species& species, const Yield& yield, std::size_t materials) {
     const std::string name = species.name + " " + yield.name;
     if (yield.scale.empty() || (yield.scale.size() > 1 && yield.scale.size() < materials))
-        throw RecipeError(fmt::format("{}: give one scale, or one a material", name));
+        throw RecipeError("{}: give one scale, or one a material", name);
     const auto& a = yield.coefficient;
     for (const double x : a) require(std::isfinite(x), name, "coefficient", x, "finite");
     const std::size_t least = yield.angular == Angular::table                                             ? 2
                               : yield.angular == Angular::sputter || yield.angular == Angular::polynomial ? 1
                                                                                                           : 0;
-    if (a.size() < least) throw RecipeError(fmt::format("{}: needs {} coefficients or more", name, least));
+    if (a.size() < least) throw RecipeError("{}: needs {} coefficients or more", name, least);
     if (yield.angular == Angular::polynomial) {
         double sum = 0.0;
         for (const double x : a) sum += x;
@@ -40,8 +40,7 @@ void check_yield(const Species& species, const Yield& yield, std::size_t materia
             "in [0, 1e9] eV");
     for (const double g : yield.energies) require(std::isfinite(g), name, "energy table", g, "finite");
     if (yield.energies.size() == 1 || (!yield.energies.empty() && !(yield.energy_top > yield.threshold)))
-        throw RecipeError(
-            fmt::format("{}: an energy table needs 2 values or more and a top above the threshold", name));
+        throw RecipeError("{}: an energy table needs 2 values or more and a top above the threshold", name);
     double factor = 0.0;
     for (int k = 0; k <= 256; ++k) factor = std::max(factor, angular_factor(yield, k / 256.0));
     const double energy = species.energy.mean + 8.0 * species.energy.sigma;
@@ -63,15 +62,14 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
     check_sticking(species.name, species.sticking);
     const Vec3& beam = species.beam;
     if (!beam.allFinite() || std::abs(beam.norm() - 1.0) > 1e-9 || !(beam.z() < -0.01))
-        throw RecipeError(
-            fmt::format("{}: beam = ({:.6g}, {:.6g}, {:.6g}): must have length 1 and point downwards",
-                        species.name, beam.x(), beam.y(), beam.z()));
+        throw RecipeError("{}: beam = ({:.6g}, {:.6g}, {:.6g}): must have length 1 and point downwards",
+                          species.name, beam.x(), beam.y(), beam.z());
     for (int axis = 0; axis < 2; ++axis)
         if (!species.rotating && beam[axis] != 0.0 && box.boundary[axis] == Boundary::reflective)
-            throw RecipeError(fmt::format(
+            throw RecipeError(
                 "{}: the beam is tilted along {}, and the reflective sides there would mirror it: use "
                 "periodic sides",
-                species.name, "xy"[axis]));
+                species.name, "xy"[axis]);
     const Energy& energy = species.energy;
     demand(energy.mean >= 0.0 && energy.mean <= 1e9, "energy", energy.mean, "in [0, 1e9] eV");
     demand(energy.sigma >= 0.0 && energy.sigma <= energy.mean, "energy spread", energy.sigma,
@@ -90,13 +88,13 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
     demand(species.source_beta >= -1.0 && species.source_beta <= 1e6, "source_beta", species.source_beta,
            "in [-1, 1e6]");
     if (species.source_beta != 0.0 && (!species.bins.empty() || species.source_exponent != 1.0))
-        throw RecipeError(fmt::format("{}: source_beta stands for bins and source_exponent: give one of them",
-                                      species.name));
+        throw RecipeError("{}: source_beta stands for bins and source_exponent: give one of them",
+                          species.name);
     demand(species.mean_free_path > 0.0, "mean_free_path", species.mean_free_path, "above 0");
     if (std::isfinite(species.mean_free_path) && (energy.mean > 0.0 || species.redeposition))
-        throw RecipeError(fmt::format(
+        throw RecipeError(
             "{}: mean_free_path = {}: is for species without energy and redeposition: collisions turn them thermal",
-            species.name, species.mean_free_path));
+            species.name, species.mean_free_path);
     demand(species.stop_energy >= 0.0, "stop_energy", species.stop_energy, "at least 0");
     const Reflection& r = species.reflection;
     demand(r.from >= 0.0 && r.from <= kRight, "reflection from", r.from, "in [0, pi/2]");
@@ -115,15 +113,15 @@ void check_species(const Species& species, const LateralBox& box, std::size_t ma
 
 void check_options(const TraceOptions& options) {
     if (options.rays < 1 || options.rays > 1'000'000'000'000)
-        throw RecipeError(fmt::format("rays = {}: must be 1 to 1e12", options.rays));
+        throw RecipeError("rays = {}: must be 1 to 1e12", options.rays);
     if (options.relative_error && !(*options.relative_error > 0.0))
-        throw RecipeError(fmt::format("relative_error = {}: must be above 0", *options.relative_error));
+        throw RecipeError("relative_error = {}: must be above 0", *options.relative_error);
     if (options.batches < 16 || options.batches > 65536)
-        throw RecipeError(fmt::format("batches = {}: must be 16 to 65536", options.batches));
+        throw RecipeError("batches = {}: must be 16 to 65536", options.batches);
     if (options.task_rays < 1 || options.max_bounces < 1 || options.max_bounces > 1'000'000)
         throw RecipeError("task_rays and max_bounces must be at least 1, max_bounces at most 1000000");
     if (!(options.roulette > 0.0 && options.roulette <= 1.0))
-        throw RecipeError(fmt::format("roulette = {}: must be above 0, at most 1", options.roulette));
+        throw RecipeError("roulette = {}: must be above 0, at most 1", options.roulette);
 }
 
 std::vector<std::span<const double>> parts(std::span<const double> all, const char* what, std::size_t species,
@@ -158,25 +156,23 @@ void check_one(const TriangleMesh& mesh, const LateralBox& box, const Species& s
 }  // namespace
 
 void check_sticking(const std::string& name, const std::vector<double>& sticking) {
-    if (sticking.empty())
-        throw RecipeError(fmt::format("{}: no sticking probability: give one, or one a material", name));
+    if (sticking.empty()) throw RecipeError("{}: no sticking probability: give one, or one a material", name);
     for (const double s : sticking) require(s >= 0.0 && s <= 1.0, name, "sticking", s, "in [0, 1]");
 }
 
 void check_materials(const Species& species, std::span<const std::int32_t> materials, std::size_t triangles) {
     if (materials.empty()) return;
     if (materials.size() != triangles)
-        throw GeometryError(
-            fmt::format("{} materials for {} triangles: give one a triangle", materials.size(), triangles));
+        throw GeometryError("{} materials for {} triangles: give one a triangle", materials.size(),
+                            triangles);
     const auto missing = [&](const std::vector<double>& by_material, std::int32_t id) {
         return by_material.size() > 1 && static_cast<std::size_t>(id) >= by_material.size();
     };
     for (std::size_t t = 0; t < materials.size(); ++t)
         if (materials[t] < 0 || missing(species.sticking, materials[t]) ||
             (species.redeposition && missing(species.redeposition->sticking, materials[t])))
-            throw RecipeError(
-                fmt::format("{}: triangle {} is of material {}, which has no sticking probability",
-                            species.name, t, materials[t]));
+            throw RecipeError("{}: triangle {} is of material {}, which has no sticking probability",
+                              species.name, t, materials[t]);
 }
 
 void check_fit(const TriangleMesh& mesh, const LateralBox& box, const Wedges& wedges) {

@@ -1,6 +1,5 @@
 #include "flux/tracer/tracer.hpp"
 
-#include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
@@ -242,9 +241,9 @@ class Tracer {
 
     void add_counts(const PassCounts& batch) {
         if (batch.flights.segments >= kMostHits)
-            throw NumericsError(fmt::format(
+            throw NumericsError(
                 "{}: a batch of rays flew {} times: its sums may overflow; use more flux.batches or fewer rays",
-                pass_.species.front().name, batch.flights.segments));
+                pass_.species.front().name, batch.flights.segments);
         counts_.add(batch);
     }
 

@@ -121,8 +121,7 @@ void save_checkpoint(const std::filesystem::path& path, const MaterialStack& sta
 
 Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& domain) {
     initialize();
-    if (!std::filesystem::exists(path))
-        throw FileError(fmt::format("{}: there is no checkpoint", path.string()));
+    if (!std::filesystem::exists(path)) throw FileError("{}: there is no checkpoint", path.string());
     Checkpoint checkpoint{{domain, {}}, {}};
     try {
         std::ifstream in = open_sealed_file(path, kVersion);
@@ -137,8 +136,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& path, const Domain& doma
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::exception& error) {
-        throw FileError(
-            fmt::format("{}: not a usable checkpoint: {}", path.string(), surface::printable(error.what())));
+        throw FileError("{}: not a usable checkpoint: {}", path.string(), surface::printable(error.what()));
     }
     return checkpoint;
 }

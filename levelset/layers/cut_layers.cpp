@@ -7,13 +7,127 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
-#include "levelset/openvdb_grid.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
+
+// Value of a released node, for cut_layers to set: below all that a band of a level set holds.
+float as_released(float value, float background) {
+    return value - 4.0f * background;
+}
+bool is_released(float value, float background) {
+    return value < -2.0f * background;
+}
+// Value that a released node had, but for rounding.
+float before_release(float value, float background) {
+    return value + 4.0f * background;
+}
+
+// Nodes of one leaf of the surface, as a layer below sees them.
+struct LeafNodes {
+    Leaf* layer;         // its leaf there, null if it has none
+    bool released;       // whether any is
+    bool any_overgrown;  // outside the layer, in a film that grows there
+    RowBits overgrown;   // if any is
+};
+
+template <class Is>
+void set_bits(RowBits& bits, Is&& is) {
+    for (std::size_t row = 0; row < bits.size(); ++row) {
+        unsigned of_row = 0;
+        for (std::size_t z = 0; z < 8; ++z) of_row |= static_cast<unsigned>(is(8 * row + z)) << z;
+        bits[row] = static_cast<std::uint8_t>(of_row);
+    }
+}
+
+void release(Leaf* layer, const Leaf& surface, const float* old, float background, LeafNodes& nodes) {
+    nodes.layer = layer;
+    nodes.released = nodes.any_overgrown = false;
+    if (!layer) return;
+    const float* moved = surface.buffer().data();
+    float* value = layer->buffer().data();
+    int released = 0, overgrown = 0;
+    // Off the band values are the background.
+    for (std::size_t i = 0; i < Leaf::SIZE; ++i) {
+        const bool bare = (std::abs(value[i]) < background) & (value[i] == old[i]) & (moved[i] >= value[i]);
+        released |= bare;
+        overgrown |= (value[i] >= 0.0f) & (moved[i] < 0.0f) & (moved[i] < old[i]);
+        value[i] = bare ? as_released(value[i], background) : value[i];
+    }
+    nodes.released = released != 0;
+    nodes.any_overgrown = overgrown != 0;
+    if (overgrown)
+        set_bits(nodes.overgrown,
+                 [&](std::size_t i) { return (value[i] >= 0.0f) & (moved[i] < 0.0f) & (moved[i] < old[i]); });
+}
+
+// Gives a layer's released nodes beside those overgrown their values back.
+class Keeper {
+  public:
+    // \param nodes  of the layer, every \p stride of them.
+    Keeper(const Domain& domain, std::span<Leaf* const> leaves, const surface::LeafTable& table,
+           const float* before, const LeafNodes* nodes, std::size_t stride)
+        : domain_(domain), leaves_(leaves), table_(table), before_(before), nodes_(nodes), stride_(stride) {}
+
+    // Beside those of one leaf; any number of leaves at once.
+    void keep_beside(std::size_t n, float background) const {
+        if (!nodes(n).any_overgrown || !releases_near(n)) return;
+        const openvdb::Coord origin = leaves_[n]->origin();
+        std::array<int, 10> own_x, own_y;  // of the nodes -1 .. 8 of the leaf
+        for (int k = 0; k < 10; ++k) {
+            own_x[static_cast<std::size_t>(k)] = domain_.source_node(0, origin.x() + k - 1);
+            own_y[static_cast<std::size_t>(k)] = domain_.source_node(1, origin.y() + k - 1);
+        }
+        for (std::size_t i = 0; i < Leaf::SIZE; ++i) {
+            if (!has(nodes(n).overgrown, i)) continue;
+            const std::size_t x = i >> 6, y = i >> 3 & 7;
+            const int z = origin.z() + static_cast<int>(i & 7);
+            for (std::size_t k = 0; k < 27; ++k) {
+                const openvdb::Coord q(own_x[x + k / 9], own_y[y + k / 3 % 3],
+                                       z + static_cast<int>(k % 3) - 1);
+                const bool here = (q & ~7) == origin;
+                const std::int32_t leaf = here ? 0 : table_.find(q.x() >> 3, q.y() >> 3, q.z() >> 3);
+                if (leaf >= 0)
+                    keep(here ? n : static_cast<std::size_t>(leaf), Leaf::coordToOffset(q), background);
+            }
+        }
+    }
+
+  private:
+    const LeafNodes& nodes(std::size_t leaf) const { return nodes_[leaf * stride_]; }
+
+    // Leaves on several sides may give the same node the same value.
+    void keep(std::size_t leaf, openvdb::Index node, float background) const {
+        const float old = before_[leaf * Leaf::SIZE + node];
+        if (!nodes(leaf).released || !(old < 0.0f)) return;
+        const std::atomic_ref value(nodes(leaf).layer->buffer().data()[node]);
+        if (is_released(value.load(std::memory_order_relaxed), background))
+            value.store(old, std::memory_order_relaxed);
+    }
+
+    bool releases_near(std::size_t n) const {
+        const openvdb::Coord o = leaves_[n]->origin();
+        static constexpr int kBeside[] = {-1, 0, 8};
+        for (std::size_t k = 0; k < 27; ++k) {
+            const int x = o.x() + kBeside[k / 9], y = o.y() + kBeside[k / 3 % 3],
+                      z = (o.z() >> 3) + static_cast<int>(k % 3) - 1;
+            const std::int32_t leaf =
+                table_.find(domain_.source_node(0, x) >> 3, domain_.source_node(1, y) >> 3, z);
+            if (leaf >= 0 && nodes(static_cast<std::size_t>(leaf)).released) return true;
+        }
+        return false;
+    }
+
+    const Domain& domain_;
+    const std::span<Leaf* const> leaves_;
+    const surface::LeafTable& table_;
+    const float* before_;
+    const LeafNodes* nodes_;
+    const std::size_t stride_;
+};
 
 // Makes the leaves of the surface's band that lie inside the layer and that it has none for.
 // \returns their origins, in ascending order.
@@ -93,6 +207,26 @@ void cut_layers(MaterialStack& stack, const Grown* grown) {
     const Grid& surface = stack.top();
     tbb::parallel_for(std::size_t{0}, stack.layers.size() - 1,
                       [&](std::size_t k) { cut(*stack.layers[k].phi, surface, stack.domain, grown); });
+}
+
+Grown release_exposed(MaterialStack& stack, std::span<Leaf* const> leaves, const surface::LeafTable& table,
+                      const float* before) {
+    const float background = stack.top().background();
+    Grown grown{table, LargeVector<RowBits>(leaves.size())};
+    const std::size_t below = stack.layers.size() - 1;
+    LargeVector<LeafNodes> nodes(leaves.size() * below);  // leaf by leaf
+    surface::parallel_each(leaves.size(), 4, [&](std::size_t n) {
+        const float *moved = leaves[n]->buffer().data(), *old = before + n * Leaf::SIZE;
+        set_bits(grown.nodes[n], [&](std::size_t i) { return moved[i] < old[i]; });
+        for (std::size_t k = 0; k < below; ++k)
+            release(stack.layers[k].phi->tree().probeLeaf(leaves[n]->origin()), *leaves[n], old, background,
+                    nodes[n * below + k]);
+    });
+    surface::parallel_each(leaves.size(), 4, [&](std::size_t n) {
+        for (std::size_t k = 0; k < below; ++k)
+            Keeper(stack.domain, leaves, table, before, &nodes[k], below).keep_beside(n, background);
+    });
+    return grown;
 }
 
 }  // namespace sidewall::levelset

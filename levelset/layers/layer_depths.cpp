@@ -369,10 +369,7 @@ void LayerDepths::Reader::find(const Source& values, const Cell& cell, const Vec
         if (depth[k] > touching_) depth[k - 1] = std::max(depth[k - 1], depth[k]);
 }
 
-LayerDepths::LayerDepths(const MaterialStack& stack) : reader_(std::make_unique<Reader>(stack)) {}
-LayerDepths::~LayerDepths() = default;
-LayerDepths::LayerDepths(LayerDepths&&) noexcept = default;
-LayerDepths& LayerDepths::operator=(LayerDepths&&) noexcept = default;
+LayerDepths::LayerDepths(const MaterialStack& stack) : reader_(std::make_shared<Reader>(stack)) {}
 
 void LayerDepths::at(const Vec3& point, std::span<float> depth) const {
     reader_->at(point, depth);

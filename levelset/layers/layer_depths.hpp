@@ -12,9 +12,6 @@ namespace sidewall::levelset {
 class LayerDepths {
   public:
     explicit LayerDepths(const MaterialStack& stack);
-    ~LayerDepths();
-    LayerDepths(LayerDepths&&) noexcept;
-    LayerDepths& operator=(LayerDepths&&) noexcept;
 
     /// Depth of each lower layer below \p point (index space, on the surface), world units, to \p depth (one
     /// value a layer but the last): at most thinnest_film where the layer is exposed. Where the surface leaves
@@ -31,7 +28,7 @@ class LayerDepths {
 
   private:
     class Reader;
-    std::unique_ptr<Reader> reader_;
+    std::shared_ptr<Reader> reader_;  // by copies, too
 };
 
 /// Index of the layer exposed at a world point on the surface.

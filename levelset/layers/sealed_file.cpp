@@ -1,10 +1,11 @@
 #include "levelset/layers/sealed_file.hpp"
 
-#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
-#include <cstring>
+#include <array>
+#include <bit>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,25 +16,22 @@
 namespace sidewall::levelset {
 namespace {
 
-constexpr std::string_view kMagic = "sidewall";
-constexpr std::size_t kSealSize = 28;
-
-template <class T>
-void append(std::string& bytes, T number) {
-    for (std::size_t k = 0; k < sizeof(T); ++k) bytes += static_cast<char>(number >> (8 * k) & 0xff);
-}
-
-template <class T>
-T number_at(std::string_view bytes, std::size_t place) {
-    T number = 0;
-    for (std::size_t k = 0; k < sizeof(T); ++k)
-        number |= T{static_cast<unsigned char>(bytes[place + k])} << (8 * k);
-    return number;
-}
+// What follows the content, in this order; the processor's bytes are those of the file, little endian first.
+struct Seal {
+    std::array<char, 8> magic{'s', 'i', 'd', 'e', 'w', 'a', 'l', 'l'};
+    std::uint64_t content = 0;
+    std::uint32_t version = 0, checksum = 0, own = 0;
+};
+constexpr std::size_t kSealed = offsetof(Seal, own), kSealSize = kSealed + sizeof(Seal::own);
+static_assert(std::endian::native == std::endian::little && kSealSize == 28);
 
 std::uint32_t checksum_of(std::string_view bytes, std::uint32_t before = 0) {
     return static_cast<std::uint32_t>(
         crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
+
+std::uint32_t checksum_of(const Seal& seal) {
+    return checksum_of({reinterpret_cast<const char*>(&seal), kSealed});
 }
 
 }  // namespace
@@ -41,12 +39,9 @@ std::uint32_t checksum_of(std::string_view bytes, std::uint32_t before = 0) {
 void write_sealed_file(const std::filesystem::path& path, std::uint32_t version,
                        const std::function<void(std::ostream& out)>& write) {
     surface::write_file(path, write, [version](std::uint64_t size, std::uint32_t checksum) {
-        std::string seal(kMagic);
-        append(seal, size);
-        append(seal, version);
-        append(seal, checksum);
-        append(seal, checksum_of(seal));
-        return seal;
+        Seal seal{.content = size, .version = version, .checksum = checksum};
+        seal.own = checksum_of(seal);
+        return std::string(reinterpret_cast<const char*>(&seal), kSealSize);
     });
 }
 
@@ -61,32 +56,30 @@ std::ifstream open_sealed_file(const std::filesystem::path& path, std::uint32_t 
     const auto size = static_cast<std::uint64_t>(end);
     if (size < kSealSize) throw FileError("it is cut short");
 
-    std::string seal(kSealSize, '\0');
+    Seal seal;
     in.seekg(static_cast<std::streamoff>(size - kSealSize));
-    if (!in.read(seal.data(), kSealSize)) throw FileError("it cannot be read: check the disk");
-    if (!seal.starts_with(kMagic))
+    if (!in.read(reinterpret_cast<char*>(&seal), kSealSize))
+        throw FileError("it cannot be read: check the disk");
+    if (seal.magic != Seal{}.magic)
         throw FileError(
             "it is cut short, or older than this version, whose files of this kind end with a checksum");
-    const auto content = number_at<std::uint64_t>(seal, 8);
-    const auto written_by = number_at<std::uint32_t>(seal, 16), checksum = number_at<std::uint32_t>(seal, 20);
-    if (number_at<std::uint32_t>(seal, 24) != checksum_of(std::string_view(seal).substr(0, 24)) ||
-        content != size - kSealSize)
+    if (seal.own != checksum_of(seal) || seal.content != size - kSealSize)
         throw FileError("it is damaged: its length or its checksum is not what was written");
-    if (written_by != version)
-        throw FileError(
-            fmt::format("it is of format version {} and this program reads version {}", written_by, version));
+    if (seal.version != version)
+        throw FileError("it is of format version {} and this program reads version {}", seal.version,
+                        version);
 
     in.seekg(0);
     std::vector<char> block(std::size_t{1} << 18);
     std::uint32_t sum = 0;
-    for (std::uint64_t left = content; left > 0;) {
+    for (std::uint64_t left = seal.content; left > 0;) {
         const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(left, block.size()));
         if (!in.read(block.data(), static_cast<std::streamsize>(count)))
             throw FileError("it cannot be read: check the disk");
         sum = checksum_of({block.data(), count}, sum);
         left -= count;
     }
-    if (sum != checksum) throw FileError("it is damaged: its bytes do not fit their checksum");
+    if (sum != seal.checksum) throw FileError("it is damaged: its bytes do not fit their checksum");
     in.seekg(0);
     return in;
 }

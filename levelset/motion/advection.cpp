@@ -14,7 +14,6 @@
 #include "levelset/layers/cut_layers.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/prolongation.hpp"
-#include "levelset/layers/release.hpp"
 #include "levelset/motion/hamiltonian.hpp"
 #include "levelset/motion/limits.hpp"
 #include "levelset/motion/sample_index.hpp"

@@ -169,12 +169,13 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
         };
         if (in.scheme == Scheme::lax_friedrichs) {
             const auto& bounds = in.motion.law.dissipation;
-            h[n] = lax_friedrichs(minus, plus,
-                                  bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion, index)],
-                                  speed_of);
+            h[n] = lax_friedrichs(
+                minus, plus,
+                bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion.extension, index)], speed_of);
             // One sign as in beam_row; layers below do not grow either, see speed_over.
             if (in.motion.law.beam_speed) {
-                const BeamSpeed of = in.motion.law.beam_speed(index, exposed(in.stack, in.motion, index));
+                const BeamSpeed of =
+                    in.motion.law.beam_speed(index, exposed(in.stack, in.motion.extension, index));
                 if (of.facing <= 0.0 && of.always <= 0.0) h[n] = std::min(h[n], 0.0f);
             }
             continue;

@@ -9,6 +9,7 @@
 #include "levelset/block.hpp"
 #include "levelset/motion/sample_index.hpp"
 #include "levelset/row.hpp"
+#include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -61,7 +62,7 @@ class BodyLimits {
             const float upper = k < layers.size() ? layers[k]->getValue(node) : was;
             // In the body, or on its underside; where layers coincide it is not there.
             if (!(upper < 0.0f) || -below > touching || below - upper <= touching) continue;
-            const std::size_t own = exposed(stack_, motion_, sample);
+            const std::size_t own = exposed(stack_, motion_.extension, sample);
             if (k < own) continue;
             const double lost = most_lost(sample, k);
             if (k > own || lost == 0.0)
@@ -177,20 +178,15 @@ std::unique_ptr<const Values> with_neighbours(const Leaf& leaf, const Around& ar
 
 Limits::Limits(const MaterialStack& stack, const Band& band, const std::vector<std::uint8_t>& moved,
                const float* before, const Motion& motion, double duration) {
-    const auto each = [](std::size_t count, auto&& use) {
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4), [&](const auto& range) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n) use(n);
-        });
-    };
     std::vector<std::unique_ptr<Values>> own(band.leaves.size());
     const BodyLimits bodies(stack, motion, duration);
     const std::vector<std::uint8_t> limiting = with_readers(band, stack.domain, moved);
     const std::vector<std::uint8_t> asked = with_readers(band, stack.domain, limiting);
-    each(own.size(), [&](std::size_t n) {
+    surface::parallel_each(own.size(), 4, [&](std::size_t n) {
         if (asked[n]) own[n] = bodies.limits(*band.leaves[n], before + n * Leaf::SIZE);
     });
     std::vector<Limited> limited(own.size());
-    each(own.size(), [&](std::size_t n) {
+    surface::parallel_each(own.size(), 4, [&](std::size_t n) {
         if (!limiting[n]) return;
         const Around around(band, own, n);
         if (!around.any()) return;

@@ -1,6 +1,5 @@
 #include "levelset/motion/motion.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
@@ -10,14 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "levelset/openvdb_grid.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
-
-std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample) {
-    return exposed(stack, motion.extension, sample);
-}
 
 std::array<std::size_t, kSpeedClasses> first_of_classes(std::span<const std::uint8_t> speed_class) {
     using First = std::array<std::size_t, kSpeedClasses>;
@@ -59,10 +53,10 @@ double fastest(const MaterialStack& stack, const Motion& motion, const std::vect
         if (!std::isfinite(v)) {
             const auto& c = motion.extension.samples[sample].node;
             throw NumericsError(
-                fmt::format("the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates "
-                            "and fluxes",
-                            stack.domain.coordinate(0, c.x()), stack.domain.coordinate(1, c.y()),
-                            stack.domain.coordinate(2, c.z()), v));
+                "the surface speed at ({:.4g}, {:.4g}, {:.4g}) is {}: check the step's rates "
+                "and fluxes",
+                stack.domain.coordinate(0, c.x()), stack.domain.coordinate(1, c.y()),
+                stack.domain.coordinate(2, c.z()), v);
         }
         most = std::max(most, std::abs(v));
     }
@@ -72,7 +66,7 @@ double fastest(const MaterialStack& stack, const Motion& motion, const std::vect
 // Calls use(layer) for the layer that is bare at a sample and for those less than a cell below.
 template <class Use>
 void each_reachable(const MaterialStack& stack, const Motion& motion, std::size_t sample, Use&& use) {
-    const std::size_t surface = exposed(stack, motion, sample), below = stack.layers.size() - 1;
+    const std::size_t surface = exposed(stack, motion.extension, sample), below = stack.layers.size() - 1;
     for (std::size_t k = 0; k <= surface; ++k) {
         const bool reachable =
             k == surface ||

@@ -13,39 +13,30 @@
 
 namespace sidewall::levelset {
 
-/// Normal speed V (length per time; positive grows, negative etches) that layer \p layer would have at the
-/// extension's sample number \p sample if the surface's unit normal were \p normal.
-using SpeedFunction = std::function<double(std::size_t sample, std::size_t layer, const Vec3& normal)>;
-
-/// The largest etch rate (length per time, 0 where V is nowhere negative) that layer \p layer would have at the
-/// extension's sample number \p sample, over all normals.
-using EtchRateFunction = std::function<double(std::size_t sample, std::size_t layer)>;
-
 /// A speed that a parallel beam makes: V(n) = facing max(0, n . d) + always, d the unit vector towards its source.
 struct BeamSpeed {
     double facing = 0.0, always = 0.0;  ///< length per time
 };
 
-/// The beam's speed that layer \p layer would have at the extension's sample number \p sample.
-using BeamSpeedFunction = std::function<BeamSpeed(std::size_t sample, std::size_t layer)>;
-
 /// The most speed classes that a SpeedLaw may have.
 inline constexpr std::size_t kSpeedClasses = 256;
 
 /// The speed V of a surface at the samples of an extension, and what is known of it. The functions are called in
-/// parallel.
+/// parallel, with the number of a sample and a layer that is taken to be bare there.
 struct SpeedLaw {
-    SpeedFunction speed;
+    /// Normal speed V (length per time; positive grows, negative etches) if the surface's unit normal were \p normal.
+    std::function<double(std::size_t sample, std::size_t layer, const Vec3& normal)> speed;
     bool depends_on_normal = false;  ///< V = V(n): evaluated at every node with its own normal
-    /// To be set where depends_on_normal: a body that etches at no normal is held in place. Otherwise V itself
-    /// says so; empty: no body is taken for inert.
-    EtchRateFunction max_etch_rate{};
+    /// The largest etch rate (length per time, 0 where V is nowhere negative) over all normals. To be set where
+    /// depends_on_normal: a body that etches at no normal is held in place. Otherwise V itself says so; empty: no
+    /// body is taken for inert.
+    std::function<double(std::size_t sample, std::size_t layer)> max_etch_rate{};
     /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
     /// convex function; else empty.
     std::vector<Vec3> dissipation{};
     std::vector<std::uint8_t> inert{};  ///< by layer: V is 0 wherever it is bare. Empty: not known of any
     /// Where V has the form of a BeamSpeed, so that V need not be evaluated at every node; else empty.
-    BeamSpeedFunction beam_speed{};
+    std::function<BeamSpeed(std::size_t sample, std::size_t layer)> beam_speed{};
     Vec3 beam = Vec3::UnitZ();  ///< d of beam_speed
     /// By sample: samples of one class have the same V on the same layer, which is evaluated once. Empty: each sample
     /// has its own.
@@ -62,9 +53,6 @@ struct Motion {
     /// The motion of stack.coarser, with samples of its own; null if there is no coarser level.
     std::shared_ptr<const Motion> coarser = nullptr;
 };
-
-/// Layer exposed at a sample: the lowest one that (nearly) touches the surface.
-std::size_t exposed(const MaterialStack& stack, const Motion& motion, std::size_t sample);
 
 /// The first sample of each speed class, by class; the number of samples for a class that has none.
 /// \param speed_class  SpeedLaw::speed_class.

@@ -83,7 +83,7 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
     const ByClass<Value> table(stack, motion, ask);
     const bool by_class = !motion.law.speed_class.empty();
     surface::parallel_each(motion.extension.samples.size(), 1024, [&](std::size_t n) {
-        const std::size_t layer = exposed(stack, motion, n);
+        const std::size_t layer = exposed(stack, motion.extension, n);
         if (!motion.law.inert.empty() && motion.law.inert[layer]) return;
         use(n, layer, by_class ? table.at(n, layer) : ask(n, layer));
     });
@@ -93,7 +93,7 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
 
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
                   double duration) {
-    return speed_from(stack, motion, sample, exposed(stack, motion, sample), normal, duration);
+    return speed_from(stack, motion, sample, exposed(stack, motion.extension, sample), normal, duration);
 }
 
 SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Scheme scheme, double duration) {
@@ -140,7 +140,7 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                                });
     } else {
         for (std::size_t n = 0; n < count; ++n)
-            if (motion.law.inert.empty() || !motion.law.inert[exposed(stack, motion, n)])
+            if (motion.law.inert.empty() || !motion.law.inert[exposed(stack, motion.extension, n)])
                 speeds.way[n] = Way::general;
     }
     return speeds;

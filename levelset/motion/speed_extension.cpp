@@ -13,7 +13,6 @@
 #include "levelset/layers/layers_below.hpp"
 #include "levelset/layers/stack.hpp"
 #include "levelset/motion/cell_triangles.hpp"
-#include "levelset/motion/nearest_surface.hpp"
 #include "levelset/motion/sample_index.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/row.hpp"

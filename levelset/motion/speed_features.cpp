@@ -53,7 +53,7 @@ void mark_speeds(const MaterialStack& coarse, const Motion& motion, double most,
         const std::int32_t leaf = table.find(c.x() >> 3, c.y() >> 3, c.z() >> 3);
         if (leaf < 0 || !counts_at(coarse, nullptr, c.x(), c.y())) continue;
         speeds[static_cast<std::size_t>(leaf)].add(
-            c, motion.law.speed(n, exposed(coarse, motion, n), Vec3::UnitZ()));
+            c, motion.law.speed(n, exposed(coarse, motion.extension, n), Vec3::UnitZ()));
     }
     for (const SpeedsOfLeaf& leaf : speeds)
         if (leaf.count > 0.0 && leaf.steepest() > kSpeedChange * most)

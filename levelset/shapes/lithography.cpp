@@ -1,6 +1,5 @@
 #include "levelset/shapes/lithography.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include "levelset/shapes/raster.hpp"
 #include "surface/error.hpp"
 #include "surface/infinity.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::levelset {
 namespace {
@@ -36,8 +36,8 @@ Raster make_raster(const Blur& blur, const Domain& domain) {
     }
     for (const double sigma : blur.sigmas) work += pixels * blur_work(sigma, wanted);
     if (pixels > kMostPixels || work > kMostWork)
-        throw GeometryError(fmt::format("takes {:.2g} pixels and {:.2g} multiplications, over {:g} and {:g}",
-                                        pixels, work, kMostPixels, kMostWork));
+        throw GeometryError("takes {:.2g} pixels and {:.2g} multiplications, over {:g} and {:g}", pixels,
+                            work, kMostPixels, kMostWork);
     return raster;
 }
 
@@ -78,8 +78,7 @@ void cover(Raster& raster, const std::vector<Polygon>& outlines, const Domain& d
                 std::minmax(outline[j], outline[k], [](const auto& u, const auto& v) { return u[1] < v[1]; });
             if (a[1] < b[1] && b[1] > domain.min[1] && a[1] < domain.max[1]) edges.push_back({a, b});
         }
-    raster.values.assign(
-        static_cast<std::size_t>(raster.count[0]) * static_cast<std::size_t>(raster.count[1]), 0.0f);
+    raster.clear();
     tbb::parallel_for(0, raster.count[1], [&](int j) {
         const double low = domain.min[1] + j * raster.size[1], high = low + raster.size[1];
         std::vector<Edge> here;
@@ -117,20 +116,11 @@ class Contours {
     std::vector<Polygon> run() {
         for (int j = 0; j + 1 < lattice_[1]; ++j)
             for (int i = 0; i + 1 < lattice_[0]; ++i) square(i, j);
-        std::sort(pieces_.begin(), pieces_.end());
+        std::ranges::sort(pieces_, {}, &surface::Link::from);
         std::vector<Polygon> outlines;
-        std::vector<std::uint8_t> done(pieces_.size(), 0);
-        for (std::size_t first = 0; first < pieces_.size(); ++first) {
-            if (done[first] != 0) continue;
+        for (const surface::Chain& chain : surface::join_links(pieces_)) {
             Polygon& outline = outlines.emplace_back();
-            for (std::size_t k = first; done[k] == 0;) {
-                done[k] = 1;
-                outline.push_back(crossing(pieces_[k].first));
-                k = static_cast<std::size_t>(
-                    std::lower_bound(pieces_.begin(), pieces_.end(),
-                                     std::pair(pieces_[k].second, std::uint64_t{0})) -
-                    pieces_.begin());
-            }
+            for (const std::uint32_t k : chain.links) outline.push_back(crossing(pieces_[k].from));
         }
         return outlines;
     }
@@ -187,7 +177,7 @@ class Contours {
             std::size_t end = (k + 3) % 4;  // and goes round it clockwise to where it was entered,
             if (joined) end = next;         // or across to the other corner
             while (!joined && c[end] == c[(end + 1) % 4]) end = (end + 3) % 4;
-            pieces_.emplace_back(e[k], e[end]);
+            pieces_.push_back({e[k], e[end]});
         }
     }
 
@@ -195,7 +185,7 @@ class Contours {
     const Domain& domain_;
     double threshold_;
     std::array<int, 2> margin_{}, lattice_{};
-    std::vector<std::pair<std::uint64_t, std::uint64_t>> pieces_;
+    std::vector<surface::Link> pieces_;
 };
 
 // Whether the polygon meets the domain, and whether a pixel in it, or next to one of its corners, leaves
@@ -238,7 +228,7 @@ ResistContours resist_contours(const std::vector<Polygon>& polygons, const Blur&
     Raster covered = make_raster(blur, domain);
     cover(covered, united(repeated(polygons, domain)), domain);
     Raster blurred = covered;
-    std::fill(blurred.values.begin(), blurred.values.end(), 0.0f);
+    blurred.clear();
     std::vector<double> weights = blur.weights;
     if (weights.empty()) weights.assign(blur.sigmas.size(), 1.0);
     const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);

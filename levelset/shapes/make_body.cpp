@@ -1,7 +1,5 @@
 #include "levelset/shapes/make_body.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,7 +16,7 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 
 void require(bool good, const Shape& shape, const char* what) {
-    if (!good) throw GeometryError(fmt::format("a layer's shape (top {}): {}", shape.top, what));
+    if (!good) throw GeometryError("a layer's shape (top {}): {}", shape.top, what);
 }
 
 // Distance from the axis (trench, fin: |x|; hole: radius) and height: the profile of a body that is symmetric
@@ -102,7 +100,7 @@ Body mask(const Shape& shape, const Domain& domain) {
 
 Body make_body(const Shape& shape, const Domain& domain) {
     require(std::abs(shape.taper_deg) < 90.0, shape, "taper_deg must lie between -90 and 90");
-    if (is_solid(shape)) return make_solid(shape, domain);
+    if (std::optional<Body> solid = make_solid(shape, domain)) return *std::move(solid);
     switch (shape.kind) {
         case ShapeKind::plane:
             return {[top = shape.top](const Vec3& p) { return p.z() - top; }, shape.top, shape.top};

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "levelset/shapes/polygon_clipping.hpp"
-#include "levelset/shapes/polygon_index.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {

@@ -1,7 +1,10 @@
 #pragma once
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
+
+#include "surface/infinity.hpp"
 
 namespace sidewall::levelset {
 
@@ -23,5 +26,33 @@ bool crosses(const std::array<double, 2>& a, const std::array<double, 2>& b, dou
 /// Signed distance of a point in the plane from the area that lies within an odd number of \p polygons, negative in it.
 /// +infinity without polygons. O(corners).
 double signed_distance(std::span<const Polygon> polygons, double x, double y);
+
+/// Polygons to measure the distance from at many points: the bits of signed_distance(), in the logarithm of the
+/// number of corners instead of the number.
+class PolygonIndex {
+  public:
+    /// O(n log n) in the corners.
+    explicit PolygonIndex(std::span<const Polygon> polygons);
+
+    /// signed_distance() of all polygons. Safe to call in parallel.
+    double signed_distance(double x, double y) const;
+
+  private:
+    using Edge = std::array<std::array<double, 2>, 2>;
+    // A node of a binary tree, in which edges are halved at the median of their centres. The left child
+    // follows its parent.
+    struct Node {
+        std::uint32_t first = 0, last = 0;                                              // edges
+        std::uint32_t right = 0;                                                        // child; 0 of a leaf
+        std::array<double, 2> low{kInfinity, kInfinity}, high{-kInfinity, -kInfinity};  // around the edges
+    };
+    void build(std::uint32_t first, std::uint32_t last);
+    template <class Away, class Reach, class Visit>
+    void visit(const Away& away, const Reach& reach, const Visit& visit) const;
+
+    std::vector<Edge> edges_;  // in the order of the leaves
+    std::vector<Node> nodes_;
+    double rounding_ = 0.0;  // what distances of coordinates this large are rounded by, and more
+};
 
 }  // namespace sidewall::levelset

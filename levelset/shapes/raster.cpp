@@ -71,8 +71,7 @@ Raster coarser(const Raster& fine, double times) {
         ratio[a] = static_cast<double>(fine.count[a]) / coarse.count[a];
         coarse.size[a] = ratio[a] * fine.size[a];
     }
-    coarse.values.assign(
-        static_cast<std::size_t>(coarse.count[0]) * static_cast<std::size_t>(coarse.count[1]), 0.0f);
+    coarse.clear();
     // How much of the pixel k lies in the larger one n, as a part of that.
     const auto share = [&](std::size_t a, int n, int k) {
         return std::max(0.0, std::min(k + 1.0, (n + 1) * ratio[a]) - std::max<double>(k, n * ratio[a])) /
@@ -145,7 +144,7 @@ void add_blurred(const Raster& covered, double sigma, double weight, const Domai
     if (times == 1.0) return add_on_pixels(covered, sigma, weight, domain, sum);
     const Raster coarse = coarser(covered, times);
     Raster blurred = coarse;
-    std::fill(blurred.values.begin(), blurred.values.end(), 0.0f);
+    blurred.clear();
     add_on_pixels(coarse, sigma, 1.0, domain, blurred);
     add_between(blurred, weight, domain, sum);
 }

@@ -17,6 +17,8 @@ struct Raster {
     std::size_t index(int i, int j) const {
         return static_cast<std::size_t>(j) * static_cast<std::size_t>(count[0]) + static_cast<std::size_t>(i);
     }
+    /// Sets all values to 0.
+    void clear() { values.assign(index(0, count[1]), 0.0f); }
     float* row(int j) { return values.data() + index(0, j); }
     const float* row(int j) const { return values.data() + index(0, j); }
     float at(int i, int j) const { return values[index(i, j)]; }

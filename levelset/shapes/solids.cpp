@@ -1,21 +1,18 @@
 #include "levelset/shapes/solids.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
 
 #include "levelset/shapes/outline.hpp"
-#include "levelset/shapes/polygon_index.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::levelset {
 namespace {
 
 void require(bool good, const char* what) {
-    if (!good) throw GeometryError(fmt::format("a layer's shape: {}", what));
+    if (!good) throw GeometryError("a layer's shape: {}", what);
 }
 
 double radians(const Shape& shape) {
@@ -194,24 +191,7 @@ Body profile(const Shape& shape, const Domain& domain) {
 
 }  // namespace
 
-bool is_solid(const Shape& shape) {
-    switch (shape.kind) {
-        case ShapeKind::sphere:
-        case ShapeKind::cylinder:
-        case ShapeKind::gap:
-        case ShapeKind::profile:
-            return true;
-        case ShapeKind::box:
-            return shape.subtract || shape.radius > 0.0;
-        case ShapeKind::plane:
-        case ShapeKind::mesh:
-            return false;
-        default:
-            return shape.subtract;
-    }
-}
-
-Body make_solid(const Shape& shape, const Domain& domain) {
+std::optional<Body> make_solid(const Shape& shape, const Domain& domain) {
     switch (shape.kind) {
         case ShapeKind::sphere:
             return sphere(shape, domain);
@@ -222,12 +202,21 @@ Body make_solid(const Shape& shape, const Domain& domain) {
         case ShapeKind::profile:
             return profile(shape, domain);
         case ShapeKind::box:
-            return shape.radius > 0.0 ? rounded_box(shape, domain) : block(shape, domain);
+            if (shape.radius > 0.0) return rounded_box(shape, domain);
+            [[fallthrough]];
         case ShapeKind::fin:
-            return block(shape, domain);
-        default:
-            return opening(shape, domain);
+            if (shape.subtract) return block(shape, domain);
+            break;
+        case ShapeKind::trench:
+        case ShapeKind::hole:
+        case ShapeKind::mask:
+            if (shape.subtract) return opening(shape, domain);
+            break;
+        case ShapeKind::plane:
+        case ShapeKind::mesh:
+            break;
     }
+    return std::nullopt;
 }
 
 }  // namespace sidewall::levelset

@@ -1,6 +1,5 @@
 #include "surface/files/held_folder.hpp"
 
-#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -42,8 +41,8 @@ bool still_named(const Held& held) {
 HeldFolder::HeldFolder(const fs::path& folder)
     : file_(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {
     if (file_ < 0)
-        throw IoError(fmt::format("{}: cannot open the folder: {}; check permissions", folder.string(),
-                                  std::generic_category().message(errno)));
+        throw IoError("{}: cannot open the folder: {}; check permissions", folder.string(),
+                      std::generic_category().message(errno));
     const std::lock_guard lock(held_mutex);
     held_folders.push_back({folder, file_});
 }
@@ -62,16 +61,15 @@ FilePlace place_of(const fs::path& path) {
     });
     if (held == held_folders.end()) return {.name = path};
     if (!still_named(*held))
-        throw IoError(fmt::format(
+        throw IoError(
             "{}: cannot write: its folder was removed, renamed or replaced meanwhile; leave it in place and start again",
-            path.string()));
+            path.string());
     struct stat there {};
     if (::fstatat(held->file, path.filename().c_str(), &there, AT_SYMLINK_NOFOLLOW) == 0 &&
         !S_ISREG(there.st_mode) && !S_ISDIR(there.st_mode))
-        throw IoError(
-            fmt::format("{}: cannot write: is a {}: remove it, or choose another folder", path.string(),
-                        S_ISLNK(there.st_mode) ? "link, and links in a folder of results are not followed"
-                                               : "device, a pipe or a socket, and no file"));
+        throw IoError("{}: cannot write: is a {}: remove it, or choose another folder", path.string(),
+                      S_ISLNK(there.st_mode) ? "link, and links in a folder of results are not followed"
+                                             : "device, a pipe or a socket, and no file");
     return {held->file, path.filename()};
 }
 

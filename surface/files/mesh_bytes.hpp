@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -83,11 +84,22 @@ std::string_view without_mark(std::string_view text, const std::string& name);
 /// The line at \p at without its end, which \p at steps past: LF, CR LF, or CR alone as old programs write it.
 std::string_view next_line(std::string_view text, std::size_t& at);
 
-/// Reads the number at \p at and steps past it; nothing if what stands there up to the next white space is no number alone.
-std::optional<double> next_number(const char*& at, const char* end);
+/// Takes the white space off the start of a text.
+void skip_space(std::string_view& text);
 
-/// What stands at \p at in a text, for messages: a few characters that a terminal can be given.
-std::string excerpt(const char* at, const char* end);
+/// Takes the number that a text begins with off it; nothing if what stands there up to the next white space is no number
+/// alone.
+std::optional<double> next_number(std::string_view& text);
+
+/// Whether a text is a whole number and nothing else, which is read.
+template <class Integer>
+bool parse_whole(std::string_view text, Integer& value) {
+    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return failure == std::errc{} && end == text.data() + text.size();
+}
+
+/// What a text begins with, for messages: a few characters that a terminal can be given.
+std::string excerpt(std::string_view text);
 
 /// What a file may become in memory: values that compress well, or one cell's that many triangles repeat, make
 /// gigabytes of a few kilobytes. Counted before it is taken.
@@ -101,10 +113,10 @@ class MemoryBudget {
     void take_doubles(double count) {
         left_ -= 8.0 * count;
         if (left_ < 0.0)
-            throw FileError(fmt::format(
+            throw FileError(
                 "{}: unfolds to over {:.0f} MB, {:g} MB and {:g} times its size: it is damaged, or "
                 "save it uncompressed and without attributes",
-                name_, 1e-6 * all_, 1e-6 * kLeast, kTimes));
+                name_, 1e-6 * all_, 1e-6 * kLeast, kTimes);
     }
 
   private:

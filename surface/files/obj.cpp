@@ -1,7 +1,6 @@
 #include "surface/files/obj.hpp"
 
 #include <cctype>
-#include <charconv>
 #include <map>
 #include <set>
 
@@ -37,22 +36,15 @@ class Lines {
 };
 
 std::string_view next_word(std::string_view& line) {
-    const auto space = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
-    while (!line.empty() && space(line.front())) line.remove_prefix(1);
-    std::size_t length = 0;
-    while (length < line.size() && !space(line[length])) ++length;
-    const std::string_view word = line.substr(0, length);
-    line.remove_prefix(length);
+    skip_space(line);
+    const std::string_view word = line.substr(0, line.find_first_of(" \t\n\v\f\r"));
+    line.remove_prefix(word.size());
     return word;
 }
 
-template <class Number>
-bool parse(std::string_view word, Number& value) {
-    const bool plus = word.starts_with("+");
-    if (plus) word.remove_prefix(1);
-    if (word.starts_with("-") && plus) return false;
-    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
-    return failure == std::errc{} && end == word.data() + word.size() && !word.empty();
+bool parse_index(std::string_view word, std::int64_t& value) {
+    if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
+    return parse_whole(word, value);
 }
 
 struct Reader {
@@ -70,16 +62,17 @@ struct Reader {
     Reader(std::string_view bytes, const std::string& n) : name(n), lines(bytes) {}
 
     [[noreturn]] void refuse(const std::string& what) const {
-        throw FileError(fmt::format("{}:{}: {}: export the surface again", name, lines.number(), what));
+        throw FileError("{}:{}: {}: export the surface again", name, lines.number(), what);
     }
 
     // The numbers of a line, at least \p least of them.
     std::vector<double> numbers(std::string_view rest, std::size_t least) const {
         std::vector<double> all;
-        for (auto word = next_word(rest); !word.empty() || all.size() < least; word = next_word(rest))
-            if (!parse(word, all.emplace_back()))
-                refuse(fmt::format("'{}' instead of a coordinate",
-                                   excerpt(word.data(), word.data() + word.size())));
+        for (skip_space(rest); !rest.empty() || all.size() < least; skip_space(rest)) {
+            const auto number = next_number(rest);
+            if (!number) refuse(fmt::format("'{}' instead of a coordinate", excerpt(next_word(rest))));
+            all.push_back(*number);
+        }
         return all;
     }
 
@@ -94,15 +87,13 @@ struct Reader {
         for (auto word = next_word(rest); !word.empty(); word = next_word(rest)) {
             std::int64_t index = 0, other = 0;
             const std::size_t slash = std::min(word.find('/'), word.size());
-            bool good = parse(word.substr(0, slash), index);
+            bool good = parse_index(word.substr(0, slash), index);
             for (std::size_t at = slash; at < word.size();) {  // of a texture and a normal, or nothing
                 const std::size_t next = std::min(word.find('/', at + 1), word.size());
-                good &= next == at + 1 || parse(word.substr(at + 1, next - at - 1), other);
+                good &= next == at + 1 || parse_index(word.substr(at + 1, next - at - 1), other);
                 at = next;
             }
-            if (!good)
-                refuse(fmt::format("'{}' instead of a vertex number",
-                                   excerpt(word.data(), word.data() + word.size())));
+            if (!good) refuse(fmt::format("'{}' instead of a vertex number", excerpt(word)));
             // Negative numbers count back from the last vertex so far.
             const auto count = static_cast<std::int64_t>(mesh.vertices.size());
             const std::int64_t vertex = index < 0 ? count + index : index - 1;
@@ -132,7 +123,7 @@ struct Reader {
         for (std::size_t m = 1; m < ids.size(); ++m) {
             const std::string& of = material_names[m];
             if (of.starts_with(kMaterialPrefix))
-                parse(std::string_view(of).substr(kMaterialPrefix.size()), ids[m]);
+                parse_whole(std::string_view(of).substr(kMaterialPrefix.size()), ids[m]);
             if (is_numbered(m)) taken.insert(ids[m]);
         }
         const bool any_without = std::find(materials.begin(), materials.end(), 0u) != materials.end();
@@ -161,7 +152,7 @@ struct Reader {
             } else if (key == "l" || key == "p" || key == "curv" || key == "surf")
                 ++dropped["points, lines and free-form surfaces"];
             else if (!key.empty() && !std::isalpha(static_cast<unsigned char>(key.front())))
-                refuse(fmt::format("'{}' is no OBJ statement", excerpt(key.data(), key.data() + key.size())));
+                refuse(fmt::format("'{}' is no OBJ statement", excerpt(key)));
         }
     }
 };

@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <streambuf>
 #include <system_error>
 #include <utility>
@@ -70,8 +69,8 @@ bool allowed(const char* operation, const fs::path& path) {
 }
 
 IoError refused(const fs::path& path, int error) {
-    return IoError(fmt::format("{}: cannot write: {}; check space and permissions", path.string(),
-                               std::generic_category().message(error)));
+    return IoError("{}: cannot write: {}; check space and permissions", path.string(),
+                   std::generic_category().message(error));
 }
 
 // An open file. Whatever fails is reported under the name that the user knows.
@@ -170,8 +169,8 @@ void verify(const fs::path& name, const Descriptor& file, const Buffer& written)
         size += static_cast<std::uint64_t>(count);
     }
     if (size != written.size() || checksum != written.checksum())
-        throw IoError(fmt::format(
-            "{}: cannot write: the disk holds other bytes than it was given; check the disk", name.string()));
+        throw IoError("{}: cannot write: the disk holds other bytes than it was given; check the disk",
+                      name.string());
 }
 
 void sync_folder(const fs::path& path, const FilePlace& place) {

@@ -1,8 +1,6 @@
 #include "surface/files/ply.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -41,7 +39,7 @@ FileScalar parse_type(const std::string& word, const std::string& where) {
         {"float64", FileScalar::float64}};
     for (const auto& [name, type] : kTypes)
         if (name == word) return type;
-    throw FileError(fmt::format("{}: type '{}' is unknown: export the surface again", where, word));
+    throw FileError("{}: type '{}' is unknown: export the surface again", where, word);
 }
 
 Header parse_header(std::string_view bytes, const std::string& name) {
@@ -52,7 +50,7 @@ Header parse_header(std::string_view bytes, const std::string& name) {
     const auto header_line = [&] {
         const std::size_t end = bytes.find(lone ? '\r' : '\n', header.size);
         if (end == std::string_view::npos)
-            throw FileError(fmt::format("{}: ends within its header: export the surface again", where()));
+            throw FileError("{}: ends within its header: export the surface again", where());
         std::string line(bytes.substr(header.size, end - header.size));
         if (!line.empty() && line.back() == '\r') line.pop_back();
         header.size = end + 1;
@@ -60,7 +58,7 @@ Header parse_header(std::string_view bytes, const std::string& name) {
         return line;
     };
     if (!bytes.starts_with("ply") || header_line() != "ply")
-        throw FileError(fmt::format("{}: does not begin with 'ply': it is no PLY file", name));
+        throw FileError("{}: does not begin with 'ply': it is no PLY file", name);
     bool format_seen = false;
     for (;;) {
         std::istringstream line(header_line());
@@ -73,15 +71,12 @@ Header parse_header(std::string_view bytes, const std::string& name) {
             header.big_endian = word == "binary_big_endian";
             format_seen = header.ascii || header.big_endian || word == "binary_little_endian";
             if (!format_seen || version != "1.0")
-                throw FileError(
-                    fmt::format("{}: format '{} {}' is unknown: save as binary 1.0", where(), word, version));
+                throw FileError("{}: format '{} {}' is unknown: save as binary 1.0", where(), word, version);
         } else if (key == "element") {
             Element element;
             line >> element.name >> word;
-            const auto [end, failure] =
-                std::from_chars(word.data(), word.data() + word.size(), element.count);
-            if (failure != std::errc{} || end != word.data() + word.size())
-                throw FileError(fmt::format("{}: element count '{}': must be a whole number", where(), word));
+            if (!parse_whole(word, element.count))
+                throw FileError("{}: element count '{}': must be a whole number", where(), word);
             header.elements.push_back(std::move(element));
         } else if (key == "property" && !header.elements.empty()) {
             Property property;
@@ -93,16 +88,13 @@ Header parse_header(std::string_view bytes, const std::string& name) {
             }
             property.type = parse_type(word, where());
             if (!(line >> property.name))
-                throw FileError(
-                    fmt::format("{}: property without a name: export the surface again", where()));
+                throw FileError("{}: property without a name: export the surface again", where());
             header.elements.back().properties.push_back(std::move(property));
         } else {
-            throw FileError(
-                fmt::format("{}: '{}' is no PLY header line: export the surface again", where(), key));
+            throw FileError("{}: '{}' is no PLY header line: export the surface again", where(), key);
         }
     }
-    if (!format_seen)
-        throw FileError(fmt::format("{}: header has no format line: export the surface again", name));
+    if (!format_seen) throw FileError("{}: header has no format line: export the surface again", name);
     return header;
 }
 
@@ -112,41 +104,38 @@ class Values {
     Values(const Header& header, std::string_view bytes, const std::string& name)
         : ascii_(header.ascii),
           big_endian_(header.big_endian),
-          at_(bytes.data() + header.size),
-          end_(bytes.data() + bytes.size()),
+          rest_(bytes.substr(header.size)),
           name_(name) {}
 
     double next(FileScalar type, const Element& element, std::uint64_t row) {
         if (ascii_) return next_word(element, row);
         const std::size_t size = byte_size(type);
         if (left() < size) cut_off(element, row);
-        const double value = load_scalar(at_, type, big_endian_);
-        at_ += size;
+        const double value = load_scalar(rest_.data(), type, big_endian_);
+        rest_.remove_prefix(size);
         return value;
     }
 
-    std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
-    bool ascii() const { return ascii_; }
+    std::size_t left() const { return rest_.size(); }
 
     [[noreturn]] void cut_off(const Element& element, std::uint64_t row) const {
-        throw FileError(fmt::format("{}: ends at {} {} of {}: the file is cut off; export the surface again",
-                                    name_, element.name, row, element.count));
+        throw FileError("{}: ends at {} {} of {}: the file is cut off; export the surface again", name_,
+                        element.name, row, element.count);
     }
 
   private:
     double next_word(const Element& element, std::uint64_t row) {
-        while (at_ != end_ && std::isspace(static_cast<unsigned char>(*at_))) ++at_;
-        if (at_ == end_) cut_off(element, row);
-        const auto value = next_number(at_, end_);
+        skip_space(rest_);
+        if (rest_.empty()) cut_off(element, row);
+        const auto value = next_number(rest_);
         if (!value)
-            throw FileError(fmt::format("{}: {} {} has '{}' instead of a number: export the surface again",
-                                        name_, element.name, row, excerpt(at_, end_)));
+            throw FileError("{}: {} {} has '{}' instead of a number: export the surface again", name_,
+                            element.name, row, excerpt(rest_));
         return *value;
     }
 
     bool ascii_, big_endian_;
-    const char* at_;
-    const char* end_;
+    std::string_view rest_;
     std::string name_;
 };
 
@@ -166,9 +155,8 @@ Columns read_element(Values& source, const Element& element, bool keep, const st
     // A declared count is believed only as far as the file could hold it: a byte a value, two in text.
     const std::uint64_t row_bytes = std::max<std::size_t>(1, element.properties.size());
     if (element.count > (source.left() + 1) / row_bytes && !element.properties.empty())
-        throw FileError(
-            fmt::format("{}: declares {} of '{}', more than the file holds: it is cut off or damaged", name,
-                        element.count, element.name));
+        throw FileError("{}: declares {} of '{}', more than the file holds: it is cut off or damaged", name,
+                        element.count, element.name);
     Columns columns;
     columns.values.resize(element.properties.size());
     if (element.properties.empty()) return columns;
@@ -194,15 +182,14 @@ Columns read_element(Values& source, const Element& element, bool keep, const st
                     continue;
                 }
                 if (!(index >= 0.0) || index > 4294967294.0 || index != std::floor(index))
-                    throw FileError(
-                        fmt::format("{}: face {} names vertex {}: the file is damaged", name, row, index));
+                    throw FileError("{}: face {} names vertex {}: the file is damaged", name, row, index);
                 polygon.push_back(static_cast<std::uint32_t>(index));
             }
             if (strip) columns.cells.add_strip(polygon, static_cast<std::uint32_t>(row));
             if (!face || strip) continue;
             if (polygon.size() < 3)
-                throw FileError(fmt::format("{}: face {} has {} vertices: must have at least 3", name, row,
-                                            polygon.size()));
+                throw FileError("{}: face {} has {} vertices: must have at least 3", name, row,
+                                polygon.size());
             columns.cells.add_polygon(polygon, static_cast<std::uint32_t>(row));
         }
     return columns;
@@ -222,13 +209,11 @@ void take_attributes(const Element& element, Columns& columns, std::vector<Attri
         if (property.list_count ||
             (!cell && (property.name == "x" || property.name == "y" || property.name == "z")))
             continue;
-        Attribute attribute{
-            clean_name(property.name, '_'), 1, attribute_scalar(property.type, columns.values[p]), {}};
+        const Scalar type = attribute_scalar(property.type, columns.values[p]);
+        Attribute attribute{clean_name(property.name, '_'), 1, type, std::move(columns.values[p])};
         if (cell) {
             budget.take_doubles(static_cast<double>(cell->size()));
-            for (const std::uint32_t row : *cell) attribute.values.push_back(columns.values[p][row]);
-        } else {
-            attribute.values = std::move(columns.values[p]);
+            take_elements(attribute, *cell);
         }
         attributes.push_back(std::move(attribute));
     }
@@ -241,7 +226,7 @@ void take_vertices(const Element& element, Columns& columns, TriangleMesh& mesh,
         const auto at = std::find_if(element.properties.begin(), element.properties.end(),
                                      [&](const Property& p) { return p.name == axis && !p.list_count; });
         if (at == element.properties.end())
-            throw FileError(fmt::format("{}: its vertices have no {}: export the surface again", name, axis));
+            throw FileError("{}: its vertices have no {}: export the surface again", name, axis);
         const auto& column = columns.values[static_cast<std::size_t>(at - element.properties.begin())];
         mesh.vertices.resize(column.size());
         for (std::size_t i = 0; i < column.size(); ++i) mesh.vertices[i][k] = column[i];
@@ -263,8 +248,7 @@ TriangleMesh decode_ply(std::string_view bytes, const std::string& name) {
         const bool vertex = element.name == "vertex" && !vertices_seen,
                    face = (element.name == "face" || element.name == kStrips) && cells.triangles.empty();
         if (element.count > 0xfffffffeu && !element.properties.empty())
-            throw FileError(
-                fmt::format("{}: declares {} of '{}': too many", name, element.count, element.name));
+            throw FileError("{}: declares {} of '{}': too many", name, element.count, element.name);
         Columns columns = read_element(source, element, vertex || face, name);
         if (vertex) take_vertices(element, columns, mesh, name, budget);
         if (face) {

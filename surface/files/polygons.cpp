@@ -85,10 +85,9 @@ void triangulate_polygons(CellTriangles& cells, const std::vector<Vec3>& vertice
         for (const std::uint32_t c : corner) points.push_back({vertices[c][u], vertices[c][v]});
         if (corner.size() > kMostCorners || eight || !cut_ears(points, corner, fan)) {
             const Vec3& p = vertices[corner[0]];
-            throw FileError(
-                fmt::format("{}: the polygon of {} corners at ({:g}, {:g}, {:g}) {}: export it as triangles",
+            throw FileError("{}: the polygon of {} corners at ({:g}, {:g}, {:g}) {}: export it as triangles",
                             name, corner.size(), p.x(), p.y(), p.z(),
-                            corner.size() > kMostCorners ? "is not convex and too large" : "crosses itself"));
+                            corner.size() > kMostCorners ? "is not convex and too large" : "crosses itself");
         }
     }
 }

@@ -1,5 +1,6 @@
 #include "surface/files/stl.hpp"
 
+#include <boost/functional/hash.hpp>
 #include <cctype>
 #include <unordered_map>
 
@@ -15,8 +16,8 @@ class Soup {
   public:
     std::uint32_t add(const Vec3& p) {
         // Adding zero makes -0 and 0 the same place.
-        const Key key{{p.x() + 0.0, p.y() + 0.0, p.z() + 0.0}};
-        const auto [at, fresh] = index_.try_emplace(key, static_cast<std::uint32_t>(mesh.vertices.size()));
+        const auto [at, fresh] = index_.try_emplace({p.x() + 0.0, p.y() + 0.0, p.z() + 0.0},
+                                                    static_cast<std::uint32_t>(mesh.vertices.size()));
         if (fresh) mesh.vertices.push_back(p);
         return at->second;
     }
@@ -35,27 +36,9 @@ class Soup {
     std::size_t collapsed = 0;
 
   private:
-    struct Key {
-        std::array<double, 3> p;
-        std::array<std::uint64_t, 3> bits() const { return std::bit_cast<std::array<std::uint64_t, 3>>(p); }
-        bool operator==(const Key& other) const { return bits() == other.bits(); }
-    };
-    struct Hash {
-        std::size_t operator()(const Key& key) const {
-            std::uint64_t h = 0x9e3779b97f4a7c15u;
-            for (const std::uint64_t c : key.bits()) {
-                h ^= c;
-                h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
-            }
-            return static_cast<std::size_t>(h ^ (h >> 27));
-        }
-    };
-    std::unordered_map<Key, std::uint32_t, Hash> index_;
+    using Place = std::array<double, 3>;
+    std::unordered_map<Place, std::uint32_t, boost::hash<Place>> index_;
 };
-
-void skip_space(std::string_view& line) {
-    while (!line.empty() && std::isspace(static_cast<unsigned char>(line.front()))) line.remove_prefix(1);
-}
 
 // The line's first word in lower case, which is taken off; "" if it begins with no letter.
 std::string next_keyword(std::string_view& line) {
@@ -75,13 +58,11 @@ Vec3 parse_point(std::string_view line, const std::string& where) {
     for (int k = 0; k <= 3; ++k) {
         skip_space(line);
         if (k == 3 && line.empty()) break;
-        const char *at = line.data(), *end = at + line.size();
-        const auto number = next_number(at, end);
-        if (k == 3 || !number)
-            throw FileError(fmt::format("{}: '{}' instead of {}: export the surface again", where,
-                                        excerpt(line.data(), end), k == 3 ? "the line's end" : "a number"));
+        const auto number = k < 3 ? next_number(line) : std::nullopt;
+        if (!number)
+            throw FileError("{}: '{}' instead of {}: export the surface again", where, excerpt(line),
+                            k == 3 ? "the line's end" : "a number");
         p[k] = *number;
-        line.remove_prefix(static_cast<std::size_t>(at - line.data()));
     }
     return p;
 }
@@ -104,19 +85,18 @@ void read_ascii(std::string_view bytes, const std::string& name, Soup& soup) {
             if (next_keyword(line) == "normal") parse_point(line, where());
         } else if (word == "endfacet") {
             if (corner != 3)
-                throw FileError(
-                    fmt::format("{}: facet of {} corners: export the surface again", where(), corner));
+                throw FileError("{}: facet of {} corners: export the surface again", where(), corner);
             soup.add_facet(corners, 0.0);
             corner = 0;
         } else if (!word.empty() && word != "solid" && word != "endsolid" && word != "outer" &&
                    word != "endloop") {
-            throw FileError(fmt::format("{}: '{}' is no STL keyword: export the surface again", where(),
-                                        word.substr(0, 20)));
+            throw FileError("{}: '{}' is no STL keyword: export the surface again", where(),
+                            word.substr(0, 20));
         } else if (word.empty() && !line.empty()) {
             throw FileError(where() + ": no STL text: export the surface again");
         }
     }
-    if (corner != 0) throw FileError(fmt::format("{}: ends within a facet: the file is cut off", name));
+    if (corner != 0) throw FileError("{}: ends within a facet: the file is cut off", name);
 }
 
 void read_binary(std::string_view bytes, std::uint64_t facets, Soup& soup) {
@@ -148,9 +128,9 @@ TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMet
         read_ascii(text, name, soup);
     } else {
         throw FileError(
-            fmt::format("{}: {} bytes for {} facets of binary STL, and no ascii STL either: it is cut "
-                        "off or of another kind",
-                        name, bytes.size(), facets));
+            "{}: {} bytes for {} facets of binary STL, and no ascii STL either: it is cut "
+            "off or of another kind",
+            name, bytes.size(), facets);
     }
     const bool tagged =
         std::any_of(soup.attributes.begin(), soup.attributes.end(), [](double a) { return a != 0.0; });
@@ -165,8 +145,8 @@ TriangleMesh decode_stl(std::string_view bytes, const std::string& name, MeshMet
 std::string encode_stl(const TriangleMesh& mesh) {
     check_written_mesh(mesh);
     if (mesh.triangles.size() > 0xffffffffu)
-        throw GeometryError(
-            fmt::format("{} triangles are more than an STL file counts: write VTP", mesh.triangles.size()));
+        throw GeometryError("{} triangles are more than an STL file counts: write VTP",
+                            mesh.triangles.size());
     std::string bytes(kHeader, '\0');
     constexpr std::string_view kTitle = "Sidewall";
     bytes.replace(0, kTitle.size(), kTitle);

@@ -39,11 +39,12 @@ std::string xml_escape(std::string_view text) {
     return result;
 }
 
-VtkWriter::VtkWriter(std::string_view type)
+VtkWriter::VtkWriter(std::string type)
     : xml(fmt::format(
           "<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" byte_order=\"LittleEndian\" "
           "header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n  <{0}>\n",
-          type)) {}
+          type)),
+      type_(std::move(type)) {}
 
 void VtkWriter::array(const char* type, std::string_view name, int components, std::string bytes) {
     fmt::format_to(std::back_inserter(xml),
@@ -122,11 +123,11 @@ void VtkWriter::points(const std::vector<Vec3>& vertices) {
     xml += "      </Points>\n";
 }
 
-std::string VtkWriter::file(std::string_view type) {
+std::string VtkWriter::file() {
     compress();
     std::string file;
     for (std::size_t n = 0; n < heads_.size(); ++n) file += heads_[n] + std::to_string(offsets_[n]);
-    file += fmt::format("{}    </Piece>\n  </{}>\n  <AppendedData encoding=\"raw\">\n   _", xml, type);
+    file += fmt::format("{}    </Piece>\n  </{}>\n  <AppendedData encoding=\"raw\">\n   _", xml, type_);
     file += appended_;
     return file += "\n  </AppendedData>\n</VTKFile>\n";
 }

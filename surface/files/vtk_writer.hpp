@@ -15,17 +15,18 @@ class VtkWriter {
   public:
     std::string xml;  ///< to be added to between arrays
 
-    explicit VtkWriter(std::string_view type);
+    explicit VtkWriter(std::string type);
     void array(const char* type, std::string_view name, int components, std::string bytes);
     void attributes(const char* element, const std::vector<Attribute>& attributes);
     void field_data(const MeshMetadata& metadata);
     void points(const std::vector<Vec3>& vertices);
-    /// The whole file, once. \param type  as given at the start.
-    std::string file(std::string_view type);
+    /// The whole file, once.
+    std::string file();
 
   private:
     void compress();  // what waits
 
+    std::string type_;
     std::vector<std::string> heads_;    // of the XML, each up to an array's offset
     std::vector<std::size_t> offsets_;  // of the arrays that are compressed
     std::vector<std::string> waiting_;  // the others' bytes

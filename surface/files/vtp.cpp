@@ -1,6 +1,5 @@
 #include "surface/files/vtp.hpp"
 
-#include <span>
 #include <sstream>
 #include <utility>
 
@@ -8,6 +7,7 @@
 #include "surface/files/polygons.hpp"
 #include "surface/files/vtk_writer.hpp"
 #include "surface/files/vtp_document.hpp"
+#include "surface/topology.hpp"
 
 namespace sidewall::surface {
 namespace {
@@ -20,39 +20,30 @@ const DataArray& find_array(const Document& document, const std::vector<DataArra
                             std::string_view name, std::string_view section) {
     for (const DataArray& array : arrays)
         if (array.name == name) return array;
-    throw FileError(fmt::format("{}: {} has no array '{}': the file is damaged; export the surface again",
-                                document.name, section, name));
+    throw FileError("{}: {} has no array '{}': the file is damaged; export the surface again", document.name,
+                    section, name);
 }
 
 /// The cells of Polys or Strips, each a list of vertices of the piece.
-struct Cells {
-    std::vector<std::uint32_t> vertices;
-    std::vector<std::size_t> offsets{0};
-    std::size_t size() const { return offsets.size() - 1; }
-    std::span<const std::uint32_t> operator[](std::size_t i) const {
-        return std::span(vertices).subspan(offsets[i], offsets[i + 1] - offsets[i]);
-    }
-};
-
-Cells read_cells(const Document& document, const Piece& piece, vtp::Section section, std::uint64_t count,
-                 std::string_view name) {
-    Cells cells;
+Rows read_cells(const Document& document, const Piece& piece, vtp::Section section, std::uint64_t count,
+                std::string_view name) {
+    Rows cells;
     if (count == 0) return cells;
     const auto fail = [&](const std::string& what) {
-        throw FileError(fmt::format("{}: {}: {}; export the surface again", document.name, name, what));
+        throw FileError("{}: {}: {}; export the surface again", document.name, name, what);
     };
     const auto& arrays = piece.arrays[section];
     for (const double end :
          vtp::read_values(document, find_array(document, arrays, "offsets", name), count)) {
-        if (!(end >= static_cast<double>(cells.offsets.back()) + 3.0) || end > 1e12)
+        if (!(end >= cells.offsets.back() + 3.0) || end > 4294967295.0)
             fail(fmt::format("cell {} has fewer than 3 vertices", cells.size()));
-        cells.offsets.push_back(static_cast<std::size_t>(end));
+        cells.offsets.push_back(static_cast<std::uint32_t>(end));
     }
     for (const double v : vtp::read_values(document, find_array(document, arrays, "connectivity", name),
                                            cells.offsets.back())) {
         if (!(v >= 0.0) || v >= static_cast<double>(piece.points))
             fail(fmt::format("a cell names vertex {} of {}", v, piece.points));
-        cells.vertices.push_back(static_cast<std::uint32_t>(v));
+        cells.items.push_back(static_cast<std::uint32_t>(v));
     }
     return cells;
 }
@@ -70,12 +61,7 @@ std::vector<Attribute> read_attributes(const Document& document, const std::vect
         if (element) {
             document.budget.take_doubles(static_cast<double>(element->size()) *
                                          static_cast<double>(array.components));
-            std::vector<double> spread;
-            spread.reserve(element->size() * array.components);
-            for (const std::size_t e : *element)
-                for (std::size_t k = 0; k < array.components; ++k)
-                    spread.push_back(attribute.values[e * array.components + k]);
-            attribute.values = std::move(spread);
+            take_elements(attribute, *element);
         }
         attributes.push_back(std::move(attribute));
     }
@@ -84,19 +70,18 @@ std::vector<Attribute> read_attributes(const Document& document, const std::vect
 
 TriangleMesh read_piece(const Document& document, const Piece& piece) {
     if (piece.verts > 0 || piece.lines > 0)
-        throw FileError(fmt::format("{}: holds {} vertex and {} line cells: keep only its polygons",
-                                    document.name, piece.verts, piece.lines));
+        throw FileError("{}: holds {} vertex and {} line cells: keep only its polygons", document.name,
+                        piece.verts, piece.lines);
     constexpr std::uint64_t kMost = 0xfffffffeu;
     if (piece.points > kMost || piece.strips > kMost || piece.polys > kMost)
-        throw FileError(
-            fmt::format("{}: declares more than {} points or cells: the file is damaged or too large",
-                        document.name, kMost));
+        throw FileError("{}: declares more than {} points or cells: the file is damaged or too large",
+                        document.name, kMost);
     TriangleMesh mesh;
     const auto& point_arrays = piece.arrays[vtp::kPoints];
     if (piece.points > 0) {
         if (point_arrays.empty() || point_arrays[0].components != 3)
-            throw FileError(fmt::format("{}: Points is no array of 3 components: export the surface again",
-                                        document.name));
+            throw FileError("{}: Points is no array of 3 components: export the surface again",
+                            document.name);
         const auto xyz = vtp::read_values(document, point_arrays[0], 3 * piece.points);
         mesh.vertices.resize(piece.points);
         for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
@@ -104,8 +89,8 @@ TriangleMesh read_piece(const Document& document, const Piece& piece) {
     }
     // Cell data lists strips before polygons.
     CellTriangles cells;
-    const Cells strips = read_cells(document, piece, vtp::kStrips, piece.strips, "Strips");
-    const Cells polys = read_cells(document, piece, vtp::kPolys, piece.polys, "Polys");
+    const Rows strips = read_cells(document, piece, vtp::kStrips, piece.strips, "Strips");
+    const Rows polys = read_cells(document, piece, vtp::kPolys, piece.polys, "Polys");
     for (std::size_t i = 0; i < strips.size(); ++i) cells.add_strip(strips[i], static_cast<std::uint32_t>(i));
     for (std::size_t i = 0; i < polys.size(); ++i)
         cells.add_polygon(polys[i], static_cast<std::uint32_t>(strips.size() + i));
@@ -133,7 +118,7 @@ void append_attributes(std::vector<Attribute>& all, const std::vector<Attribute>
 void append(TriangleMesh& all, const TriangleMesh& piece, const std::string& name) {
     const std::size_t base = all.vertices.size();
     if (base + piece.vertices.size() > 0xfffffffeu)
-        throw FileError(fmt::format("{}: has more than {} points: it is too large", name, 0xfffffffeu));
+        throw FileError("{}: has more than {} points: it is too large", name, 0xfffffffeu);
     all.vertices.insert(all.vertices.end(), piece.vertices.begin(), piece.vertices.end());
     for (Triangle t : piece.triangles) {
         for (std::uint32_t& v : t) v += static_cast<std::uint32_t>(base);
@@ -210,7 +195,7 @@ std::string encode_vtp(const TriangleMesh& mesh, const MeshMetadata& metadata) {
     else
         append_polys<std::int64_t>(writer, "Int64", mesh.triangles);
     writer.xml += "      </Polys>\n";
-    return writer.file("PolyData");
+    return writer.file();
 }
 
 }  // namespace sidewall::surface

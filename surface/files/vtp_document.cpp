@@ -4,7 +4,6 @@
 #include <zlib.h>
 
 #include <cctype>
-#include <charconv>
 #include <memory>
 
 namespace sidewall::surface::vtp {
@@ -40,9 +39,7 @@ std::uint64_t number(Scanner& s, const char** attributes, std::string_view name,
     const std::string_view text = attribute(attributes, name);
     if (text.empty()) return otherwise;
     std::uint64_t value = 0;
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (failure != std::errc{} || end != text.data() + text.size())
-        s.fail(fmt::format("{} = '{}': must be a whole number", name, text));
+    if (!parse_whole(text, value)) s.fail(fmt::format("{} = '{}': must be a whole number", name, text));
     return value;
 }
 
@@ -185,8 +182,8 @@ struct Decoder {
     const DataArray& array;
 
     [[noreturn]] void fail(std::string_view what) const {
-        throw FileError(fmt::format("{}: array '{}' {}: the file is damaged; export the surface again",
-                                    document.name, array.name, what));
+        throw FileError("{}: array '{}' {}: the file is damaged; export the surface again", document.name,
+                        array.name, what);
     }
 
     std::uint64_t header_word(const char* bytes) const {
@@ -198,13 +195,10 @@ struct Decoder {
         if (count > array.text.size()) fail(fmt::format("has fewer than {} values", count));
         std::vector<double> values;
         values.reserve(count);
-        const char *at = array.text.data(), *end = at + array.text.size();
-        const auto skip_space = [&] {
-            while (at != end && std::isspace(static_cast<unsigned char>(*at))) ++at;
-        };
-        for (skip_space(); at != end; skip_space()) {
-            const auto value = next_number(at, end);
-            if (!value) fail(fmt::format("has '{}' for value {}", excerpt(at, end), values.size()));
+        std::string_view rest = array.text;
+        for (skip_space(rest); !rest.empty(); skip_space(rest)) {
+            const auto value = next_number(rest);
+            if (!value) fail(fmt::format("has '{}' for value {}", excerpt(rest), values.size()));
             values.push_back(*value);
         }
         if (values.size() != count) fail(fmt::format("has {} values, not {}", values.size(), count));
@@ -265,7 +259,7 @@ Document read_document(std::string_view bytes, const std::string& name) {
     s.document.budget = MemoryBudget(name, bytes.size());
     const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                               &XML_ParserFree);
-    if (!parser) throw FileError(fmt::format("{}: cannot be parsed: out of memory", name));
+    if (!parser) throw FileError("{}: cannot be parsed: out of memory", name);
     s.parser = parser.get();
     XML_SetUserData(s.parser, &s);
     XML_SetElementHandler(s.parser, on_start, on_end);
@@ -277,16 +271,16 @@ Document read_document(std::string_view bytes, const std::string& name) {
         if (XML_Parse(s.parser, chunk.data(), static_cast<int>(chunk.size()), last) == XML_STATUS_OK)
             continue;
         const auto line = XML_GetCurrentLineNumber(s.parser);
-        if (!s.problem.empty()) throw FileError(fmt::format("{}:{}: {}", name, line, s.problem));
+        if (!s.problem.empty()) throw FileError("{}:{}: {}", name, line, s.problem);
         if (s.appended_at >= 0) break;
-        throw FileError(fmt::format("{}:{}: is no well-formed VTP file: {}; export the surface again", name,
-                                    line, XML_ErrorString(XML_GetErrorCode(s.parser))));
+        throw FileError("{}:{}: is no well-formed VTP file: {}; export the surface again", name, line,
+                        XML_ErrorString(XML_GetErrorCode(s.parser)));
     }
     if (s.appended_at >= 0) {
         const std::size_t underscore =
             bytes.find('_', bytes.find('>', static_cast<std::size_t>(s.appended_at)));
         if (underscore == std::string_view::npos)
-            throw FileError(fmt::format("{}: ends before its appended data: export the surface again", name));
+            throw FileError("{}: ends before its appended data: export the surface again", name);
         s.document.appended = bytes.substr(underscore + 1);
     }
     return std::move(s.document);

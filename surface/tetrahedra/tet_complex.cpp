@@ -50,9 +50,10 @@ std::vector<std::uint32_t> TetComplex::at_edge(std::uint32_t a, std::uint32_t b)
     return found;
 }
 
-double TetComplex::cosine(std::uint32_t t) const {
-    const auto& [a, b, c, d] = tet[t];
-    return widest_cosine(point[a], point[b], point[c], point[d]);
+double TetComplex::cosine_if_moved(std::uint32_t t, std::uint32_t corner, const Vec3& p) const {
+    std::array<Vec3, 4> q;
+    for (std::size_t k = 0; k < 4; ++k) q[k] = tet[t][k] == corner ? p : point[tet[t][k]];
+    return widest_cosine(q[0], q[1], q[2], q[3]);
 }
 
 double TetComplex::cosine_around(std::uint32_t v) const {
@@ -145,9 +146,7 @@ double TetComplex::cosine_if_collapsed(std::uint32_t from, std::uint32_t to) con
     double widest = -1.0;
     for (const std::uint32_t t : around[from]) {
         if (has(t, to)) continue;
-        std::array<Vec3, 4> p;
-        for (std::size_t k = 0; k < 4; ++k) p[k] = point[tet[t][k] == from ? to : tet[t][k]];
-        widest = std::max(widest, widest_cosine(p[0], p[1], p[2], p[3]));
+        widest = std::max(widest, cosine_if_moved(t, from, point[to]));
         if (widest > 1.0) break;
     }
     return widest;

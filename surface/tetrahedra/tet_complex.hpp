@@ -44,7 +44,16 @@ class TetComplex {
     }
     /// Tetrahedra at an edge.
     std::vector<std::uint32_t> at_edge(std::uint32_t a, std::uint32_t b) const;
-    double cosine(std::uint32_t t) const;
+    double volume(const Tetrahedron& t) const {
+        return tet_volume(point[t[0]], point[t[1]], point[t[2]], point[t[3]]);
+    }
+    /// Cosine of the smallest angle between two faces, see widest_cosine.
+    double cosine(const Tetrahedron& t) const {
+        return widest_cosine(point[t[0]], point[t[1]], point[t[2]], point[t[3]]);
+    }
+    double cosine(std::uint32_t t) const { return cosine(tet[t]); }
+    /// With a corner of the tetrahedron moved to \p p.
+    double cosine_if_moved(std::uint32_t t, std::uint32_t corner, const Vec3& p) const;
     /// The largest of the tetrahedra at a vertex.
     double cosine_around(std::uint32_t v) const;
 

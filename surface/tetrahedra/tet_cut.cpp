@@ -226,12 +226,8 @@ Vec3 Cutter::crease_point(std::uint32_t a, std::uint32_t b) const {
 
 bool Cutter::may_split(std::uint32_t a, std::uint32_t b, const Vec3& p) const {
     for (const std::uint32_t t : mesh_.at_edge(a, b))
-        for (const std::uint32_t gone : {a, b}) {
-            std::array<Vec3, 4> corner;
-            for (std::size_t i = 0; i < 4; ++i)
-                corner[i] = mesh_.tet[t][i] == gone ? p : mesh_.point[mesh_.tet[t][i]];
-            if (widest_cosine(corner[0], corner[1], corner[2], corner[3]) > kWorst) return false;
-        }
+        for (const std::uint32_t gone : {a, b})
+            if (mesh_.cosine_if_moved(t, gone, p) > kWorst) return false;
     return true;
 }
 

@@ -10,10 +10,6 @@ namespace {
 constexpr std::size_t kMost = 7;  // vertices around an edge
 constexpr double kGain = 1e-6;    // of a cosine: less is no improvement
 
-double cosine(const TetComplex& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-    return widest_cosine(mesh.point[a], mesh.point[b], mesh.point[c], mesh.point[d]);
-}
-
 /// The vertices around an edge in order, so that (a, b, ring[i], ring[i + 1]) are its tetrahedra; empty unless they
 /// close a ring.
 std::vector<std::uint32_t> ring_of(const TetComplex& mesh, std::uint32_t a, std::uint32_t b,
@@ -24,8 +20,7 @@ std::vector<std::uint32_t> ring_of(const TetComplex& mesh, std::uint32_t a, std:
         std::size_t n = 0;
         for (const std::uint32_t v : mesh.tet[t])
             if (v != a && v != b) rest[n++] = v;
-        if (tet_volume(mesh.point[a], mesh.point[b], mesh.point[rest[0]], mesh.point[rest[1]]) < 0.0)
-            std::swap(rest[0], rest[1]);
+        if (mesh.volume({a, b, rest[0], rest[1]}) < 0.0) std::swap(rest[0], rest[1]);
         pairs.push_back(rest);
     }
     std::vector<std::uint32_t> ring{pairs[0][0]};
@@ -66,8 +61,8 @@ bool remove_edge(TetComplex& mesh, std::uint32_t a, std::uint32_t b) {
             widest[i][j] = std::numeric_limits<double>::infinity();
             for (std::size_t k = i + 1; k < j; ++k) {
                 double here = std::max(k > i + 1 ? widest[i][k] : -1.0, j > k + 1 ? widest[k][j] : -1.0);
-                here = std::max(here, cosine(mesh, ring[i], ring[k], ring[j], b));
-                here = std::max(here, cosine(mesh, ring[i], ring[j], ring[k], a));
+                here = std::max(here, mesh.cosine({ring[i], ring[k], ring[j], b}));
+                here = std::max(here, mesh.cosine({ring[i], ring[j], ring[k], a}));
                 if (here >= widest[i][j]) continue;
                 widest[i][j] = here;
                 apex[i][j] = k;
@@ -104,8 +99,7 @@ bool remove_face(TetComplex& mesh, std::uint32_t t, std::uint32_t corner) {
     const Tetrahedron c = mesh.tet[t];
     for (const std::uint32_t v : c)
         if (v != corner) face[n++] = v;
-    if (tet_volume(mesh.point[face[0]], mesh.point[face[1]], mesh.point[face[2]], mesh.point[corner]) < 0.0)
-        std::swap(face[1], face[2]);
+    if (mesh.volume({face[0], face[1], face[2], corner}) < 0.0) std::swap(face[1], face[2]);
     for (const std::uint32_t other : mesh.at_edge(face[0], face[1])) {
         if (other == t || !mesh.has(other, face[2]) || mesh.region[other] != mesh.region[t]) continue;
         std::uint32_t far = 0;
@@ -116,14 +110,8 @@ bool remove_face(TetComplex& mesh, std::uint32_t t, std::uint32_t corner) {
         std::array<Tetrahedron, 3> by{};
         for (std::size_t k = 0; k < 3; ++k) {
             by[k] = {face[k], face[(k + 1) % 3], far, corner};
-            if (tet_volume(mesh.point[by[k][0]], mesh.point[by[k][1]], mesh.point[by[k][2]],
-                           mesh.point[by[k][3]]) < 0.0)
-                std::swap(by[k][2], by[k][3]);
             // The edge must pass through the face: else one of the three lies the other way round.
-            const double of = tet_volume(mesh.point[face[k]], mesh.point[face[(k + 1) % 3]], mesh.point[far],
-                                         mesh.point[corner]);
-            if (!(of > 0.0) || cosine(mesh, by[k][0], by[k][1], by[k][2], by[k][3]) >= before - kGain)
-                return false;
+            if (!(mesh.volume(by[k]) > 0.0) || mesh.cosine(by[k]) >= before - kGain) return false;
         }
         const std::array<std::uint32_t, 2> old{t, other};
         mesh.replace(old, by, mesh.region[t]);

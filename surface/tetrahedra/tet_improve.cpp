@@ -175,9 +175,7 @@ bool Improver::hand_over(std::uint32_t t, double slack) {
                    &d = mesh_.point[c[(k + 3) % 4]];
         largest = std::max(largest, 0.5 * (b - a).cross(d - a).norm());
     }
-    const double volume =
-        std::abs(tet_volume(mesh_.point[c[0]], mesh_.point[c[1]], mesh_.point[c[2]], mesh_.point[c[3]]));
-    if (!(3.0 * volume <= 2.0 * slack * largest)) return false;
+    if (!(3.0 * std::abs(mesh_.volume(c)) <= 2.0 * slack * largest)) return false;
     // By face, opposite to corner k: the region beyond; -1 on a side.
     std::array<int, 4> beyond{};
     for (std::size_t k = 0; k < 4; ++k) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <type_traits>
 #include <utility>
 
 #include "surface/files/file.hpp"
@@ -29,22 +28,8 @@ void append_named(VtkWriter& writer, const std::string& name, const std::vector<
     writer.array("String", name + "_name", 1, std::move(texts));
 }
 
-// What has regions, and what lies between them.
-const auto& cells(const TetMesh& mesh) {
-    return mesh.tetrahedra;
-}
-const auto& cells(const PlaneMesh& mesh) {
-    return mesh.triangles;
-}
-const auto& borders(const TetMesh& mesh) {
-    return mesh.triangles;
-}
-const auto& borders(const PlaneMesh& mesh) {
-    return mesh.edges;
-}
-
-template <class Mesh>
-void append_cells(VtkWriter& writer, const Mesh& mesh) {
+template <class Cells, class Borders>
+void append_cells(VtkWriter& writer, const Cells& cells, const Borders& borders) {
     constexpr std::array<std::uint8_t, 5> kTypes{0, 0, 3, 5, 10};  // VTK's numbers by corners
     std::string connectivity, offsets, types;
     std::int64_t end = 0;
@@ -54,8 +39,8 @@ void append_cells(VtkWriter& writer, const Mesh& mesh) {
         append_value(offsets, end);
         append_value(types, kTypes[corners.size()]);
     };
-    for (const auto& cell : cells(mesh)) add(cell);
-    for (const auto& border : borders(mesh)) add(border);
+    for (const auto& cell : cells) add(cell);
+    for (const auto& border : borders) add(border);
     writer.xml += "      <Cells>\n";
     writer.array("Int64", "connectivity", 1, std::move(connectivity));
     writer.array("Int64", "offsets", 1, std::move(offsets));
@@ -63,14 +48,15 @@ void append_cells(VtkWriter& writer, const Mesh& mesh) {
     writer.xml += "      </Cells>\n";
 }
 
-template <class Mesh>
-std::string vtu_of(const Mesh& mesh, const MeshMetadata& metadata) {
+template <class Mesh, class Cells, class Borders>
+std::string vtu_of(const Mesh& mesh, const Cells& cells, const Borders& borders,
+                   const MeshMetadata& metadata) {
     MeshMetadata named = metadata;
     add_list(named, "regions", mesh.regions);
     add_list(named, "boundaries", mesh.boundaries);
     VtkWriter writer("UnstructuredGrid");
     writer.field_data(named);
-    const std::size_t inner = cells(mesh).size(), all = inner + borders(mesh).size();
+    const std::size_t inner = cells.size(), all = inner + borders.size();
     writer.xml +=
         fmt::format("    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n", mesh.vertices.size(), all);
     std::vector<int> region = mesh.region, boundary(inner, -1);
@@ -81,17 +67,17 @@ std::string vtu_of(const Mesh& mesh, const MeshMetadata& metadata) {
     append_named(writer, "boundary", boundary, mesh.boundaries);
     writer.xml += "      </CellData>\n";
     writer.points(mesh.vertices);
-    append_cells(writer, mesh);
-    return writer.file("UnstructuredGrid");
+    append_cells(writer, cells, borders);
+    return writer.file();
 }
 
-template <class Mesh>
-std::string msh_of(const Mesh& mesh) {
+template <class Mesh, class Cells, class Borders>
+std::string msh_of(const Mesh& mesh, const Cells& cells, const Borders& borders) {
     std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n";
     const auto out = std::back_inserter(text);
     // Groups of borders are numbered from 1, those of cells after them.
     const std::size_t boundaries = mesh.boundaries.size();
-    constexpr std::size_t kDimension = std::is_same_v<Mesh, TetMesh> ? 3 : 2;
+    constexpr std::size_t kDimension = std::tuple_size_v<typename Cells::value_type> - 1;
     fmt::format_to(out, "{}\n", boundaries + mesh.regions.size());
     std::size_t group = 0;
     for (const auto* names : {&mesh.boundaries, &mesh.regions})
@@ -104,7 +90,7 @@ std::string msh_of(const Mesh& mesh) {
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
         fmt::format_to(out, "{} {} {} {}\n", v + 1, mesh.vertices[v].x(), mesh.vertices[v].y(),
                        mesh.vertices[v].z());
-    fmt::format_to(out, "$EndNodes\n$Elements\n{}\n", borders(mesh).size() + cells(mesh).size());
+    fmt::format_to(out, "$EndNodes\n$Elements\n{}\n", borders.size() + cells.size());
     std::size_t number = 0;
     const auto add = [&](const auto& corners, std::size_t of_group) {
         constexpr std::array<int, 5> kTypes{0, 0, 1, 2, 4};  // Gmsh's numbers by corners
@@ -112,38 +98,32 @@ std::string msh_of(const Mesh& mesh) {
         for (const std::uint32_t v : corners) fmt::format_to(out, " {}", v + 1);
         text += '\n';
     };
-    for (std::size_t b = 0; b < borders(mesh).size(); ++b)
-        add(borders(mesh)[b], static_cast<std::size_t>(mesh.boundary[b]) + 1);
-    for (std::size_t c = 0; c < cells(mesh).size(); ++c)
-        add(cells(mesh)[c], boundaries + static_cast<std::size_t>(mesh.region[c]) + 1);
+    for (std::size_t b = 0; b < borders.size(); ++b)
+        add(borders[b], static_cast<std::size_t>(mesh.boundary[b]) + 1);
+    for (std::size_t c = 0; c < cells.size(); ++c)
+        add(cells[c], boundaries + static_cast<std::size_t>(mesh.region[c]) + 1);
     return text + "$EndElements\n";
 }
 
-template <class Mesh>
-void write_cells(const std::filesystem::path& path, const Mesh& mesh, const MeshMetadata& metadata) {
+template <class Mesh, class Cells, class Borders>
+void write_cells(const std::filesystem::path& path, const Mesh& mesh, const Cells& cells,
+                 const Borders& borders, const MeshMetadata& metadata) {
     const std::string extension = lower_extension(path);
     if (extension != ".vtu" && extension != ".msh")
-        throw FileError(fmt::format("{}: extension '{}' is no format of tetrahedra: use .vtu or .msh",
-                                    path.string(), extension));
-    write_whole_file(path, extension == ".vtu" ? vtu_of(mesh, metadata) : msh_of(mesh));
+        throw FileError("{}: extension '{}' is no format of tetrahedra: use .vtu or .msh", path.string(),
+                        extension);
+    write_whole_file(
+        path, extension == ".vtu" ? vtu_of(mesh, cells, borders, metadata) : msh_of(mesh, cells, borders));
 }
 
 }  // namespace
 
-std::string encode_vtu(const TetMesh& mesh, const MeshMetadata& metadata) {
-    return vtu_of(mesh, metadata);
-}
-
-std::string encode_msh(const TetMesh& mesh) {
-    return msh_of(mesh);
-}
-
 void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata) {
-    write_cells(path, mesh, metadata);
+    write_cells(path, mesh, mesh.tetrahedra, mesh.triangles, metadata);
 }
 
 void write_plane(const std::filesystem::path& path, const PlaneMesh& mesh, const MeshMetadata& metadata) {
-    write_cells(path, mesh, metadata);
+    write_cells(path, mesh, mesh.triangles, mesh.edges, metadata);
 }
 
 void write_vtm(const std::filesystem::path& path,

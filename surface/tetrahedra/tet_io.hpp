@@ -6,15 +6,12 @@
 
 namespace sidewall::surface {
 
-/// The file's bytes: VTK XML UnstructuredGrid, as encode_vtp writes: the tetrahedra, then the triangles. Cells have
-/// `region` and `boundary`, numbers from 0 and -1 for what is none, and the names that these stand for as strings,
-/// `region_name` and `boundary_name`; the lists of names are field data `regions` and `boundaries`.
-std::string encode_vtu(const TetMesh& mesh, const MeshMetadata& metadata = {});
-
-/// The file's bytes: Gmsh's format 2.2 in ASCII, numbers to the last bit. Boundaries and regions are physical groups.
-std::string encode_msh(const TetMesh& mesh);
-
-/// Writes tetrahedra; the extension picks the format: .vtu or .msh. The bytes depend on the arguments alone.
+/// Writes tetrahedra; the extension picks the format. The bytes depend on the arguments alone.
+///
+/// .vtu: VTK XML UnstructuredGrid, as encode_vtp writes: the tetrahedra, then the triangles. Cells have `region` and
+/// `boundary`, numbers from 0 and -1 for what is none, and the names that these stand for as strings, `region_name` and
+/// `boundary_name`; the lists of names are field data `regions` and `boundaries`.
+/// .msh: Gmsh's format 2.2 in ASCII, numbers to the last bit. Boundaries and regions are physical groups.
 /// \throws FileError for another extension, IoError if the disk refuses.
 void write_tets(const std::filesystem::path& path, const TetMesh& mesh, const MeshMetadata& metadata = {});
 

@@ -1,6 +1,5 @@
 #include "surface/tetrahedra/tet_lattice.hpp"
 
-#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -22,7 +21,6 @@ class Bisection {
     void add_cubes();
     void evaluate_new_vertices();
     bool wants_division(std::uint32_t t) const;
-    bool wants_division(std::uint32_t t, double longest) const;
     void divide(std::uint32_t t);
     void divide_edge(std::uint32_t a, std::uint32_t b);
 
@@ -99,12 +97,7 @@ bool Bisection::wants_division(std::uint32_t t) const {
         for (std::size_t j = i + 1; j < 4; ++j)
             longest = std::max(longest, (mesh_.point[tet[i]] - mesh_.point[tet[j]]).norm());
     if (longest <= options_.least) return false;
-    return wants_division(t, longest);
-}
-
-bool Bisection::wants_division(std::uint32_t t, double longest) const {
     constexpr double kFilm = 2.0;  // edges as long as this many thicknesses keep their angles
-    const Tetrahedron& tet = mesh_.tet[t];
     const Vec3 &a = mesh_.point[tet[0]], &b = mesh_.point[tet[static_cast<std::size_t>(tag_[t])]];
     const Vec3 middle = 0.5 * (a + b);
     Vec3 centroid = Vec3::Zero();
@@ -195,15 +188,14 @@ TetComplex Bisection::run() {
             }
         first = end;
         if (options_.most > 0 && mesh_.count() > options_.most)
-            throw TooManyTetrahedra(
-                fmt::format("more than {} tetrahedra are needed: choose a larger size", options_.most));
+            throw TooManyTetrahedra("more than {} tetrahedra are needed: choose a larger size",
+                                    options_.most);
     }
     // From here on all are oriented.
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t) {
         if (!mesh_.alive(t)) continue;
         Tetrahedron& x = mesh_.tet[t];
-        if (tet_volume(mesh_.point[x[0]], mesh_.point[x[1]], mesh_.point[x[2]], mesh_.point[x[3]]) < 0.0)
-            std::swap(x[2], x[3]);
+        if (mesh_.volume(x) < 0.0) std::swap(x[2], x[3]);
     }
     return std::move(mesh_);
 }

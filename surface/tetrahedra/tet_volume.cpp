@@ -148,10 +148,8 @@ bool VolumeMatcher::hold() {
     lacking_ = options_.volume;
     for (std::uint32_t t = 0; t < mesh_.tet.size(); ++t) {
         if (!mesh_.alive(t)) continue;
-        const auto& [a, b, c, d] = mesh_.tet[t];
         const auto region = static_cast<std::size_t>(mesh_.region[t]);
-        lacking_[static_cast<std::size_t>(options_.material[region])] -=
-            tet_volume(mesh_.point[a], mesh_.point[b], mesh_.point[c], mesh_.point[d]);
+        lacking_[static_cast<std::size_t>(options_.material[region])] -= mesh_.volume(mesh_.tet[t]);
     }
     for (int m = 0; m < unmeshed_; ++m)
         if (lacks(m)) return false;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "app/evaluation/mesh_flux.hpp"
+#include "app/evaluation/five_ways.hpp"
 
 // The error of a flux against a reference run, each known from two independent calculations.
 namespace sidewall::bench {

@@ -1,4 +1,4 @@
-#include "flux/tracer/averaging.hpp"
+#include "flux/tracer/smoothing.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -2,7 +2,7 @@
 // file, or give columns of finite numbers, all of the same length.
 #include <cmath>
 
-#include "app/common/csv.hpp"
+#include "app/common/text.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "tests/fuzz/mutate.hpp"

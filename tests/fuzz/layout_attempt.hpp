@@ -5,8 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "app/recipe/layout/flatten.hpp"
-#include "app/recipe/layout/layout_file.hpp"
+#include "app/recipe/layout/layout.hpp"
 #include "surface/error.hpp"
 #include "tests/fuzz/mutate.hpp"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "app/pictures/section.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "app/process/simulation.hpp"
 #include "tests/folder.hpp"
 

@@ -8,7 +8,7 @@
 #include "app/process/wafer.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/results/figure_values.hpp"
-#include "app/results/film.hpp"
+#include "app/results/cut_profile.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/error.hpp"
 #include "tests/integration/run_program.hpp"

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "app/common/folder_lock.hpp"
+#include "app/common/files.hpp"
 #include "tests/integration/run_program.hpp"
 
 using namespace sidewall::test;

@@ -9,7 +9,7 @@
 #include <iterator>
 #include <string>
 
-#include "app/report/text_table.hpp"
+#include "app/common/text.hpp"
 #include "tests/folder.hpp"
 
 // Running the program itself, in folders of its own.

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <map>
 
-#include "app/pictures/section.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "app/process/simulation.hpp"
 #include "levelset/grid.hpp"
 #include "levelset/layers/checkpoint.hpp"

@@ -11,7 +11,7 @@
 
 #include "levelset/layers/checkpoint.hpp"
 #include "levelset/layers/level_features.hpp"
-#include "levelset/layers/remaining_volume.hpp"
+#include "levelset/layers/stack.hpp"
 #include "levelset/openvdb_grid.hpp"
 #include "levelset/shapes/shapes.hpp"
 #include "surface/distance.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "levelset/layers/remaining_volume.hpp"
+#include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "tests/levelset/grids.hpp"
 

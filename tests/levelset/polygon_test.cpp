@@ -6,7 +6,6 @@
 #include <random>
 
 #include "levelset/layers/make_stack.hpp"
-#include "levelset/shapes/polygon_index.hpp"
 
 using namespace sidewall;
 using namespace sidewall::levelset;

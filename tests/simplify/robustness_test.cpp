@@ -50,7 +50,7 @@ TriangleMesh with_holes(const TriangleMesh& mesh, std::uint32_t every) {
     TriangleMesh result = mesh;
     result.triangles.clear();
     std::vector<std::uint8_t> near_hole(mesh.vertices.size(), 0);
-    for (const std::uint32_t v : surface::analyse_topology(mesh).boundary_vertices) near_hole[v] = 1;
+    for (const std::uint32_t v : surface::analyse_topology(mesh).boundary_loops.items) near_hole[v] = 1;
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
         const Triangle& triangle = mesh.triangles[t];
         const bool clear =

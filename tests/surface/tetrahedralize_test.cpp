@@ -5,7 +5,9 @@
 #include <numbers>
 
 #include "surface/error.hpp"
+#include "surface/files/file.hpp"
 #include "surface/tetrahedra/tet_io.hpp"
+#include "tests/folder.hpp"
 #include "tests/tet_checks.hpp"
 
 using namespace sidewall;
@@ -219,8 +221,10 @@ TEST_CASE("Gmsh's file names groups of triangles and tetrahedra and has every nu
     mesh.triangles = {{0, 2, 1}};
     mesh.boundary = {1};
     mesh.boundaries = {"x-min", "bottom"};
+    const test::Folder folder;
+    write_tets(folder.path / "one.msh", mesh);
     CHECK(
-        encode_msh(mesh) ==
+        read_whole_file(folder.path / "one.msh") ==
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n2 1 \"x-min\"\n2 2 \"bottom\"\n3 3 \"Si 'p'\"\n"
         "$EndPhysicalNames\n$Nodes\n4\n1 0.1 0 0\n2 1 0 0\n3 0 0.3333333333333333 0\n4 0 0 1\n$EndNodes\n"
         "$Elements\n2\n1 2 2 2 2 1 3 2\n2 4 2 3 3 1 2 3 4\n$EndElements\n");

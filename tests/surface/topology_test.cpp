@@ -23,7 +23,7 @@ TEST_CASE("Euler's number is 2 on a sphere, 0 on a torus, 1 on a disk, and adds 
     const Topology plane = analyse_topology(test::plane_mesh(7));
     CHECK(plane.euler() == 1);
     CHECK(plane.boundary_edges == 4 * 7);
-    CHECK(plane.boundary_vertices.size() == 4 * 7);
+    CHECK(plane.boundary_loops.items.size() == 4 * 7);
 
     const Topology both =
         analyse_topology(test::joined({test::sphere_mesh(1, 1.0), test::torus_mesh(5, 3.0, 1.0)}));

@@ -10,7 +10,6 @@
 
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "flux/radiosity/method_choice.hpp"
-#include "flux/tracer/averaging.hpp"
 #include "flux/tracer/smoothing.hpp"
 
 namespace sidewall::app {

@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "app/common/threads.hpp"
+#include "app/common/processes.hpp"
 #include "app/common/timing.hpp"
 #include "app/models/geometric_steps.hpp"
 #include "app/process/arriving/coverages.hpp"
@@ -98,7 +98,7 @@ double fastest_speed(const Model& model, const levelset::MaterialStack& stack, c
                      double at_first) {
     double fastest = 0.0;
     for (std::size_t n = 0; n < motion.extension.samples.size(); ++n) {
-        const std::size_t bare = exposed(stack, motion, n);
+        const std::size_t bare = exposed(stack, motion.extension, n);
         for (std::size_t k = 0; k < stack.layers.size(); ++k) {
             const double v = motion.law.speed(n, k, Vec3::UnitZ());
             const bool own_film = k > bare && stack.layers[k].material == model.deposit;
@@ -124,7 +124,8 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
     for (const levelset::SurfaceSample& s : motion.extension.samples) lowest = std::min(lowest, height(s));
     for (std::size_t n = 0; n < motion.extension.samples.size(); ++n)
         if (height(motion.extension.samples[n]) < lowest + 1.0)
-            speed = std::max(speed, std::abs(motion.law.speed(n, exposed(stack, motion, n), Vec3::UnitZ())));
+            speed = std::max(
+                speed, std::abs(motion.law.speed(n, exposed(stack, motion.extension, n), Vec3::UnitZ())));
     return speed;
 }
 

@@ -1,13 +1,10 @@
 #include "app/process/record/manifest.hpp"
 
-#include <fmt/format.h>
-
 #include <charconv>
 #include <regex>
 
 #include "app/common/files.hpp"
-#include "app/common/folder_lock.hpp"
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
 
@@ -75,9 +72,7 @@ std::optional<std::size_t> saved_number(std::string_view name) {
 void remove_file(const fs::path& path) {
     std::error_code failure;
     fs::remove(path, failure);
-    if (failure)
-        throw IoError(
-            fmt::format("{}: cannot remove: {}; check permissions", path.string(), failure.message()));
+    if (failure) raise<IoError>("{}: cannot remove: {}; check permissions", path.string(), failure.message());
 }
 
 void remove_partial_files(const fs::path& folder, const FileNames& names) {

@@ -9,15 +9,14 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/ranks.hpp"
+#include "app/common/processes.hpp"
+#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
-#include "app/process/record/tables.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
 #include "surface/cut.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "surface/files/output_file.hpp"
@@ -31,9 +30,9 @@ namespace fs = std::filesystem;
 void spare_recipe(const std::string& file, const fs::path& copy, const std::string& effective) {
     std::error_code failure;
     if (fs::equivalent(file, copy, failure) && surface::read_whole_file(copy) != effective)
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "{}: the run would write its effective recipe over this file: choose another folder with -o",
-            file));
+            file);
 }
 
 // More surfaces than any run of the recipe saves.
@@ -92,8 +91,8 @@ void RunFolder::claim() {
     surface::place_of(options_.output / kManifest);
     std::error_code failure;
     if (fs::equivalent(options_.output, recipe_.start.from, failure))
-        throw RecipeError(fmt::format("{}: start.from is the folder to write to: choose another with -o",
-                                      options_.output.string()));
+        raise<RecipeError>("{}: start.from is the folder to write to: choose another with -o",
+                           options_.output.string());
     spare_recipe(recipe_.file, options_.output / "recipe.toml", effective_);
     const std::optional<FileNames> listed = read_manifest(options_.output);
     if (listed) names_ = *listed;
@@ -131,10 +130,10 @@ void RunFolder::refuse_foreign_files(bool has_manifest) const {
         if (foreign.empty() || name < foreign) foreign = name;
     }
     if (!foreign.empty())
-        throw RecipeError(
-            fmt::format("{}: the run would write over this file, which is in no list of what a "
-                        "run wrote there ({}): choose another folder with -o, or --overwrite it",
-                        (options_.output / foreign).string(), kManifest));
+        raise<RecipeError>(
+            "{}: the run would write over this file, which is in no list of what a "
+            "run wrote there ({}): choose another folder with -o, or --overwrite it",
+            (options_.output / foreign).string(), kManifest);
 }
 
 // Lists what to overwrite in a folder without a list of what a run wrote there: what its surface.pvd names,
@@ -160,9 +159,9 @@ void RunFolder::refuse_other_runs() const {
         ways = (held == Held::run ? "go on with --resume, "
                                   : "go on from it with --resume, where the recipes agree, ") +
                ways;
-    throw RecipeError(fmt::format("{}: holds {} of {} recipe: {}", options_.output.string(),
-                                  held == Held::other_result ? "the result" : "an unfinished run",
-                                  held == Held::run ? "this" : "another", ways));
+    raise<RecipeError>("{}: holds {} of {} recipe: {}", options_.output.string(),
+                       held == Held::other_result ? "the result" : "an unfinished run",
+                       held == Held::run ? "this" : "another", ways);
 }
 
 void RunFolder::begin(RunState& state) {
@@ -208,7 +207,7 @@ void RunFolder::go_on(RunState& state) {
         name = later ? names_.erase(name) : std::next(name);
     }
     names_.insert(run_file_names().begin(), run_file_names().end());
-    for (const SavedFile& file : state.files) names_.insert(file.name);
+    for (const SavedFile& file : state.files) names_.insert(file.file);
     write_manifest(folder, names_);
     if (!state.files.empty()) write_pvd(state);
 }
@@ -218,9 +217,9 @@ fs::path RunFolder::timeline() const {
 }
 
 void RunFolder::refuse_changed(const char* name) const {
-    throw FileError(fmt::format(
+    raise<FileError>(
         "{}: is not what the run wrote before its checkpoint: bring it back, or remove it to go on without",
-        (options_.output / name).string()));
+        (options_.output / name).string());
 }
 
 // Digest of the manifest's names, as they were when so many surfaces had been saved.
@@ -265,8 +264,8 @@ void RunFolder::revise(RunState& state) {
 void RunFolder::require_there() const {
     for (const char* name : {"recipe.toml", kManifest})
         if (!is_there(options_.output / name))
-            throw IoError(fmt::format("{}: was removed while the run went on: start it again",
-                                      (options_.output / name).string()));
+            raise<IoError>("{}: was removed while the run went on: start it again",
+                           (options_.output / name).string());
 }
 
 // Lists files in the manifest, before they are made.

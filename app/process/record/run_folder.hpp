@@ -1,7 +1,7 @@
 #pragma once
 #include <optional>
 
-#include "app/common/folder_lock.hpp"
+#include "app/common/files.hpp"
 #include "app/common/json_fwd.hpp"
 #include "app/process/arriving/traced_surface.hpp"
 #include "app/process/record/manifest.hpp"

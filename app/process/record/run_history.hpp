@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "app/common/json_fwd.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/layers/stack.hpp"
 #include "surface/triangle_mesh.hpp"
@@ -85,11 +84,7 @@ void note_layers(const levelset::MaterialStack& stack, History& history);
 /// Makes room for the materials of a recipe that goes on from another one.
 void fit(History& history, std::size_t materials);
 
-/// For checkpoints, every bit kept.
-Json to_json(const History& history);
-
-/// \throws nlohmann exceptions or FileError if it is not what to_json made for so many materials and a run that
-///         has come to step number \p step.
-History history_from_json(const Json& json, std::size_t materials, std::size_t step);
+/// \throws FileError if it is not the history of a run with so many materials that has come to step number \p step.
+void require_whole(const History& history, std::size_t materials, std::size_t step);
 
 }  // namespace sidewall::app

@@ -1,7 +1,14 @@
 #pragma once
+#include <filesystem>
+#include <optional>
+#include <vector>
+
 #include "app/models/model.hpp"
 #include "app/process/arriving/traced_surface.hpp"
+#include "app/process/state.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/results/metrology.hpp"
+#include "app/results/result.hpp"
 #include "levelset/layers/stack.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "surface/files/mesh_io.hpp"
@@ -25,5 +32,20 @@ TriangleMesh traced_mesh(const Model& model, const TracedSurface& surface);
 
 /// The boundary between a layer and what lies above it, with its material; no triangles if the layer is etched away.
 TriangleMesh interface_mesh(TriangleMesh mesh, int material);
+
+// Wafers of a run's folder, to be drawn and measured.
+/// The wafer of a folder's checkpoint as a result: surface and interfaces with their materials.
+/// \returns nothing if there is no checkpoint, or a surface of its time or a later one has been saved.
+/// \throws FileError, RecipeError if it is damaged, or the recipe beside it.
+std::optional<Result> wafer_of_checkpoint(const std::filesystem::path& folder);
+
+/// Measures one of the wafers that a folder's run has saved, or that of its checkpoint.
+/// \param recipe  whose [metrology] says what is measured; of the folder (load_frame).
+/// \param saved   of the folder's surfaces; none: the checkpoint's wafer, which is that of the end of a finished run.
+/// \param anew    measure what the recipe says; else give the figures that the run found where it ended a step.
+/// \note A saved wafer is made anew from its surface and interfaces, which rounds sharp edges within their cell.
+/// \throws FileError if the checkpoint is missing or damaged.
+std::vector<Measure> measure_saved(const std::filesystem::path& folder, const Recipe& recipe,
+                                   const std::optional<SavedSurface>& saved, bool anew);
 
 }  // namespace sidewall::app

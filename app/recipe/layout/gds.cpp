@@ -1,11 +1,9 @@
 #include "app/recipe/layout/gds.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <numbers>
 
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -77,7 +75,7 @@ class GdsParser {
 
   private:
     [[noreturn]] void fail(const std::string& what) const {
-        throw FileError(fmt::format("{}: byte {}: {}; export it again", name_, at_, what));
+        raise<FileError>("{}: byte {}: {}; export it again", name_, at_, what);
     }
 
     Entry next() {

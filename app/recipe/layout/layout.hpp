@@ -1,8 +1,13 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <map>
+#include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "levelset/shapes/polygon.hpp"
@@ -77,5 +82,28 @@ void add_cell(Layout& layout, const std::string& name, LayoutCell cell);
 
 /// Cells that no other one refers to, in alphabetical order.
 std::vector<std::string> top_cells(const Layout& layout);
+
+/// Reads a layout from its bytes: GDSII, or OASIS 1.0, either packed by gzip, too, whatever it is called.
+/// \param name  for messages.
+/// \throws FileError for another format, over 1 GB unpacked, and as the format's parser.
+Layout parse_layout(std::string_view bytes, const std::string& name);
+
+/// Reads a layout from a file.
+/// \throws FileError as parse_layout, if it cannot be read or if it is larger than 1 GB.
+Layout read_layout(const std::filesystem::path& path);
+
+/// How bytes are packed by zlib: bare, or in a gzip file.
+enum class Packing { deflate, gzip };
+
+/// Unpacks bytes; nothing if they are damaged, cut off or more than \p most when unpacked.
+std::optional<std::string> inflated(std::string_view packed, Packing packing, std::size_t most);
+
+/// All polygons of a layer and datatype in \p cell and the cells it refers to, in metres.
+/// \param missing  takes the names of cells that are referred to and that the file lacks; nothing is drawn of them.
+/// \throws FileError naming the file for an unknown cell, references in a circle, a polygon over a kilometre
+///         from the origin, and, before anything is placed, for over 10 million cells placed, 2 million polygons or
+///         20 million corners. The hierarchy may be of any depth.
+std::vector<levelset::Polygon> flatten(const Layout& layout, const std::string& cell, int layer, int datatype,
+                                       std::set<std::string>& missing);
 
 }  // namespace sidewall::app

@@ -1,11 +1,9 @@
 #include "app/recipe/layout/oasis_stream.hpp"
 
-#include <fmt/format.h>
-
 #include <bit>
 
-#include "app/recipe/layout/inflate.hpp"
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
+#include "app/recipe/layout/layout.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -16,7 +14,7 @@ constexpr std::uint64_t kMostTimes = std::uint64_t{1} << 31U;  // along an axis 
 }  // namespace
 
 void OasisStream::fail(const std::string& what) const {
-    throw FileError(fmt::format("{}: byte {}: {}; export it again", name_, at_, what));
+    raise<FileError>("{}: byte {}: {}; export it again", name_, at_, what);
 }
 
 std::uint64_t OasisStream::record() {

@@ -1,4 +1,4 @@
-#include "app/accuracy/grid_error.hpp"
+#include "app/accuracy/accuracy_bars.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "app/common/csv.hpp"
+#include "app/common/text.hpp"
 
 #include <catch2/catch.hpp>
 

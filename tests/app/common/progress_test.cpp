@@ -1,4 +1,4 @@
-#include "app/common/progress.hpp"
+#include "app/common/console.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "app/common/json.hpp"
-#include "app/evaluation/study_report.hpp"
+#include "app/evaluation/study.hpp"
 #include "flux/tracer/tracer.hpp"
 #include "flux/wedges.hpp"
 #include "surface/ray_scene.hpp"

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <random>
 
-#include "app/evaluation/mesh_flux.hpp"
+#include "app/evaluation/five_ways.hpp"
 #include "tests/bench/flux_error.hpp"
 
 using namespace sidewall;

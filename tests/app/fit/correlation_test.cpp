@@ -1,4 +1,4 @@
-#include "app/fit/correlation.hpp"
+#include "app/fit/fit_errors.hpp"
 
 #include <algorithm>
 #include <array>

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "app/pictures/film_strip.hpp"
-#include "app/pictures/section.hpp"
+#include "app/pictures/render_scene.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
 #include "tests/app/report/result_folder.hpp"

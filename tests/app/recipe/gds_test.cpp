@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/recipe/layout/flatten.hpp"
+#include "app/recipe/layout/layout.hpp"
 #include "surface/error.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
 

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/recipe/layout/flatten.hpp"
-#include "app/recipe/layout/layout_file.hpp"
+#include "app/recipe/layout/layout.hpp"
 #include "surface/error.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"
 #include "tests/app/recipe/oasis_bytes.hpp"

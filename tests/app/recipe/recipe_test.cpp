@@ -8,7 +8,7 @@
 #include <fstream>
 #include <limits>
 
-#include "app/recipe/grid_levels.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "app/models/model.hpp"
-#include "app/recipe/override.hpp"
+#include "app/recipe/node_path.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
 #include "app/sweep/vary.hpp"

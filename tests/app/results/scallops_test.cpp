@@ -1,4 +1,4 @@
-#include "app/results/scallops.hpp"
+#include "app/results/metrology.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

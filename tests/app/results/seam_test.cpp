@@ -2,7 +2,7 @@
 #include <cmath>
 #include <vector>
 
-#include "app/results/film.hpp"
+#include "app/results/cut_profile.hpp"
 
 using namespace sidewall;
 using namespace sidewall::app;

@@ -1,8 +1,6 @@
-#include "app/process/caller_law.hpp"
+#include "app/process/run_options.hpp"
 
-#include <fmt/format.h>
-
-#include "surface/error.hpp"
+#include "app/common/raise.hpp"
 
 namespace sidewall::app {
 
@@ -10,9 +8,9 @@ Model model_with_law(const Recipe& recipe, const CallerLaw& law, const Step& ste
     Model model = *step.built;
     if (!law) return model;
     if (model.depends_on_normal)
-        throw RecipeError(fmt::format(
+        raise<RecipeError>(
             "{}: step {}: no other law can stand for a speed that turns with the normal, as that of {}",
-            recipe.file, step.name, step.model));
+            recipe.file, step.name, step.model);
     Model plain = model;
     model.speeds = [law, step, plain](std::span<const SurfacePoint> points) {
         return law(step, plain, points);

@@ -1,4 +1,4 @@
-#include "app/models/formula_yields.hpp"
+#include "app/models/formula_parts.hpp"
 
 #include <fmt/format.h>
 
@@ -10,8 +10,33 @@
 #include <numeric>
 #include <optional>
 
+#include "app/models/particles.hpp"
+
 namespace sidewall::app {
 namespace {
+
+// Steady coverages in an order in which each follows those it names; the rest depend on each other.
+void order_coverages(Formula& formula) {
+    const std::size_t first = formula.names.fluxes.size();
+    std::vector<std::uint8_t> known(formula.steady.size(), 0);
+    for (std::size_t k = 0; k < known.size(); ++k) known[k] = formula.steady[k] ? 0 : 1;
+    for (bool found = true; found;) {
+        found = false;
+        for (std::size_t k = 0; k < known.size(); ++k) {
+            if (known[k]) continue;
+            const auto& used = formula.steady[k]->expression.used();
+            const bool ready = std::all_of(used.begin(), used.end(), [&](std::size_t i) {
+                return i < first || i >= first + known.size() || known[i - first];
+            });
+            if (!ready) continue;
+            known[k] = 1;
+            formula.ordered.push_back(k);
+            found = true;
+        }
+    }
+    for (std::size_t k = 0; k < known.size(); ++k)
+        if (!known[k]) formula.coupled.push_back(k);
+}
 
 // A yield's tables. 60 degrees, where some laws have a kink, is one of the angles.
 constexpr int kAngles = 3072, kEnergies = 1024;
@@ -23,8 +48,7 @@ std::vector<double> tabulate(const Expression& angular, const std::string& key) 
     for (int k = 0; k <= kAngles; ++k) {
         const double cosine = k < kAngles ? std::cos(0.5 * std::numbers::pi * k / kAngles) : 0.0;
         table.push_back(angular(std::array{cosine}));
-        if (!std::isfinite(table.back()))
-            throw KeyError(key, fmt::format("has no finite value where cos is {:.6g}", cosine));
+        if (!std::isfinite(table.back())) raise_key(key, "has no finite value where cos is {:.6g}", cosine);
     }
     if (!(*std::max_element(table.begin(), table.end()) > 0.0))
         throw KeyError(key, "is nowhere above 0, so that there is no such yield");
@@ -77,8 +101,7 @@ double threshold_of(const Expression& energy, double top, const std::string& key
         high = top * part * part;
         if (energy(std::array{high}) > 0.0) break;
         if (k == kEnergies)
-            throw KeyError(key,
-                           fmt::format("is not above 0 up to {:.4g} eV, the most that these ions have", top));
+            raise_key(key, "is not above 0 up to {:.4g} eV, the most that these ions have", top);
         low = high;
     }
     constexpr int kHalvings = 100;
@@ -96,13 +119,74 @@ void set_energy(const Expression& energy, double top, const std::string& key, fl
     if (!(reach > 0.0)) throw KeyError(key, "begins above the energy of these ions");
     for (int k = 0; k <= kEnergies; ++k) {
         const double root = from + reach * k / kEnergies, value = energy(std::array{root * root});
-        if (!std::isfinite(value))
-            throw KeyError(key, fmt::format("has no finite value where E is {:.6g}", root * root));
+        if (!std::isfinite(value)) raise_key(key, "has no finite value where E is {:.6g}", root * root);
         yield.energies.push_back(value);
     }
 }
 
 }  // namespace
+
+void read_coverages(const Expressions& coverages, const Expressions& rates, Formula& formula,
+                    std::set<std::string>& taken) {
+    Names& names = formula.names;
+    const auto &steady = coverages.named, &slow = rates.named;
+    for (const auto* list : {&steady, &slow})
+        for (const auto& [name, text] : *list) {
+            const std::string key = (list == &steady ? "coverages." : "coverage_rates.") + name;
+            check_name(key, name, taken);
+            if (name.starts_with("flux_"))
+                throw KeyError(key, "begins as fluxes do in the results: choose another name");
+            names.coverages.push_back(name);
+        }
+    if (!names.coverages.empty() && names.fluxes.empty())
+        throw KeyError(steady.empty() ? "coverage_rates" : "coverages",
+                       "follow from fluxes; give the step a species");
+    const auto law = [&](const std::string& key, const std::string& text) {
+        return Law{key, read_expression(key, text, names.list(), names)};
+    };
+    for (std::size_t k = 0; k < names.coverages.size(); ++k) {
+        const std::string& name = names.coverages[k];
+        formula.steady.emplace_back();
+        formula.slow.emplace_back();
+        if (k < steady.size()) {
+            formula.steady[k] = law("coverages." + name, steady.at(name));
+        } else {
+            formula.slow[k] = law("coverage_rates." + name, slow.at(name));
+            formula.moving.push_back(k);
+        }
+    }
+    order_coverages(formula);
+}
+
+void read_diffusion(const Expressions& laws, const std::vector<std::string>& on, const Materials& materials,
+                    Formula& formula) {
+    const Names& names = formula.names;
+    formula.diffusion.resize(names.coverages.size());
+    for (const auto& [name, text] : laws.named) {
+        const std::string key = "diffusion." + name;
+        const auto found = std::find(names.coverages.begin(), names.coverages.end(), name);
+        const auto k = static_cast<std::size_t>(found - names.coverages.begin());
+        if (found == names.coverages.end())
+            throw KeyError(
+                key,
+                fmt::format("is of no coverage that takes time; give coverage_rates a law for {}", name));
+        if (!formula.slow[k])
+            throw KeyError(
+                key, fmt::format(
+                         "{0} is steady: `coverages` says what it is from the fluxes of each place alone, so "
+                         "that nothing is left to diffuse; diffusion is of a coverage that takes time: give "
+                         "coverage_rates its d/dt in place of that, e.g. a gain less a loss times {0}",
+                         name));
+        formula.diffusion[k] = Law{key, read_expression(key, text, names.list(false), names)};
+        const Expression& law = formula.diffusion[k]->expression;
+        if (!law.used().empty()) continue;
+        const double d = law(std::vector<double>(names.index(Extra::count), 0.0));
+        if (!(d >= 0.0 && d <= kHuge)) raise_key(key, "is {:g}: must be in [0, {:g}]", d, kHuge);
+    }
+    if (laws.named.empty() && !on.empty())
+        throw KeyError("diffuses_on", "is where coverages diffuse, and none does; give diffusion or drop it");
+    formula.diffuses_on = on.empty() ? std::vector<std::uint8_t>(materials.size(), 1) : marked(on, materials);
+}
 
 std::vector<Key> yield_keys(YieldLaw& law) {
     return {

@@ -1,14 +1,15 @@
 #pragma once
-#include <fmt/format.h>
-
 #include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/common/json.hpp"
+#include "app/common/raise.hpp"
+#include "flux/radiosity/radiosity.hpp"
 #include "flux/species.hpp"
-#include "surface/error.hpp"
+#include "flux/tracer/tracer.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // The species that `sidewall flux` traces, from its options and the mesh's materials.
@@ -21,7 +22,7 @@ Number parse_number(const std::string& text, const std::string& where) {
     Number value{};
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (failure != std::errc{} || end != text.data() + text.size())
-        throw RecipeError(fmt::format("{}: \"{}\" is not a number", where, text));
+        raise<RecipeError>("{}: \"{}\" is not a number", where, text);
     return value;
 }
 
@@ -45,5 +46,17 @@ struct FluxSource {
 /// \throws RecipeError naming the option that is wrong.
 flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, const FluxMaterials& materials,
                          const std::string& path);
+
+/// Writes a flux on \p mesh as .csv, a row a triangle, or as .vtp with flux, flux_error and area of each triangle and
+/// flux and flux_error of each vertex.
+/// \throws IoError if \p path cannot be written.
+void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result);
+
+/// Summaries of `sidewall flux` by Monte Carlo and by radiosity.
+Json traced_json(const flux::FluxResult& result);
+Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& result);
+
+/// Prints a summary as text.
+void print_flux_summary(const Json& json);
 
 }  // namespace sidewall::app

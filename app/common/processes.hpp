@@ -1,9 +1,14 @@
 #pragma once
+#include <sys/types.h>
 #include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "flux/shares.hpp"
 
-// Processes that `mpirun -n N sidewall ...` has started together. Rank 0 speaks and writes for all of them.
+// Threads of this process, the processes that it starts, and those that `mpirun -n N sidewall ...` has
+// started together, of which rank 0 speaks and writes for all.
 namespace sidewall::app {
 
 /// The place of this process among those that mpirun has started.
@@ -39,5 +44,42 @@ void tell_failure(const char* text, int exit_code);
 /// all of them end here.
 /// \returns \p exit_code.
 int end_rank(int exit_code);
+
+/// The number of threads in force.
+int thread_count();
+
+/// Lets parallel loops use no more than \p count threads from now on; results do not depend on it.
+/// \pre count >= 1.
+void limit_threads(int count);
+
+/// The end of a process.
+struct ProcessEnd {
+    int exit_code = 0;   ///< 128 and more by a signal
+    std::string output;  ///< what it said on standard output and standard error
+};
+
+/// A copy of this program that runs beside it with other arguments. It reads nothing, a Ctrl-C at the terminal
+/// does not reach it, and when its parent ends, however that ends, it is asked to stop (Linux).
+class ChildProcess {
+  public:
+    /// \param arguments  without the program's name.
+    /// \throws NumericsError if the system refuses a process.
+    explicit ChildProcess(const std::vector<std::string>& arguments);
+    /// Stops it, if it still runs, and waits for that.
+    ~ChildProcess();
+    ChildProcess(ChildProcess&& other) noexcept;
+    ChildProcess& operator=(ChildProcess&& other) noexcept;
+    ChildProcess(const ChildProcess&) = delete;
+    ChildProcess& operator=(const ChildProcess&) = delete;
+
+    /// Nothing while it runs; asks only once after that.
+    std::optional<ProcessEnd> end();
+    /// Sends SIGTERM.
+    void ask_to_stop() const;
+
+  private:
+    pid_t process_ = -1;  // none: ended
+    int output_ = -1;     // a file in memory
+};
 
 }  // namespace sidewall::app
