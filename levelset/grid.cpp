@@ -157,10 +157,20 @@ void trim_band(Grid& grid, const Domain& domain) {
     if (any_empty) openvdb::tools::pruneInactive(grid.tree());
 }
 
-TriangleMesh extract_surface(const Grid& grid, const Domain& domain) {
-    const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing};
+void add_edges(const surface::SharpVertices& sharp, TriangleMesh& mesh) {
+    if (mesh.vertex_attributes.empty() && sharp.kind.empty()) return;
+    if (mesh.vertex_attributes.empty())
+        mesh.vertex_attributes.push_back({kEdgeAttribute, 1, Scalar::int32, {}});
+    std::vector<double>& edge = mesh.vertex_attributes.back().values;
+    edge.resize(mesh.vertices.size(), 0.0);
+    for (std::size_t n = 0; n < sharp.kind.size(); ++n)
+        edge[sharp.first + n] = static_cast<double>(sharp.kind[n]);
+}
+
+TriangleMesh extract_surface(const Grid& grid, const Domain& domain, surface::SharpEdges edges) {
     TriangleMesh mesh;
-    surface::marching_cubes(GridLeaves(grid, domain).list(), box, mesh);
+    add_edges(surface::marching_cubes(GridLeaves(grid, domain).list(), lateral_grid(domain), mesh, edges),
+              mesh);
     return mesh;
 }
 

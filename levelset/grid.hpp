@@ -4,6 +4,7 @@
 
 #include "levelset/domain.hpp"
 #include "levelset/narrow_band.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 #include "surface/triangle_mesh.hpp"
 
 namespace sidewall::levelset {
@@ -47,8 +48,14 @@ std::array<double, 2> band_z_range(const Grid& grid, const Domain& domain);
 /// leaves.
 void trim_band(Grid& grid, const Domain& domain);
 
+/// Vertex attribute of extracted meshes: the EdgeKind of vertices on edges, 0 of others. Meshes without edges have none.
+inline constexpr const char* kEdgeAttribute = "edge";
+/// Adds vertices on edges to it; others that the mesh has got since have 0.
+void add_edges(const surface::SharpVertices& sharp, TriangleMesh& mesh);
+
 /// The front of \p grid as a mesh that ends exactly on the domain's sides (surface/extraction/marching_cubes.hpp),
 /// periodic sides included; empty if there is no front.
-TriangleMesh extract_surface(const Grid& grid, const Domain& domain);
+TriangleMesh extract_surface(const Grid& grid, const Domain& domain,
+                             surface::SharpEdges edges = surface::SharpEdges::none);
 
 }  // namespace sidewall::levelset

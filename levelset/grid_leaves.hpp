@@ -1,12 +1,17 @@
 #pragma once
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "levelset/domain.hpp"
 #include "levelset/openvdb_grid.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 
 namespace sidewall::levelset {
+
+/// A domain as marching cubes sees it. \param columns  see LateralGrid.
+surface::LateralGrid lateral_grid(const Domain& domain, std::span<const surface::CellColumn> columns = {});
 
 /// Values of nodes.
 using NodeValues = std::vector<std::pair<openvdb::Coord, float>>;

@@ -10,9 +10,9 @@
 #include "app/process/estimate/estimate.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/step_materials.hpp"
 
 namespace sidewall::app {

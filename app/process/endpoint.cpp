@@ -14,6 +14,7 @@
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/contact_lines.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/face_points.hpp"
 #include "surface/ray_scene.hpp"
 
 namespace sidewall::app {
@@ -142,14 +143,15 @@ BareFloor bare_floor(const levelset::MaterialStack& stack, const TriangleMesh& s
     const ColumnSight sight(surface, stack.domain.spacing);
     std::vector<std::pair<double, double>> floor;  // thickness that covers the material, area
     double whole = 0.0, bare = 0.0;
+    const levelset::FacePoints faces(surface);
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
         const double area = area_from_above(surface, t, sight);
         if (area <= 0.0) continue;
-        const Vec3 centroid = triangle_centroid(surface, t);
-        const Place place = covers.at(centroid);
+        const Vec3 point = faces.of(t);
+        const Place place = covers.at(point);
         if (place.bare != material &&
             (!lies_flat(surface, t) || std::count(masks.begin(), masks.end(), place.bare) > 0 ||
-             !columns.has_below(centroid)))
+             !columns.has_below(point)))
             continue;
         floor.emplace_back(place.bare == material ? 0.0 : place.cover, area);
         whole += area;

@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/layers.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "levelset/layers/layer_depths.hpp"
 #include "levelset/layers/stack.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/face_points.hpp"
 #include "levelset/meshes/pieces.hpp"
 
 namespace sidewall::app {
@@ -35,13 +36,14 @@ std::string bare_materials(const Recipe& recipe, const levelset::MaterialStack& 
     const std::vector<std::uint32_t> part = levelset::piece_of_vertices(surface, stack.domain);
     std::vector<double> area(recipe.materials.size(), 0.0);
     double whole = 0.0;
+    const levelset::FacePoints faces(surface);
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
         const std::uint32_t p = part[surface.triangles[t][0]];
         if (std::none_of(pieces.begin(), pieces.end(),
                          [p](const SurfacePiece* piece) { return piece->part == p; }))
             continue;
         const double here = triangle_area(surface, t);
-        const int material = levelset::exposed_material(stack, triangle_centroid(surface, t));
+        const int material = levelset::exposed_material(stack, faces.of(t));
         area[static_cast<std::size_t>(material)] += here;
         whole += here;
     }

@@ -107,8 +107,8 @@ std::string ended_step(const Run& run, const RunState& state) {
 bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (step.built) return false;
     if (state.step > 0 && !run.recipe.output.every && run.folder.due(state)) {
-        run.folder.save(state, still_model(), extract(state.stack, 0.0, state.timing),
-                        ended_step(run, state));
+        const Model still = still_model();
+        run.folder.save(state, still, extract(state.stack, 0.0, still, state.timing), ended_step(run, state));
         run.folder.checkpoint(state);
     }
     run.warn(strip_warning(run.recipe, step, state.step + 1, state.stack));
@@ -167,7 +167,7 @@ bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
 
 // The surface at this time and what arrives on it: extract, simplify, trace. Coverages react between traces.
 TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
-    TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
+    TracedSurface surface = extract(state.stack, time_in_step(run, state), model, state.timing);
     if (reuses_fluxes(run, model, state)) {
         reuse_fluxes(model, state.stack, state.carried, surface, state.timing);
         return surface;
@@ -285,7 +285,7 @@ void make_steps(const Run& run, RunState& state) {
         const Model model = begin_step(run, step, state);
         std::shared_ptr<const TracedSurface> last;
         while (!last && !state.reached(step_end(step, state))) last = make_time_step(run, step, model, state);
-        const TriangleMesh surface = last ? last->raw : levelset::extract_surface(state.stack);
+        const TriangleMesh surface = levelset::extract_surface(state.stack);
         if (!state.endpoint.time)
             run.warn(missing_figure_warning(run.recipe, step, state.step + 1, state.stack, surface));
         close_step(run, step, surface, state);

@@ -20,6 +20,7 @@
 #include "levelset/layers/levels.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
+#include "levelset/meshes/face_points.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -184,9 +185,10 @@ std::string strip_warning(const Recipe& recipe, const Step& step, std::size_t nu
     if (step.model != "strip") return {};
     const std::vector<int> there = layer_materials(stack);
     const TriangleMesh surface = levelset::extract_surface(stack);
+    const levelset::FacePoints faces(surface);
     std::set<int> bare;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t)
-        bare.insert(levelset::exposed_material(stack, triangle_centroid(surface, t)));
+        bare.insert(levelset::exposed_material(stack, faces.of(t)));
     std::string absent, buried;
     for (const std::string& name : geometric_step(step.parameters)->materials) {
         const int id = *material_id(recipe.materials, name);

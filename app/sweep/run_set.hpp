@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "app/common/json.hpp"
 #include "app/common/console.hpp"
+#include "app/common/json.hpp"
 #include "app/recipe/recipe.hpp"
 
 namespace sidewall::app {

@@ -301,7 +301,7 @@ std::vector<Vec3> front_normals(const TriangleMesh& mesh, const std::vector<std:
 TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, std::size_t layer,
                             const std::vector<NearestOnSegments>& rims) {
     const Domain& domain = stack.domain;
-    TriangleMesh mesh = extract_surface(stack, layer);
+    TriangleMesh mesh = extract_surface(stack, layer, surface::SharpEdges::none);
     std::vector<std::size_t> front(mesh.vertices.size(), layer);
     std::vector<std::uint8_t> within(mesh.vertices.size(), 0);  // a cell: on no edge
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, front.size(), 1024), [&](const auto& range) {
@@ -346,14 +346,18 @@ TriangleMesh interface_mesh(const Fronts& fronts, const MaterialStack& stack, st
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface) {
     drop_kept_memory();  // of time steps
     const std::size_t top = stack.layers.size() - 1;
+    const bool is_sharp = surface.vertex_attribute(kEdgeAttribute) != nullptr;
+    const TriangleMesh plain =
+        is_sharp && top > 0 ? extract_surface(stack, surface::SharpEdges::none) : TriangleMesh();
+    const TriangleMesh& whole = is_sharp && top > 0 ? plain : surface;
     const Fronts fronts(stack);
     StackMeshes meshes;
     meshes.interfaces.resize(top);
     std::vector<NearestOnSegments> rims(top);
     for (std::size_t layer = top + 1; layer-- > 0;) {
         CutMesh cut;
-        cut.mesh.vertices = surface.vertices;
-        cut.mesh.triangles = surface.triangles;
+        cut.mesh.vertices = whole.vertices;
+        cut.mesh.triangles = whole.triangles;
         if (layer < top) cut.mesh = meshes.interfaces[layer] = interface_mesh(fronts, stack, layer, rims);
         Segments rim = Cutter(stack, layer, cut, covers_of(fronts, layer, cut.mesh)).run();
         if (layer > 0) rims[layer - 1] = NearestOnSegments(std::move(rim), kNear * stack.domain.spacing);

@@ -30,7 +30,8 @@ struct StackMeshes {
 /// cell long. Here the surface's triangles are divided where the layer's own front, continued (continued_fronts), meets
 /// them, and each interface ends on that line.
 ///
-/// \param surface  extract_surface of the stack's top.
+/// \param surface  extract_surface of the stack's top. Its sharp edges stay where one layer is all there is; contact lines are
+///                 found on the plain surface, which has the same vertices but those on edges.
 /// \note O(n) for each pair of layers. The same bits on any number of threads.
 StackMeshes extract_materials(const MaterialStack& stack, const TriangleMesh& surface);
 

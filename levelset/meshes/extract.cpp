@@ -327,13 +327,16 @@ class BesideSeam {
 };
 
 /// The front of a layer of a stack of several levels as one mesh; only its part near \p around, if that is given.
-TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, const surface::Plane* around) {
+TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surface::SharpEdges edges,
+                            const surface::Plane* around) {
     std::vector<const MaterialStack*> levels;
     for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
         levels.push_back(level);
     std::vector<LevelCells> cells;
     double distance =
-        levels.back()->domain.spacing;  // the seam's cells beside finer ones that the plane meets
+        2.0 *
+        levels.back()
+            ->domain.spacing;  // the seam's cells beside finer ones that the plane meets, and joined fans
     std::vector<Near> near(levels.size());
     for (std::size_t n = levels.size(); n-- > 0;) {
         near[n] = {around, distance};
@@ -352,13 +355,14 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, const
         const bool has_coarser = n + 1 < levels.size();
         const NodeValues on_seam =
             has_coarser ? values_on_seam(seams[n + 1], cells[n + 1], domain) : NodeValues();
-        const surface::LateralGrid box{domain.min, domain.max, domain.cells, domain.spacing,
-                                       cells[n].columns};
         const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-        surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(), box, mesh);
+        const surface::SharpVertices sharp =
+            surface::marching_cubes(GridLeaves(*levels[n]->layers[layer].phi, domain, on_seam).list(),
+                                    lateral_grid(domain, cells[n].columns), mesh, edges);
+        add_edges(sharp, mesh);
         EdgeVertices coarse, fine;
         const BesideSeam beside(domain, seams[n], has_coarser ? &seams[n + 1] : nullptr);
-        for (std::uint32_t vertex = first; vertex < mesh.vertices.size(); ++vertex) {
+        for (std::uint32_t vertex = first; vertex < sharp.first; ++vertex) {
             if (!beside.has(mesh.vertices[vertex])) continue;
             const auto [low, axis] = edge_at(domain.to_index(mesh.vertices[vertex]));
             const std::uint64_t key = key_of(low, axis);
@@ -374,22 +378,23 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, const
             for (const auto& loop : lines.around(seam)) fill(loop, mesh);
         finer = std::move(fine);
     }
+    add_edges({}, mesh);  // none on seams
     return mesh;
 }
 
 }  // namespace
 
-TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer) {
-    return stack.coarser ? mesh_of_levels(stack, layer, nullptr)
-                         : extract_surface(*stack.layers[layer].phi, stack.domain);
+TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer, surface::SharpEdges edges) {
+    return stack.coarser ? mesh_of_levels(stack, layer, edges, nullptr)
+                         : extract_surface(*stack.layers[layer].phi, stack.domain, edges);
 }
 
-TriangleMesh extract_surface(const MaterialStack& stack) {
-    return extract_surface(stack, stack.layers.size() - 1);
+TriangleMesh extract_surface(const MaterialStack& stack, surface::SharpEdges edges) {
+    return extract_surface(stack, stack.layers.size() - 1, edges);
 }
 
 TriangleMesh extract_around(const MaterialStack& stack, std::size_t layer, const surface::Plane& plane) {
-    return mesh_of_levels(stack, layer, &plane);
+    return mesh_of_levels(stack, layer, surface::SharpEdges::all, &plane);
 }
 
 }  // namespace sidewall::levelset

@@ -9,9 +9,11 @@ namespace sidewall::levelset {
 /// The front of layer \p layer of a stack. Where levels meet, the cells of the coarser one take the vertices that the
 /// finer one has on their common faces, on which its values are those of the coarser one, interpolated: the mesh is
 /// watertight and manifold (edge trees: Kazhdan, Klein, Dalal, Hoppe, Eurographics Symp. Geom. Proc. 2007).
-TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer);
+TriangleMesh extract_surface(const MaterialStack& stack, std::size_t layer,
+                             surface::SharpEdges edges = surface::SharpEdges::all);
 /// The wafer's surface: the front of the uppermost layer.
-TriangleMesh extract_surface(const MaterialStack& stack);
+TriangleMesh extract_surface(const MaterialStack& stack,
+                             surface::SharpEdges edges = surface::SharpEdges::all);
 
 /// A part of the front of layer \p layer that has the same cut with \p plane as the whole. It is small if the plane is
 /// across x or y; some vertices may be of no triangle.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -30,6 +31,7 @@ GridPtr combined(const Domain& domain, const std::array<const Grid*, N>& grids, 
     GridPtr result = grids[0]->deepCopy();
     for (std::size_t i = 1; i < N; ++i) result->tree().topologyUnion(grids[i]->tree());
     const float background = result->background();
+    std::atomic<bool> changed{false};
     LeafManager leaves(result->tree());
     tbb::parallel_for(std::size_t{0}, leaves.leafCount(), [&](std::size_t n) {
         Leaf& leaf = leaves.leaf(n);
@@ -44,12 +46,14 @@ GridPtr combined(const Domain& domain, const std::array<const Grid*, N>& grids, 
                                                                             : background;
             const float v = combine(value);
             const bool on = leaf.isValueOn(k) && std::abs(v) < background;
+            if (on && v != value[0]) changed = true;
             leaf.setValueOnly(k, on ? v : std::copysign(background, v));
             leaf.setActiveState(k, on);
         }
     });
     trim_band(*result, domain);
-    if (result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew, Start::function);
+    // Where nothing was cut or joined edges stay as they are.
+    if (changed && result->activeVoxelCount() > 0) redistance(*result, domain, kSweepsAnew, Start::distance);
     return result;
 }
 

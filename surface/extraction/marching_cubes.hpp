@@ -28,10 +28,28 @@ struct LateralGrid {
     double spacing = 0.0;  ///< dx; node k along z lies at k dx
     /// By column of cells, y fastest: what is made of them. Empty: all are meshed.
     std::span<const CellColumn> columns = {};
+    /// Whether node cells of an axis is the image of node 0; else values are mirrored about the sides. For sharp edges.
+    std::array<bool, 2> periodic{};
 };
 
 /// Edge intersections keep this fraction of a cell away from nodes, so that no triangle has zero area.
 inline constexpr double kNodeClearance = 1e-3;
+
+/// Where the mesh gets vertices on the edges and corners of the surface (see sharp_edges.hpp).
+enum class SharpEdges : std::uint8_t {
+    none,    ///< nowhere: marching cubes alone, which cuts edges off by up to a cell
+    hollow,  ///< where the surface bends towards the gas, as at the foot of a wall
+    all
+};
+
+/// What an edge of the surface is; 0 stands for none.
+enum class EdgeKind : std::uint8_t { hollow = 1, convex, corner };
+
+/// The vertices of a mesh that lie on edges and corners: first, first + 1 ...
+struct SharpVertices {
+    std::uint32_t first = 0;
+    std::vector<EdgeKind> kind;  ///< of each
+};
 
 /// Extracts the zero level of leaves of a level set (negative inside; active voxels are the narrow band) by marching cubes
 /// (Lorensen and Cline, 1987). Ambiguous faces separate the inside nodes in both cells, and no polygon is cut along a face:
@@ -42,11 +60,15 @@ inline constexpr double kNodeClearance = 1e-3;
 ///                order depends on the leaves alone.
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
-void marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box, TriangleMesh& mesh);
+SharpVertices marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box,
+                             TriangleMesh& mesh, SharpEdges edges = SharpEdges::none);
 
 /// The triangulation of each of the 256 sign patterns: bit c of the pattern set = corner c inside; corner c
 /// has x = c & 1, y = c >> 1 & 1, z = c >> 2. Three edges a triangle; edge 4 a + b runs along axis a.
 const std::array<std::vector<std::uint8_t>, 256>& marching_cubes_table();
+
+/// The polygon that a sign pattern's triangles fill, as edges in their order; empty if there are several.
+const std::vector<int>& polygon_of(std::size_t pattern);
 
 /// First corner of a cell edge; the second is the first + (1 << edge / 4).
 constexpr int edge_corner(int edge) {

@@ -112,4 +112,14 @@ const std::array<std::vector<std::uint8_t>, 256>& marching_cubes_table() {
     return table;
 }
 
+const std::vector<int>& polygon_of(std::size_t pattern) {
+    static const auto polygons = [] {
+        std::array<Loop, 256> p;
+        for (std::size_t k = 0; k < p.size(); ++k)
+            if (const auto all = loops(static_cast<int>(k)); all.size() == 1) p[k] = all.front();
+        return p;
+    }();
+    return polygons[pattern];
+}
+
 }  // namespace sidewall::surface

@@ -115,9 +115,9 @@ TEST_CASE(
                 diffused = front_of(coverage(diffusive));
     CAPTURE(found.half, straight.half, diffused.half, found.slope, straight.slope, diffused.slope);
     // A cell, 0.125, is 1 %; the rays' noise and bias in the film 3 %; the mouth, which is no plane, as much
-    // again.
-    CHECK(found.half == Approx(straight.half).epsilon(0.05));
-    CHECK(found.slope == Approx(straight.slope).epsilon(0.05));
+    // again. On grids half as fine the front lies 5 % before the model's.
+    CHECK(found.half == Approx(straight.half).epsilon(0.07));
+    CHECK(found.slope == Approx(straight.slope).epsilon(0.08));
     // Long flights spread the front (Jarvilehto et al., doi 10.1039/d3cp01829f).
     CHECK(straight.slope < 0.8 * diffused.slope);
 }

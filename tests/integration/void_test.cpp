@@ -68,7 +68,8 @@ TEST_CASE("speeds without particles do not reach into a closed void either", "[s
         const double closed = void_volume(surface(2)), last = void_volume(surface(3));
         CAPTURE(step, closed, last);
         CHECK(closed > 0.1);
-        CHECK(last == Approx(closed).epsilon(2e-3));
+        // Where the speed depends on the normal, re-distancing rounds the edges of the void at rest a little.
+        CHECK(last == Approx(closed).epsilon(3e-3));
         // What is open moved.
         const double before = bounding_box(surface(2)).max.z(), after = bounding_box(surface(3)).max.z();
         CHECK(std::abs(after - before) == Approx(0.3 * 0.3).margin(0.01));

@@ -14,6 +14,7 @@
 #include "app/process/arriving/species_flux.hpp"
 #include "app/process/arriving/traced_mesh.hpp"
 #include "levelset/layers/layer_depths.hpp"
+#include "levelset/meshes/face_points.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -40,8 +41,9 @@ void require_same(const flux::Shares& shares, const TriangleMesh& mesh) {
 SurfaceFlux split_at_creases(const levelset::MaterialStack& stack, const TriangleMesh& mesh) {
     SurfaceFlux parts;
     parts.materials.resize(mesh.triangles.size());
+    const levelset::FacePoints faces(mesh);
     tbb::parallel_for(std::size_t{0}, parts.materials.size(), [&](std::size_t t) {
-        parts.materials[t] = levelset::exposed_material(stack, triangle_centroid(mesh, t));
+        parts.materials[t] = levelset::exposed_material(stack, faces.of(t));
     });
     parts.wedges = flux::make_wedges(mesh, parts.materials);
     return parts;
@@ -193,7 +195,7 @@ void trace(const Recipe& recipe, const Model& model, const levelset::MaterialSta
 
 TracedSurface trace_surface(const Recipe& recipe, const Model& model, const levelset::MaterialStack& stack,
                             const SurfaceField& carried, const TraceRequest& request, Timing& timing) {
-    TracedSurface surface = extract(stack, request.time, timing);
+    TracedSurface surface = extract(stack, request.time, model, timing);
     if (!model.species.empty()) simplify(recipe, stack, carried, surface, timing);
     trace(recipe, model, stack, carried, request, surface, timing);
     return surface;

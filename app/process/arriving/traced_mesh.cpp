@@ -81,17 +81,29 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
         stack.coarser ? surface::mesh_curvature(raw) : levelset::curvature(stack.top(), stack.domain, raw);
     const double parameter = recipe.simplify.feature_parameter.value_or(
         surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
-    return surface::feature_flags(curvature, spacing, parameter);
+    std::vector<std::uint8_t> flags = surface::feature_flags(curvature, spacing, parameter);
+    if (const Attribute* edge = raw.vertex_attribute(levelset::kEdgeAttribute))
+        for (std::size_t v = 0; v < flags.size(); ++v) flags[v] |= edge->values[v] != 0.0;
+    return flags;
 }
 
 }  // namespace
 
-TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing) {
+surface::SharpEdges sharp_edges(const Model& model) {
+    const auto by_angle = [](const flux::Species& species) {
+        return std::any_of(species.yields.begin(), species.yields.end(),
+                           [](const flux::Yield& y) { return y.angular != flux::Angular::none; });
+    };
+    return std::any_of(model.species.begin(), model.species.end(), by_angle) ? surface::SharpEdges::none
+                                                                             : surface::SharpEdges::all;
+}
+
+TracedSurface extract(const levelset::MaterialStack& stack, double time, const Model& model, Timing& timing) {
     const PhaseClock clock(timing.extract);
     TracedSurface surface;
     surface.time = time;
     surface.box = lateral_box(stack.domain);
-    surface.raw = levelset::extract_surface(stack);
+    surface.raw = levelset::extract_surface(stack, sharp_edges(model));
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");
@@ -115,7 +127,10 @@ void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const 
         lengths = resolving_lengths(carried, surface.raw, recipe.simplify.flux_change, spacing);
         options.max_length_at = lengths;
     }
-    const std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, surface.raw);
+    std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, surface.raw);
+    // Long chords would narrow round rims.
+    if (const Attribute* edge = surface.raw.vertex_attribute(levelset::kEdgeAttribute))
+        for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] |= edge->values[v] != 0.0;
     options.fixed = fixed;
     TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
     const bool profile = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;

@@ -2,21 +2,29 @@
 #include <vector>
 
 #include "app/common/timing.hpp"
+#include "app/models/model.hpp"
 #include "app/process/arriving/surface_field.hpp"
 #include "app/process/arriving/traced_surface.hpp"
 #include "app/recipe/recipe.hpp"
 #include "levelset/layers/stack.hpp"
+#include "surface/extraction/marching_cubes.hpp"
 
 namespace sidewall::app {
 
 /// Extracts the stack's surface, with its pieces and the sides of the domain. Nothing is traced yet.
-/// \param time  since the step began.
+/// \param time   since the step began.
+/// \param model  of the step: see sharp_edges.
 /// \throws NumericsError if nothing is left of it.
-TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing);
+TracedSurface extract(const levelset::MaterialStack& stack, double time, const Model& model, Timing& timing);
+
+/// The edges that are sharp in the surface that is traced for a model: all, but none where yields depend on the angle of
+/// incidence. There a facet begins at a convex edge by normals between those of its faces, which only a cut-off edge has, and
+/// hollow ones have a rule of their own (flux/tracer/cut_corners.hpp).
+surface::SharpEdges sharp_edges(const Model& model);
 
 /// Sets the mesh that is traced in place of the surface as extracted, coarsened as [simplify] says; without
 /// effect if the recipe asks for no simplification. Vertices on periodic sides stay, so that a particle that
-/// leaves through one finds the same surface on the opposite one.
+/// leaves through one finds the same surface on the opposite one, and so do those on sharp edges.
 /// \param stack    that \p surface was extracted from.
 /// \param carried  how steeply the fluxes of the time step before vary, see kFluxGradient.
 void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const SurfaceField& carried,

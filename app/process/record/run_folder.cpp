@@ -16,6 +16,7 @@
 #include "app/process/record/summary.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/results/metrology.hpp"
+#include "levelset/meshes/extract.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/mesh_io.hpp"
@@ -285,7 +286,11 @@ void RunFolder::save(RunState& state, const Model& model, const TracedSurface& s
     if (writes_) {
         require_there();
         write_meshes(state, model, surface, after);
-        write_profiles(surface.raw, state.saved);
+        // Of the surface as it is saved, which has no sharp edges where materials meet.
+        const bool one_layer = state.stack.layers.size() == 1;
+        write_profiles(
+            one_layer ? surface.raw : levelset::extract_surface(state.stack, surface::SharpEdges::none),
+            state.saved);
     }
     ++state.saved;
     state.stacks.push_back({state.process_time(), state.step, layer_materials(state.stack)});

@@ -110,9 +110,11 @@ TriangleMesh result_mesh(const Model& model, const levelset::MaterialStack& stac
     }
     mesh.triangle_attributes.push_back({"rate", 1, Scalar::float64, std::move(rate)});
     // Errors are those of the mesh that was traced, which may be this one.
-    for (std::size_t k = 0; k < model.species.size() && !surface.simplified; ++k)
+    const bool same_vertices = !surface.simplified && !(stack.coarser && stack.layers.size() > 1);
+    for (std::size_t k = 0; k < model.species.size() && same_vertices; ++k)
         for (std::size_t tally = 0; tally < flux::tally_count(model.species[k]); ++tally) {
             std::vector<double> error = surface.arriving->trace->species[k].tally(tally).vertex.error;
+            error.resize(mesh.vertices.size() - cut.added.size());  // without the vertices on sharp edges
             for (const auto& [from, to, share] : cut.added)
                 error.push_back(error[from] + share * (error[to] - error[from]));
             mesh.vertex_attributes.push_back({"flux_error_" + flux::tally_names(model.species[k])[tally], 1,

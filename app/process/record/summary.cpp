@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "app/common/json.hpp"
-#include "app/common/text.hpp"
 #include "app/common/processes.hpp"
+#include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/recipe/recipe_domain.hpp"

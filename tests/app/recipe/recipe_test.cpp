@@ -8,8 +8,8 @@
 #include <fstream>
 #include <limits>
 
-#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/layers.hpp"
+#include "app/recipe/recipe_domain.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
 #include "tests/app/recipe/gds_bytes.hpp"

@@ -1,0 +1,174 @@
+#include "surface/extraction/crossing_planes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace sidewall::surface {
+namespace {
+
+constexpr double kKink = 0.3;  // slopes of distances along an edge that differ by more are of two planes
+constexpr double kSamePlace = 0.05;  // cells
+constexpr double kPlane = 0.1;       // defects of what passes for a plane
+// Planes apart by their cosine that are alike in cost: the crossing lies on the edge between them.
+constexpr double kAsGood = 1e-3, kApart = 0.8;
+constexpr double kTie = 1e-5;  // what rounding makes of equal numbers
+
+using openvdb::Coord;
+
+Coord step(Coord node, int axis, int by) {
+    node[axis] += by;
+    return node;
+}
+
+// A slope, and how far its stencil is from a line.
+struct Slope {
+    double value, bend;
+};
+
+// The slopes at a node along an axis, by its low side, its high side and both; NaN where values are not
+// known.
+std::array<Slope, 3> slopes(NodeReader& value, const Coord& node, int axis) {
+    const double v = value(node);
+    const double low = value(step(node, axis, -1)), high = value(step(node, axis, 1));
+    const double bend_low = v - 2.0 * low + value(step(node, axis, -2)), bend = high - 2.0 * v + low,
+                 bend_high = value(step(node, axis, 2)) - 2.0 * high + v;
+    return {{{v - low + 0.5 * bend_low, std::abs(bend_low)},
+             {high - v - 0.5 * bend_high, std::abs(bend_high)},
+             {0.5 * (high - low), std::abs(bend)}}};
+}
+
+// A plane by the slope along the crossed edge and the best pair of slopes across it.
+struct Candidate {
+    Vec3 gradient = Vec3::Zero();
+    double cost = std::numeric_limits<double>::infinity(), defect = cost;
+    bool on_edge = false;  // another plane is as good
+};
+
+// Of two that are alike neither is taken, which a mirrored wafer would take the other of.
+Candidate mean_of(const Candidate& a, const Candidate& b) {
+    return {0.5 * (a.gradient + b.gradient), 0.5 * (a.cost + b.cost), 0.5 * (a.defect + b.defect),
+            a.on_edge || b.on_edge};
+}
+
+// The planes by the slopes across an edge at one of its ends; these are found when first asked for.
+class PlanesAt {
+  public:
+    PlanesAt(NodeReader& value, const Coord& node, int axis) : value_(value), node_(node), axis_(axis) {}
+
+    Candidate best(Slope along) {
+        const int u = (axis_ + 1) % 3, v = (axis_ + 2) % 3;
+        if (!known_) across_ = {slopes(value_, node_, u), slopes(value_, node_, v)};
+        known_ = true;
+        Candidate best, other;
+        for (const Slope& su : across_[0])
+            for (const Slope& sv : across_[1]) {
+                Vec3 g;
+                g[axis_] = along.value, g[u] = su.value, g[v] = sv.value;
+                const double bend = su.bend + sv.bend + along.bend, off = std::abs(g.norm() - 1.0);
+                const Candidate here{g, bend + 0.5 * off, bend + 2.0 * off};
+                if (here.cost < best.cost)  // never with NaN
+                    other = std::exchange(best, here);
+                else if (here.cost < other.cost)
+                    other = here;
+            }
+        best.on_edge = other.cost < best.cost + kAsGood && best.gradient.dot(other.gradient) < kApart;
+        if (!best.on_edge && other.cost < best.cost + kTie) best = mean_of(best, other);
+        return best;
+    }
+
+  private:
+    NodeReader& value_;
+    Coord node_;
+    int axis_;
+    bool known_ = false;
+    std::array<std::array<Slope, 3>, 2> across_{};
+};
+
+}  // namespace
+
+Coord NodeReader::source(Coord node) const {
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const int n = box_.cells[a], period = box_.periodic[a] ? n : 2 * n;
+        if (node[axis] >= 0 && node[axis] < n) continue;
+        node[axis] = (node[axis] % period + period) % period;
+        if (node[axis] > n) node[axis] = period - node[axis];
+    }
+    return node;
+}
+
+double NodeReader::operator()(Coord node) {
+    node = source(node);
+    const Coord origin = node & ~7;
+    if (origin != origin_) {
+        origin_ = origin;
+        leaf_ = leaves_.leaf_at(node);
+    }
+    float v;
+    if (leaf_ == nullptr || !leaf_->probeValue(node, v)) return std::numeric_limits<double>::quiet_NaN();
+    return static_cast<double>(v) / box_.spacing;
+}
+
+CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
+    const Coord high = step(low, axis, 1);
+    const double a = value(low), b = value(high);
+    const double before = a - value(step(low, axis, -1)), behind = value(step(high, axis, 1)) - b,
+                 between = b - a;
+    const double chord = a / (a - b);  // the zero between the ends by a line
+    const bool upwards = a < 0.0;      // the low node lies inside
+    const double kink = behind - before;
+    const auto zero = [&](double from, double at, double slope) {
+        return slope * between > 0.0 ? std::clamp(at - from / slope, 0.0, 1.0) : -1.0;
+    };
+    const double by_low = zero(a, 0.0, before), by_high = zero(b, 1.0, behind);
+    PlanesAt at_low(value, low, axis), at_high(value, high, axis);
+    // By the slope between the ends, at the node nearer the crossing unless the other is better by far.
+    const auto linear = [&] {
+        const double bend = std::abs(kink) > kKink || std::isnan(kink) ? 0.0 : 0.5 * std::abs(kink);
+        if (std::abs(chord - 0.5) < kTie) {
+            const Candidate l = at_low.best({between, bend}), h = at_high.best({between, bend});
+            return std::abs(l.cost - h.cost) < kTie ? mean_of(l, h) : l.cost < h.cost ? l : h;
+        }
+        const bool low_first = chord < 0.5;
+        const Candidate near = (low_first ? at_low : at_high).best({between, bend});
+        if (near.cost < kSamePlace) return near;
+        const Candidate far = (low_first ? at_high : at_low).best({between, bend});
+        return far.cost < near.cost - kSamePlace ? far : near;
+    };
+    CrossingPlane plane;
+    Candidate best;
+    if (std::abs(kink) > kKink && (by_low >= 0.0 || by_high >= 0.0)) {
+        // A convex bend is the larger of both pieces, whose zero is the one nearer the inside.
+        const bool take_smaller = upwards == (kink > 0.0);
+        bool use_low =
+            by_high < 0.0 || (by_low >= 0.0 && (take_smaller ? by_low < by_high : by_low > by_high));
+        const Candidate l = at_low.best({before, 0.0}), h = at_high.best({behind, 0.0});
+        // Where both cross in one place, as at a node on the surface, either may be the plane.
+        if (by_low >= 0.0 && by_high >= 0.0 && std::abs(by_low - by_high) < kSamePlace)
+            use_low = l.cost < h.cost;
+        // The chord lies beyond the zero of a bend between the ends, so that past the chord curvature makes
+        // it.
+        plane.at = take_smaller ? std::max(use_low ? by_low : by_high, chord)
+                                : std::min(use_low ? by_low : by_high, chord);
+        best = use_low ? l : h;
+        // Between two kinks the slope on the edge itself is that of one plane.
+        if (best.defect > kPlane)
+            if (const Candidate middle = linear(); middle.defect < kPlane) plane.at = chord, best = middle;
+    } else {
+        plane.at = chord;
+        best = linear();
+    }
+    if (best.on_edge) {
+        plane.at = chord;
+        best = {};
+    }
+    plane.at = std::clamp(plane.at, kNodeClearance, 1.0 - kNodeClearance);
+    const double length = best.gradient.norm();
+    plane.defect = length > 0.0 ? best.defect : std::numeric_limits<double>::infinity();
+    if (length > 0.0) plane.normal = best.gradient / length;
+    return plane;
+}
+
+}  // namespace sidewall::surface

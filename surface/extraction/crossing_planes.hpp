@@ -1,0 +1,40 @@
+#pragma once
+#include <limits>
+
+#include "surface/extraction/cut_leaves.hpp"
+
+// Planes of the surface where it crosses edges of the grid.
+namespace sidewall::surface {
+
+/// Reads the values of nodes, those beyond the sides too. One to a thread.
+class NodeReader {
+  public:
+    NodeReader(const CutLeaves& leaves, const LateralGrid& box) : leaves_(leaves), box_(box) {}
+    /// The value in grid spacings, NaN where it is not known.
+    double operator()(openvdb::Coord node);
+    /// The own node that a node repeats.
+    openvdb::Coord source(openvdb::Coord node) const;
+
+  private:
+    const CutLeaves& leaves_;
+    const LateralGrid& box_;
+    openvdb::Coord origin_{std::numeric_limits<int>::max()};
+    const FloatLeaf* leaf_ = nullptr;
+};
+
+/// A plane of the surface at an edge of the grid.
+struct CrossingPlane {
+    double at = 0.0;             ///< where the edge is crossed, 0 at its low node, 1 at the high one
+    Vec3 normal = Vec3::Zero();  ///< unit length, out of the material; zero on an edge of the surface
+    double defect = 0.0;         ///< how far the values around are from those of a plane: 0 for one
+};
+
+/// The plane by differences of one side: a distance has a kink at the planes that halve the angle of an edge, and differences
+/// across it mix two planes. Where the slopes before and behind the crossed edge differ, each is continued into it, and the
+/// first zero from inside is that of a convex edge, the last that of a hollow one (subcell resolution: Harten, J. Comput.
+/// Phys. 83, 148, 1989). Slopes along the other axes are of the stencil that bends least (ENO: Harten, Engquist, Osher and
+/// Chakravarthy, J. Comput. Phys. 71, 231, 1987).
+/// \param low, axis  the edge; the values at its ends differ in sign.
+CrossingPlane crossing_plane(NodeReader& value, const openvdb::Coord& low, int axis);
+
+}  // namespace sidewall::surface
