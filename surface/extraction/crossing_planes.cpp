@@ -64,9 +64,11 @@ class PlanesAt {
         Candidate best, other;
         for (const Slope& su : across_[0])
             for (const Slope& sv : across_[1]) {
+                const double bend = su.bend + sv.bend + along.bend;
+                if (!(bend < other.cost)) continue;  // neither the best nor the next
                 Vec3 g;
                 g[axis_] = along.value, g[u] = su.value, g[v] = sv.value;
-                const double bend = su.bend + sv.bend + along.bend, off = std::abs(g.norm() - 1.0);
+                const double off = std::abs(g.norm() - 1.0);
                 const Candidate here{g, bend + 0.5 * off, bend + 2.0 * off};
                 if (here.cost < best.cost)  // never with NaN
                     other = std::exchange(best, here);
