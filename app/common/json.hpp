@@ -39,6 +39,7 @@ Json read_json(const std::filesystem::path& path, const std::string& advice);
         NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(NLOHMANN_JSON_FROM_WITH_DEFAULT, __VA_ARGS__)) \
     }
 
+/// \cond  Doxygen cannot place specializations of other libraries' templates.
 /// An optional is null in JSON where it has no value.
 template <class T>
 requires(!std::same_as<T, sidewall::app::Json>) struct nlohmann::adl_serializer<std::optional<T>> {
@@ -64,3 +65,4 @@ struct fmt::formatter<sidewall::app::Json> {
 
     std::string_view spec;  ///< between the colon and the closing brace
 };
+/// \endcond
