@@ -45,7 +45,7 @@ struct Ends {
 // absorption of a constant emission.
 WedgeMatrix absorption_matrix(const WedgeMatrix& mass, std::span<const double> area,
                               std::span<const double> ratio) {
-    WedgeMatrix absorption = mass;
+    WedgeMatrix absorption = mass;  // NOLINT(performance-unnecessary-copy-initialization): iterators write
     for (std::size_t i = 0; i < area.size(); ++i) {
         double rest = ratio[i] * area[i];
         double* diagonal = nullptr;

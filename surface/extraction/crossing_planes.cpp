@@ -134,7 +134,7 @@ CrossingPlane crossing_plane(NodeReader& value, const Coord& low, int axis) {
             return std::abs(l.cost - h.cost) < kTie ? mean_of(l, h) : l.cost < h.cost ? l : h;
         }
         const bool low_first = chord < 0.5;
-        const Candidate near = (low_first ? at_low : at_high).best({between, bend});
+        Candidate near = (low_first ? at_low : at_high).best({between, bend});
         if (near.cost < kSamePlace) return near;
         const Candidate far = (low_first ? at_high : at_low).best({between, bend});
         return far.cost < near.cost - kSamePlace ? far : near;
