@@ -333,10 +333,8 @@ TriangleMesh mesh_of_levels(const MaterialStack& stack, std::size_t layer, surfa
     for (const MaterialStack* level = &stack; level != nullptr; level = level->coarser.get())
         levels.push_back(level);
     std::vector<LevelCells> cells;
-    double distance =
-        2.0 *
-        levels.back()
-            ->domain.spacing;  // the seam's cells beside finer ones that the plane meets, and joined fans
+    // The seam's cells beside finer ones that the plane meets, and a cell more for the joints of sharp edges.
+    double distance = 2.0 * levels.back()->domain.spacing;
     std::vector<Near> near(levels.size());
     for (std::size_t n = levels.size(); n-- > 0;) {
         near[n] = {around, distance};

@@ -26,7 +26,7 @@ class LeafRows {
             }
     }
     Row at(int x, int y) const { return RowMap(own_ + (x << 6 | y << 3)); }
-    /// The row one farther along x (0) or y (1), down (0) or up (1); in line with the two before it where it is not known.
+    /// The row one farther along x (0) or y (1), down (0) or up (1); this one again where that is not known.
     Row next(int x, int y, int axis, int way) {
         int c[2] = {x, y};
         c[axis] += way == 0 ? -1 : 1;

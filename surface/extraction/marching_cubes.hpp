@@ -58,6 +58,8 @@ struct SharpVertices {
 /// \param leaves  in a grid's order; they need not be all of one grid.
 /// \param mesh    gets the vertices, in world units, and the triangles, counter-clockwise seen from the positive side; their
 ///                order depends on the leaves alone.
+/// \param edges   which edges of the surface get vertices of their own; the mesh stays watertight and manifold.
+/// \returns these vertices, which come after all others.
 /// \throws NumericsError if the band is too thin to hold the cells that the surface passes through.
 /// \note Parallel over leaves, linear in active voxels.
 SharpVertices marching_cubes(const std::vector<const FloatLeaf*>& leaves, const LateralGrid& box,

@@ -40,6 +40,12 @@ std::vector<std::uint8_t> on_periodic_sides(const levelset::Domain& domain, cons
     return flags;
 }
 
+// Marks the vertices on sharp edges of an extracted surface, too.
+void mark_sharp_edges(const TriangleMesh& raw, std::vector<std::uint8_t>& flags) {
+    if (const Attribute* edge = raw.vertex_attribute(levelset::kEdgeAttribute))
+        for (std::size_t v = 0; v < flags.size(); ++v) flags[v] |= edge->values[v] != 0.0;
+}
+
 // The mesh's outline on the side of least y, extruded to the opposite side: one radiosity unknown serves all
 // y.
 TriangleMesh extruded_side(const TriangleMesh& mesh, const levelset::Domain& domain) {
@@ -82,8 +88,7 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
     const double parameter = recipe.simplify.feature_parameter.value_or(
         surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing));
     std::vector<std::uint8_t> flags = surface::feature_flags(curvature, spacing, parameter);
-    if (const Attribute* edge = raw.vertex_attribute(levelset::kEdgeAttribute))
-        for (std::size_t v = 0; v < flags.size(); ++v) flags[v] |= edge->values[v] != 0.0;
+    mark_sharp_edges(raw, flags);
     return flags;
 }
 
@@ -128,9 +133,7 @@ void simplify(const Recipe& recipe, const levelset::MaterialStack& stack, const 
         options.max_length_at = lengths;
     }
     std::vector<std::uint8_t> fixed = on_periodic_sides(stack.domain, surface.raw);
-    // Long chords would narrow round rims.
-    if (const Attribute* edge = surface.raw.vertex_attribute(levelset::kEdgeAttribute))
-        for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] |= edge->values[v] != 0.0;
+    mark_sharp_edges(surface.raw, fixed);  // long chords would narrow round rims
     options.fixed = fixed;
     TriangleMesh mesh = simplify::simplify(surface.raw, features, options).mesh;
     const bool profile = stack.domain.cells[1] == 1 && stack.domain.side[1] == levelset::Side::periodic;

@@ -141,8 +141,10 @@ std::optional<Result> wafer_of_checkpoint(const std::filesystem::path& folder) {
     result.source = folder / "checkpoint.vdb";
     result.folder = folder;
     result.metadata = metadata_of(recipe, state.process_time());
+    // Where materials meet, extract_materials would extract the plain surface anew.
+    const auto edges = state.stack.layers.size() > 1 ? surface::SharpEdges::none : surface::SharpEdges::all;
     levelset::StackMeshes meshes =
-        levelset::extract_materials(state.stack, levelset::extract_surface(state.stack));
+        levelset::extract_materials(state.stack, levelset::extract_surface(state.stack, edges));
     std::vector<double> material;
     material.reserve(meshes.surface.layer.size());
     for (const std::size_t layer : meshes.surface.layer)
