@@ -2,6 +2,7 @@
 #include <any>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "app/schema/keys.hpp"
 #include "app/schema/units.hpp"
+#include "flux/direct.hpp"
 #include "flux/species.hpp"
 #include "surface/vec3.hpp"
 
@@ -84,6 +86,9 @@ struct Model {
     std::vector<flux::Species> species;
     /// The path of each species' keys in the step, e.g. "species[1]."; empty: beside the model's own.
     std::vector<std::string> species_keys;
+    /// By species: what comes straight from its source, by the surface's normal, of which V then is a function V(n); null
+    /// where that is not known. make_model sets it.
+    std::vector<std::shared_ptr<const flux::DirectFlux>> direct;
     /// By species: mean free path in the gas in metres, which make_model (recipe/step_model.hpp) converts into
     /// Species::mean_free_path; 0, or no entry: as the species says.
     std::vector<double> free_paths;

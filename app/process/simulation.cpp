@@ -108,7 +108,7 @@ bool reshape_at_once(const Run& run, const Step& step, RunState& state) {
     if (step.built) return false;
     if (state.step > 0 && !run.recipe.output.every && run.folder.due(state)) {
         const Model still = still_model();
-        run.folder.save(state, still, extract(state.stack, 0.0, still, state.timing), ended_step(run, state));
+        run.folder.save(state, still, extract(state.stack, 0.0, state.timing), ended_step(run, state));
         run.folder.checkpoint(state);
     }
     run.warn(strip_warning(run.recipe, step, state.step + 1, state.stack));
@@ -167,7 +167,7 @@ bool reuses_fluxes(const Run& run, const Model& model, const RunState& state) {
 
 // The surface at this time and what arrives on it: extract, simplify, trace. Coverages react between traces.
 TracedSurface surface_with_fluxes(const Run& run, const Model& model, const Step& step, RunState& state) {
-    TracedSurface surface = extract(state.stack, time_in_step(run, state), model, state.timing);
+    TracedSurface surface = extract(state.stack, time_in_step(run, state), state.timing);
     if (reuses_fluxes(run, model, state)) {
         reuse_fluxes(model, state.stack, state.carried, surface, state.timing);
         return surface;
@@ -194,7 +194,7 @@ std::vector<levelset::Motion> stage_motions(const Run& run, const Model& model, 
     motions.push_back(std::move(first));
     if (run.recipe.flux.stages != "all" || !surface.arriving || !surface.arriving->trace) return motions;
     constexpr int kStageBit = 30;  // of the random numbers' key
-    const levelset::AdvectionOptions scheme = scheme_for(model, run.recipe.advection);
+    const levelset::AdvectionOptions scheme = scheme_for(motions.front().law, run.recipe.advection);
     while (motions.size() < levelset::stage_count(scheme.time_integration)) {
         levelset::MaterialStack reached = levelset::copy(state.stack);
         levelset::advect_to_stage(reached, motions, dt, scheme);

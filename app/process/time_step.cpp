@@ -181,8 +181,8 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
     return next;
 }
 
-levelset::AdvectionOptions scheme_for(const Model& model, levelset::AdvectionOptions options) {
-    if (model.depends_on_normal) options.scheme = levelset::Scheme::lax_friedrichs;
+levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::AdvectionOptions options) {
+    if (law.depends_on_normal) options.scheme = levelset::Scheme::lax_friedrichs;
     return options;
 }
 
@@ -193,7 +193,7 @@ void advect(const Recipe& recipe, const Model& model, const std::vector<levelset
                            return levelset::max_speed(stack, motion) > 0.0;
                        });
     if (!moves) return;
-    const auto seconds = levelset::advect(stack, motions, next.dt, scheme_for(model, recipe.advection));
+    const auto seconds = levelset::advect(stack, motions, next.dt, scheme_for(motions.front().law, recipe.advection));
     timing.advect += seconds.advect;
     timing.redistance += seconds.redistance;
 }

@@ -64,7 +64,7 @@ TimeStep choose_time_step(const Recipe& recipe, const Step& step, const Model& m
 
 /// The recipe's scheme, or the one that the model needs: upwinding takes one speed a point, a speed that turns
 /// with the normal needs Lax-Friedrichs.
-levelset::AdvectionOptions scheme_for(const Model& model, levelset::AdvectionOptions options);
+levelset::AdvectionOptions scheme_for(const levelset::SpeedLaw& law, levelset::AdvectionOptions options);
 
 /// Moves the surface for a time step.
 /// \param motions  one for the whole time step, or one for each Runge-Kutta stage.

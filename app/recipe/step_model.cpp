@@ -61,6 +61,9 @@ Model make_model(const Step& step, const Materials& materials, const DomainSecti
     Model model = entry->make(step.parameters, materials, {domain.length_unit, domain.time_unit});
     refuse_mirrored_beams(model, domain);
     settle_free_paths(model, domain);
+    for (const flux::Species& species : model.species)
+        model.direct.push_back(
+            flux::has_direct_flux(species) ? std::make_shared<const flux::DirectFlux>(species) : nullptr);
     if (model.in_nm_per_s) {
         model.speed = [speed = model.speed, unit = nm_per_s(domain)](const SurfacePoint& point) {
             return unit * speed(point);

@@ -48,24 +48,8 @@ Vec3 reemitted(Reemission kind, const Reflection& reflection, const Hit& hit, St
     return sample_lambertian(hit.normal, u, random.uniform());
 }
 
-// Yield of a hit. In a hollow corner the facet must not run ahead of the faces that it stands for, nor of a
-// face that would open between them towards the particle, were they to run ahead of that.
-double yield_at(const Trace& trace, const Yield& yield, const Hit& hit, std::uint32_t triangle) {
-    const bool has_energy = trace.species.energy.mean > 0.0;
-    const auto yield_at_cosine = [&](double cosine) {
-        return yield_of(yield, hit.material, has_energy, hit.energy, cosine);
-    };
-    const double own = yield_at_cosine(hit.cosine);
-    const CutCorner* cut = trace.cut_corners.at(triangle);
-    if (cut == nullptr) return own;
-    const CutCorner corner = facing(*cut, hit.normal, -hit.direction);
-    double sum = 0.0, arrivals = 0.0;
-    for (std::size_t k = 0; k < 2; ++k) {
-        const double cosine = std::clamp(-hit.direction.dot(corner.normal[k]), 0.0, 1.0);
-        sum += corner.share[k] * cosine * yield_at_cosine(cosine);
-        arrivals += corner.share[k] * cosine;
-    }
-    return arrivals > 0.0 ? std::min(own, sum / arrivals) : own;
+double yield_at(const Trace& trace, const Yield& yield, const Hit& hit) {
+    return yield_of(yield, hit.material, trace.species.energy.mean > 0.0, hit.energy, hit.cosine);
 }
 
 std::uint64_t weight_of(std::uint64_t weight, double factor) {
@@ -76,7 +60,7 @@ std::uint64_t weight_of(std::uint64_t weight, double factor) {
 void sputter(const Trace& trace, const Hit& hit, std::uint64_t weight, std::uint32_t triangle,
              std::uint32_t ray, Stream& random, Rays& secondaries, Counts& counts) {
     const Redeposition& re = *trace.species.redeposition;
-    const std::uint64_t sputtered = weight_of(weight, yield_at(trace, re.yield, hit, triangle));
+    const std::uint64_t sputtered = weight_of(weight, yield_at(trace, re.yield, hit));
     if (sputtered == 0) return;
     const std::size_t row = secondaries.count++;
     secondaries.set(row, hit.point, reemitted(re.direction, trace.species.reflection, hit, random));
@@ -109,6 +93,7 @@ void react_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& even
     w.secondaries.count = 0;
     const std::size_t hits = list_hits(r, w.hits);
     book_misses(r, bundle);
+    const bool reflected = trace.reflected > 0 && event.bounce > 1;
     std::size_t kept = 0;
     for (std::size_t k = 0; k < hits; ++k) {
         const std::uint32_t row = w.hits[k], triangle = r.triangle[row], ray = r.ray[row];
@@ -116,11 +101,14 @@ void react_ions(const Trace& trace, Bundle& bundle, Worker& w, const Event& even
         const std::uint64_t weight = bundle.weight[row];
         Hit hit = hit_of(trace, r, row);
         // Tally.
-        bundle.tally->add(*bundle.bins, triangle, u, v, weight);
-        for (std::size_t y = 0; y < species.yields.size(); ++y) {
-            const double yield = yield_at(trace, species.yields[y], hit, triangle);
-            tallies[1 + y].add(*w.bins[1 + y], triangle, u, v, weight_of(weight, yield));
-        }
+        const auto tally = [&](std::size_t n, std::uint64_t amount) {
+            tallies[n].add(*w.bins[n], triangle, u, v, amount);
+            if (reflected)
+                tallies[trace.reflected + n].add(*w.bins[trace.reflected + n], triangle, u, v, amount);
+        };
+        tally(0, weight);
+        for (std::size_t y = 0; y < species.yields.size(); ++y)
+            tally(1 + y, weight_of(weight, yield_at(trace, species.yields[y], hit)));
         Stream random(trace.key, {ray, event.batch, event.bounce, event.generation});
         const std::uint32_t roulette = random.next();
         // Sputter.

@@ -78,11 +78,12 @@ void follow_ions(const Trace& trace, Bundle bundle, Worker& w, Event event,
     while (fly_to_hit(trace, {&bundle, 1}, w.rays, event, w.flights)) {
         react_ions(trace, bundle, w, event, tallies);
         if (w.secondaries.count == 0) continue;
+        const std::size_t redeposited = tally_count(trace.species) - 1;
         const Bundle sputtered{bundle.species,
                                w.secondaries.weight.data(),
                                &trace.redeposition,
-                               &tallies.back(),
-                               w.bins.back(),
+                               &tallies[redeposited],
+                               w.bins[redeposited],
                                &bundle.counts->redeposited,
                                nullptr};
         follow_neutrals(trace, sputtered, w, w.secondaries,

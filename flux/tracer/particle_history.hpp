@@ -9,7 +9,6 @@
 #include "flux/random.hpp"
 #include "flux/source.hpp"
 #include "flux/species.hpp"
-#include "flux/tracer/cut_corners.hpp"
 #include "flux/tracer/flight.hpp"
 #include "flux/tracer/packets.hpp"
 #include "flux/tracer/tally.hpp"
@@ -36,10 +35,11 @@ struct Trace {
     Sticking redeposition;
     SurfaceSource desorption;                 ///< of the species, which then is alone
     std::span<const std::int32_t> materials;  ///< by triangle, or empty
-    CutCorners cut_corners;                   ///< where yields are those of the faces
     std::uint64_t roulette = kOne;            ///< weights below it play Russian roulette
     std::uint32_t max_bounces = 0;
-    bool adjoint = false;        ///< first arrivals are sampled from the surface, see adjoint.hpp
+    std::size_t reflected =
+        0;                 ///< the first tally of hits after the first one; 0: they have none of their own
+    bool adjoint = false;  ///< first arrivals are sampled from the surface, see adjoint.hpp
     std::function<bool()> stop;  ///< asked now and then; true abandons the block
 };
 

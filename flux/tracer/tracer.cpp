@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "flux/direct.hpp"
 #include "flux/tracer/adjoint.hpp"
 #include "flux/tracer/monitor.hpp"
 #include "flux/tracer/particle_history.hpp"
@@ -64,9 +65,9 @@ class Tracer {
                  {},
                  {},
                  materials,
-                 {},
                  fixed_probability(options.roulette),
                  options.max_bounces,
+                 0,
                  uses_adjoint(pass.species, mesh, options),
                  [this] { return monitor_.stop(); }},
           counts_{std::vector<Counts>(pass.species.size()), {}} {
@@ -76,8 +77,11 @@ class Tracer {
             trace_.sticking.push_back(make_sticking(species.sticking, materials, pass.by_wedge[k]));
             for (std::size_t n = 0; n < tally_count(species); ++n) tallies_.emplace_back(mesh, wedges);
         }
-        const bool yields = tallies_.size() > pass.species.size();
-        trace_.cut_corners = find_cut_corners(mesh, yields ? options.grid_spacing : 0.0);
+        if (options.reflected && has_direct_flux(pass.species.front())) {
+            trace_.reflected = tallies_.size();
+            for (std::size_t n = 0; n <= pass.species.front().yields.size(); ++n)
+                tallies_.emplace_back(mesh, wedges);
+        }
         if (const auto& redeposition = pass.species.front().redeposition)
             trace_.redeposition = make_sticking(redeposition->sticking, materials, {});
         trace_.desorption = make_surface_source(mesh, wedges, pass.emission, box.area());
@@ -138,7 +142,8 @@ class Tracer {
         static_cast<TallyFlux&>(result) = flux_of(tallies_[k], scale);
         if (counts_.species.size() == 1)
             for (std::size_t n = 1; n < tallies_.size(); ++n)
-                result.others.push_back(flux_of(tallies_[n], scale));
+                (trace_.reflected > 0 && n >= trace_.reflected ? result.reflected : result.others)
+                    .push_back(flux_of(tallies_[n], scale));
         result.emitted = counts.emitted;
         result.absorbed = counts.absorbed;
         result.escaped = counts.escaped;

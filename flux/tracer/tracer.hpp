@@ -35,9 +35,8 @@ struct TraceOptions {
     /// Adjoint sampling (adjoint.hpp) for a species alone in its pass that allows_adjoint, if rays are enough for twelve
     /// paths a triangle: equally many from every triangle, at most so many, in 4 to `batches` batches.
     bool adjoint = false;
-    /// Spacing of the grid that the mesh comes from. Facets by which it cuts off hollow corners yield what the corners'
-    /// faces would, see CutCorner. 0: every facet is taken as it is.
-    double grid_spacing = 0.0;
+    /// FluxResult::reflected is asked for. Only of a species with direct flux (flux/direct.hpp), alone in its pass.
+    bool reflected = false;
     /// Sticking probability by wedge, linear in between, where coverages decide it: replaces
     /// Species::sticking. Of several species: one after the other.
     std::span<const double> sticking_by_wedge{};
@@ -74,6 +73,8 @@ struct TallyFlux {
 /// its weight. Adjoint histories that the surface hides from the source escape and weigh nothing.
 struct FluxResult : TallyFlux {
     std::vector<TallyFlux> others;  ///< one for each of Species::yields, then redeposition if there is any
+    /// The parts of the arrivals and of each yield that are not of a particle's first hit; empty unless asked for.
+    std::vector<TallyFlux> reflected;
     std::uint64_t emitted = 0, absorbed = 0, escaped = 0, leaked = 0;
     std::uint64_t arrivals = 0;   ///< on the surface, absorbed or not, of whatever weight
     std::uint64_t segments = 0;   ///< ray-scene intersections of the pass

@@ -30,6 +30,7 @@ struct Stages {
     std::vector<Leaf*> leaves;
     surface::LeafTable table;   // of the leaves
     LargeVector<float> before;  // phi at the time step's start, if it is needed
+    LargeVector<float> start;   // phi at the start of this part of the time step, if it is needed
     LargeVector<float> next;    // of the leaves that move
     std::vector<std::uint8_t>
         moved;  // by leaf: in this stage or in one before, whether or not values changed
@@ -56,25 +57,25 @@ bool any_moves(const Leaf& leaf, const std::int32_t* sample, const SampleSpeeds&
 // which nothing has a speed are left as they are. The first stage, which keeps nothing, notes phi0.
 template <int R>
 void stage(Stages& stages, const std::vector<const std::int32_t*>& samples, const Grid& grid,
-           const SampleSpeeds& speeds, float keep) {
+           const SampleSpeeds& speeds, double duration, float keep) {
     const float background = grid.background();
     const float limit =
         std::nextafter(background, 0.0f);  // a voxel of the band stays one until it is re-distanced
-    const auto dt = static_cast<float>(speeds.duration);
+    const auto dt = static_cast<float>(duration);
     const LeafData data(stages.table, stages.leaves);
     surface::parallel_each(stages.leaves.size(), 4, [&](std::size_t n) {
         const Leaf& leaf = *stages.leaves[n];
         const std::int32_t* sample = samples[n];
         const float* phi = leaf.buffer().data();
-        if (keep == 0.0f && !stages.before.empty())
-            std::copy_n(phi, Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
+        if (keep == 0.0f && !stages.start.empty())
+            std::copy_n(phi, Leaf::SIZE, &stages.start[n * Leaf::SIZE]);
         if (stages.deep && stages.deep->of_coarser_node(leaf.origin().x(), leaf.origin().y())) return;
         if (!stages.moved[n]) stages.moved[n] = any_moves(leaf, sample, speeds);
         if (!stages.moved[n]) return;
         Block<R> block;
         Row h;
         load_axes(data, speeds.stack.domain, leaf, background, block);
-        const float* phi0 = keep > 0.0f ? &stages.before[n * Leaf::SIZE] : nullptr;
+        const float* phi0 = keep > 0.0f ? &stages.start[n * Leaf::SIZE] : nullptr;
         float* out = &stages.next[n * Leaf::SIZE];
         std::copy_n(phi, Leaf::SIZE, out);
         for (int row = 0; row < 64; ++row) {
@@ -133,6 +134,22 @@ std::span<const float> kept_shares(TimeIntegration scheme) {
     return kEuler;
 }
 
+// Into how many parts a time step is cut so that in each of them no wave on a front whose speed turns with
+// the normal gets past the neighbouring nodes (Courant number 1).
+int stable_parts(const SampleSpeeds& speeds) {
+    constexpr double kMostParts = 32.0;
+    const double waves = speeds.fastest_wave * speeds.duration / speeds.stack.domain.spacing;
+    return static_cast<int>(std::clamp(std::ceil(waves * (1.0 - 1e-6)), 1.0, kMostParts));
+}
+
+// Notes phi before the time step.
+void note_values(Stages& stages) {
+    stages.before.resize(stages.leaves.size() * Leaf::SIZE);
+    surface::parallel_each(stages.leaves.size(), 64, [&](std::size_t n) {
+        std::copy_n(stages.leaves[n]->buffer().data(), Leaf::SIZE, &stages.before[n * Leaf::SIZE]);
+    });
+}
+
 template <int R>
 Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const Motion* const> motions,
                  std::size_t count, double duration, const AdvectionOptions& options) {
@@ -145,21 +162,24 @@ Stages integrate(MaterialStack& stack, const LevelColumns* deep, std::span<const
     stages.next.resize(values);
     stages.moved.resize(stages.leaves.size(), 0);
     stages.changed.resize(stages.leaves.size(), 0);
-    if (count > 1 || stack.layers.size() > 1) stages.before.resize(values);
+    if (count > 1) stages.start.resize(values);
+    if (stack.layers.size() > 1) note_values(stages);
     std::optional<SampleSpeeds> speeds;
     std::vector<const std::int32_t*> samples;  // by leaf
-    for (std::size_t k = 0; k < count; ++k) {
-        if (k < motions.size()) {
+    int parts = 1, part = 0;
+    for (std::size_t k = 0; part < parts; k = (k + 1) % count, part += k == 0) {
+        if (k < motions.size() && (part == 0 || motions.size() > 1)) {
             speeds.emplace(sample_speeds(stack, *motions[k], options.scheme, duration));
             samples.clear();
             for (const Leaf* leaf : stages.leaves) {
                 const std::int32_t* entries = motions[k]->extension.sample_of->find(leaf->origin());
                 samples.push_back(entries ? entries : kNoSamples.data());
             }
-            if (k == 0 && !motions[k]->extension.body.empty())
+            if (k == 0) parts = std::max(parts, stable_parts(*speeds));
+            if (part == 0 && k == 0 && !motions[k]->extension.body.empty())
                 stages.held = nodes_at_edges(stages.leaves, samples, *speeds);
         }
-        stage<R>(stages, samples, grid, *speeds, kept_shares(options.time_integration)[k]);
+        stage<R>(stages, samples, grid, *speeds, duration / parts, kept_shares(options.time_integration)[k]);
     }
     stages.next = LargeVector<float>();  // whose memory re-distancing takes
     return stages;

@@ -19,38 +19,118 @@ double hamiltonian(const Vec3& p, SpeedOf&& speed) {
 // |dH/dp| is a central difference over this part of |p|: H has kinks, and is homogeneous in p.
 inline constexpr double kShift = 1e-3, kLeastGradient = 1e-6;
 
-// The largest |dH/dp| by axis at the one-sided gradients and between them.
+/// H by Godunov's flux of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients: along each axis in
+/// turn the least H between the two where phi bends up, the largest where it bends down (Osher and Shu, SIAM J. Numer.
+/// Anal. 28 (1991) 907). Where the two hardly differ, by its linear form; else by a search over a few places between them.
 template <class SpeedOf>
-Vec3 local_dissipation(const Vec3& minus, const Vec3& plus, SpeedOf&& speed) {
-    Vec3 dissipation = Vec3::Zero();
-    for (const Vec3& p : {minus, Vec3(0.5 * (minus + plus)), plus}) {
-        const double shift = kShift * std::max(p.norm(), kLeastGradient);
+float godunov(const Vec3& minus, const Vec3& plus, SpeedOf&& speed_of) {
+    constexpr double kSmooth = 0.1;  // of |p|
+    constexpr int kParts = 4;
+    const Vec3 mean = 0.5 * (minus + plus), rise = plus - minus;
+    const double least = kLeastGradient + kSmooth * mean.norm();
+    if (rise.cwiseAbs().maxCoeff() <= least) {
+        const double shift = std::max(0.1 * rise.cwiseAbs().maxCoeff(), kShift * least),
+                     h = hamiltonian(mean, speed_of);
+        double flux = h;
         for (int axis = 0; axis < 3; ++axis) {
-            Vec3 low = p, high = p;
-            low[axis] -= shift;
-            high[axis] += shift;
-            dissipation[axis] =
-                std::max(dissipation[axis],
-                         std::abs(hamiltonian(high, speed) - hamiltonian(low, speed)) / (2.0 * shift));
+            if (rise[axis] == 0.0) continue;
+            Vec3 beside = mean;
+            beside[axis] += shift;
+            flux -= 0.5 * std::abs(hamiltonian(beside, speed_of) - h) / shift * rise[axis];
         }
+        return static_cast<float>(flux);
     }
-    return dissipation;
+    // Axes along which the two differ little count at their middle.
+    int parts[3];
+    for (int axis = 0; axis < 3; ++axis) parts[axis] = std::abs(rise[axis]) > 1e-3 * least ? kParts : 0;
+    const auto place = [&](int axis, int part) {
+        return parts[axis] == 0 ? mean[axis] : minus[axis] + rise[axis] * part / kParts;
+    };
+    const auto better = [&](int axis, double a, double b) {
+        return rise[axis] > 0.0 ? std::min(a, b) : std::max(a, b);
+    };
+    double of_x = 0.0, of_y = 0.0, of_z = 0.0;
+    for (int i = 0; i <= parts[0]; ++i) {
+        for (int j = 0; j <= parts[1]; ++j) {
+            for (int k = 0; k <= parts[2]; ++k) {
+                // phi is a distance: steeper gradients are corners of the search, not of the surface.
+                const Vec3 p(place(0, i), place(1, j), place(2, k));
+                const double h = hamiltonian(Vec3(p / std::max(1.0, p.norm())), speed_of);
+                of_z = k == 0 ? h : better(2, of_z, h);
+            }
+            of_y = j == 0 ? of_z : better(1, of_y, of_z);
+        }
+        of_x = i == 0 ? of_y : better(0, of_x, of_y);
+    }
+    return static_cast<float>(of_x);
+}
+
+// Schemes of higher order may miss the normals between the two sides of an edge, so that no facet begins
+// there: where first differences along an axis differ by more than this, they count.
+// Values farther from the front than this, in cells, are set anew by re-distancing before it gets there.
+inline constexpr double kKink = 0.2;
+inline constexpr float kNearFront = 1.5f;
+
+/// H by Godunov's flux where \p plus and \p minus hardly differ, of V(n) = speed + slope . (n - normal).
+/// \returns false if n is too far from the normal for that.
+inline bool expanded(const Vec3& minus, const Vec3& plus, const Vec3& normal, double speed, const Vec3& slope,
+                     float& flux) {
+    constexpr double kNear = 0.05;
+    const Vec3 mean = 0.5 * (minus + plus);
+    const double length = std::max(mean.norm(), kLeastGradient);
+    const Vec3 n = mean / length, off = n - normal;
+    if (off.squaredNorm() > kNear * kNear) return false;
+    const double v = speed + slope.dot(off);
+    const Vec3 along = v * n + slope - slope.dot(n) * n;  // dH/dp
+    flux = static_cast<float>(length * v - 0.5 * along.cwiseAbs().dot(plus - minus));
+    return true;
+}
+
+/// H at an edge between two planes, by first differences at a node of a block, where V(n) opens the edge: the least H
+/// (convex edges) or largest one (hollow ones) along the chord between the planes' gradients is at neither end.
+/// \returns false if there is no edge, or its sides move on as they are.
+template <int R, class SpeedOf>
+bool opened_edge(const float* v, float inv_dx, SpeedOf&& speed_of, float& flux) {
+    constexpr int kPlaces = 8;
+    Vec3 minus, plus;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::ptrdiff_t stride = Block<R>::kStride[axis];
+        minus[axis] = static_cast<double>((v[0] - v[-stride]) * inv_dx);
+        plus[axis] = static_cast<double>((v[stride] - v[0]) * inv_dx);
+    }
+    const Vec3 rise = plus - minus;
+    if (rise.cwiseAbs().maxCoeff() <= kKink) return false;
+    // The gradients of two planes are the ends of a diagonal of the box between minus and plus.
+    const bool convex = rise.sum() > 0.0;
+    double best = 0.15;
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+    for (int diagonal = 0; diagonal < 4; ++diagonal) {
+        Vec3 a = minus, b = plus;
+        for (int axis = 1; axis < 3; ++axis)
+            if (diagonal >> (axis - 1) & 1) std::swap(a[axis], b[axis]);
+        const double off = std::max(std::abs(a.norm() - 1.0), std::abs(b.norm() - 1.0));
+        if (off < best) best = off, from = a, to = b;
+    }
+    if (from == to) return false;
+    const auto better = [&](double a, double b) { return convex ? std::min(a, b) : std::max(a, b); };
+    const double ends = better(hamiltonian(from, speed_of), hamiltonian(to, speed_of));
+    double h = ends;
+    for (int n = 1; n < kPlaces; ++n)
+        h = better(h, hamiltonian(Vec3(from + (to - from) * n / kPlaces), speed_of));
+    flux = static_cast<float>(h);
+    return h != ends;
 }
 
 /// H by Lax-Friedrichs of V(n) given by \p speed_of(normal) at one node, from its one-sided gradients.
-/// \param bounds  of |dH/dp| by axis; nullptr: local ones.
+/// \param bounds  of |dH/dp| by axis.
 template <class SpeedOf>
-float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3* bounds, SpeedOf&& speed_of) {
-    const Vec3 dissipation = bounds ? *bounds : local_dissipation(minus, plus, speed_of);
+float lax_friedrichs(const Vec3& minus, const Vec3& plus, const Vec3& bounds, SpeedOf&& speed_of) {
     const double mean = hamiltonian(Vec3(0.5 * (minus + plus)), speed_of);
-    double flux = mean - 0.5 * dissipation.dot(plus - minus);
-    if (bounds) {
-        // V of one sign gives H of one sign: dissipation alone would fill a corner that an etch leaves, or
-        // take from one that grows. Midway between two fronts the mean is 0.
-        const double sign = mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
-        flux = sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0);
-    }
-    return static_cast<float>(flux);
+    const double flux = mean - 0.5 * bounds.dot(plus - minus);
+    // V of one sign gives H of one sign: dissipation alone would fill a corner that an etch leaves, or
+    // take from one that grows. Midway between two fronts the mean is 0.
+    const double sign = mean != 0.0 ? mean : hamiltonian(minus, speed_of) + hamiltonian(plus, speed_of);
+    return static_cast<float>(sign < 0.0 ? std::min(flux, 0.0) : std::max(flux, 0.0));
 }
 
 /// H by Lax-Friedrichs of a row with a BeamSpeed: H(p) = facing max(0, p . d) + always |p|, with the slopes of
@@ -169,9 +249,17 @@ void hamiltonian_row(const Block<R>& block, int x, int y, const std::int32_t* en
         };
         if (in.scheme == Scheme::lax_friedrichs) {
             const auto& bounds = in.motion.law.dissipation;
-            h[n] = lax_friedrichs(
-                minus, plus,
-                bounds.empty() ? nullptr : &bounds[exposed(in.stack, in.motion.extension, index)], speed_of);
+            if (bounds.empty() && std::abs(v[n]) < kNearFront * dx &&
+                opened_edge<R>(v + n, inv_dx, speed_of, h[n]))
+                continue;
+            if (!in.slope.empty() &&
+                expanded(minus, plus, in.motion.law.normal[index].template cast<double>(),
+                         static_cast<double>(in.first[index]), in.slope[index].template cast<double>(), h[n]))
+                continue;
+            h[n] = bounds.empty()
+                       ? godunov(minus, plus, speed_of)
+                       : lax_friedrichs(minus, plus, bounds[exposed(in.stack, in.motion.extension, index)],
+                                        speed_of);
             // One sign as in beam_row; layers below do not grow either, see speed_over.
             if (in.motion.law.beam_speed) {
                 const BeamSpeed of =

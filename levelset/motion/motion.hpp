@@ -31,6 +31,9 @@ struct SpeedLaw {
     /// depends_on_normal: a body that etches at no normal is held in place. Otherwise V itself says so; empty: no
     /// body is taken for inert.
     std::function<double(std::size_t sample, std::size_t layer)> max_etch_rate{};
+    /// By sample: the unit normal of the surface there, about which V(n) is expanded for most nodes; empty: V(n) is evaluated
+    /// at all of them.
+    std::vector<Eigen::Vector3f> normal{};
     /// By layer: bounds of |dH/dp| along the axes where V(n), of one sign for all n, makes H = |p| V(p/|p|) no
     /// convex function; else empty.
     std::vector<Vec3> dissipation{};

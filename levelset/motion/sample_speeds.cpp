@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "surface/basis.hpp"
 #include "surface/parallel.hpp"
 
 namespace sidewall::levelset {
@@ -91,6 +92,17 @@ void each_sample(const MaterialStack& stack, const Motion& motion, Ask&& ask, Us
 
 }  // namespace
 
+Vec3 slope_of(const Vec3& normal, const std::function<double(const Vec3&)>& speed_of) {
+    constexpr double kTilt = 0.02;
+    const auto [s, t] = basis_around(normal);
+    Vec3 slope = Vec3::Zero();
+    for (const Vec3& along : {Vec3(s), Vec3(t)})
+        slope += (speed_of((normal + kTilt * along).normalized()) -
+                  speed_of((normal - kTilt * along).normalized())) /
+                 (2.0 * kTilt) * along;
+    return slope;
+}
+
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
                   double duration) {
     return speed_from(stack, motion, sample, exposed(stack, motion.extension, sample), normal, duration);
@@ -98,7 +110,7 @@ double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t 
 
 SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Scheme scheme, double duration) {
     using Way = SampleSpeeds::Way;
-    SampleSpeeds speeds{stack, motion, scheme, duration, {}, {}, {}, false};
+    SampleSpeeds speeds{stack, motion, scheme, duration, {}, {}, {}, {}, 0.0, false};
     const std::size_t count = motion.extension.samples.size();
     speeds.way.assign(count, Way::still);
     speeds.first.resize(std::max(count, std::size_t{1}), 0.0f);
@@ -139,9 +151,24 @@ SampleSpeeds sample_speeds(const MaterialStack& stack, const Motion& motion, Sch
                                    if (v.facing != 0.0 || v.always != 0.0) speeds.way[n] = Way::beam;
                                });
     } else {
-        for (std::size_t n = 0; n < count; ++n)
-            if (motion.law.inert.empty() || !motion.law.inert[exposed(stack, motion.extension, n)])
-                speeds.way[n] = Way::general;
+        const std::vector<Eigen::Vector3f>& normals = motion.law.normal;
+        speeds.slope.resize(normals.size(), Eigen::Vector3f::Zero());
+        surface::parallel_each(count, 256, [&](std::size_t n) {
+            if (!motion.law.inert.empty() && motion.law.inert[exposed(stack, motion.extension, n)]) return;
+            speeds.way[n] = Way::general;
+            if (normals.empty()) return;
+            const auto speed_of = [&](const Vec3& normal) {
+                return speed_over(stack, motion, n, normal, duration);
+            };
+            const Vec3 normal = normals[n].cast<double>();
+            speeds.first[n] = static_cast<float>(speed_of(normal));
+            speeds.slope[n] = slope_of(normal, speed_of).cast<float>();
+        });
+        for (std::size_t n = 0; n < normals.size(); ++n)
+            speeds.fastest_wave = std::max(
+                speeds.fastest_wave,
+                static_cast<double>(
+                    (std::abs(speeds.first[n]) * normals[n].cwiseAbs() + speeds.slope[n].cwiseAbs()).sum()));
     }
     return speeds;
 }

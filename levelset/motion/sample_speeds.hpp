@@ -11,6 +11,9 @@ namespace sidewall::levelset {
 double speed_over(const MaterialStack& stack, const Motion& motion, std::size_t sample, const Vec3& normal,
                   double duration);
 
+/// The derivative of \p speed_of(n) by the unit normal n at \p normal, along the surface.
+Vec3 slope_of(const Vec3& normal, const std::function<double(const Vec3&)>& speed_of);
+
 /// What a Runge-Kutta stage needs to know of the samples' speeds, found once for all nodes that share them.
 struct SampleSpeeds {
     enum class Way : std::uint8_t {
@@ -27,7 +30,10 @@ struct SampleSpeeds {
     double duration;
     std::vector<Way> way;              ///< by sample
     std::vector<float> first, second;  ///< by sample; the first ones are 0 where V is, and never empty
-    bool all_constant = false;         ///< every way is still or constant
+    /// By sample, or empty: the derivative of V by the normal at SpeedLaw::normal, along the surface; V is first there.
+    std::vector<Eigen::Vector3f> slope{};
+    double fastest_wave = 0.0;  ///< the largest sum over the axes of |dH/dp|, where slope is known
+    bool all_constant = false;  ///< every way is still or constant
 
     bool moves(std::int32_t sample) const {
         return sample >= 0 && way[static_cast<std::size_t>(sample)] != Way::still;

@@ -69,9 +69,9 @@ std::vector<LevelColumns> columns_of_speed(const MaterialStack& stack, const Mot
     const Motion* of = &motion;
     for (; level->coarser; level = level->coarser.get(), of = of->coarser.get()) {
         LevelColumns columns = most > 0.0 ? level->columns.none() : level->columns;
-        // A speed that turns with the normal is the same on what is flat, and what is not is a feature.
-        if (!motion.law.depends_on_normal && most > 0.0)
-            mark_speeds(*level->coarser, *of->coarser, most, columns);
+        // A speed by the normal alone is the same on what is flat, and what is not is a feature.
+        const bool by_normal = motion.law.depends_on_normal && !motion.law.speed_class.empty();
+        if (!by_normal && most > 0.0) mark_speeds(*level->coarser, *of->coarser, most, columns);
         result.push_back(std::move(columns));
     }
     return result;

@@ -39,7 +39,7 @@ species = [ { name = "gas", sticking = 0.1, rate = -0.2 }, { name = "ion", kind 
 model = "single_particle"
 rate = 1.0
 sticking = 0.02
-duration = 0.1
+duration = 0.09
 deposit = "SiO2"
 [flux]
 rays = 10000
@@ -98,7 +98,7 @@ TEST_CASE("a run with radiosity has the same bits on any number of threads and w
     const Folder folder;
     test::write_bytes(folder.path / "recipe", kTwoMethods);
     std::string shorter = kTwoMethods;
-    shorter.replace(shorter.rfind("duration = 0.1"), 14, "duration = 0.05");  // ends within the last step
+    shorter.replace(shorter.rfind("duration = 0.09"), 15, "duration = 0.045");  // ends within the last step
     for (const std::string method : {"radiosity", "auto"}) {
         const std::string set = " --quiet --set flux.method=" + method + " -o ";
         REQUIRE(run_program(folder.path, "run recipe --threads 1" + set + "one").exit_code == 0);

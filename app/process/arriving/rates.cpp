@@ -3,9 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cmath>
 #include <memory>
+#include <numbers>
 
+#include "app/process/arriving/coverages.hpp"
 #include "app/process/arriving/line_of_sight.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/pieces.hpp"
@@ -18,8 +21,11 @@ namespace {
 struct SamplePoints {
     std::vector<int> materials;  // by layer
     std::size_t count = 0;
-    std::size_t tallies = 0, stride = 0;  // values a sample: fluxes first, then coverages
+    // Values a sample: fluxes without what turns with the normal, coverages, open shares of direct beams.
+    std::size_t tallies = 0, coverages = 0, stride = 0;
     std::vector<double> values;
+    std::vector<DirectPart> direct;  // without their lists by wedge
+    std::function<void(const SurfacePoint&, double, std::span<double>)> react;  // of steady coverages
     std::vector<Vec3> positions;        // empty where they do not count
     double time = 0.0;                  // since the step began
     std::vector<std::uint8_t> visible;  // empty where line of sight does not count
@@ -37,15 +43,31 @@ struct SamplePoints {
         });
         return group;
     }
-    SurfacePoint at(std::size_t sample, std::size_t layer, const Vec3& normal) const {
+    // use(what the model sees at a sample if the surface's normal there were \p normal).
+    template <class Use>
+    auto at(std::size_t sample, std::size_t layer, const Vec3& normal, Use&& use) const {
         const std::span<const double> here = std::span(values).subspan(sample * stride, stride);
-        return {materials[layer],
-                here.first(tallies),
-                normal,
-                visible.empty() || visible[sample] != 0,
-                here.subspan(tallies),
-                positions.empty() ? Vec3(Vec3::Zero()) : positions[sample],
-                time};
+        SurfacePoint point{materials[layer],
+                           here.first(tallies),
+                           normal,
+                           visible.empty() || visible[sample] != 0,
+                           here.subspan(tallies, coverages),
+                           positions.empty() ? Vec3(Vec3::Zero()) : positions[sample],
+                           time};
+        if (direct.empty()) return use(point);
+        boost::container::small_vector<double, 24> values_here(here.begin(), here.end());
+        const std::span<double> turned(values_here.data(), tallies + coverages);
+        std::span<const double> open = here.subspan(tallies + coverages);
+        for (const DirectPart& part : direct) {
+            const std::size_t beams = part.source->beams();
+            part.source->add(normal, static_cast<std::size_t>(point.material), open.first(beams),
+                             turned.subspan(part.tally, part.source->tallies()));
+            open = open.subspan(beams);
+        }
+        point.flux = turned.first(tallies);
+        if (react) react(point, 0.0, turned.subspan(tallies));
+        point.coverage = turned.subspan(tallies);
+        return use(point);
     }
 };
 
@@ -100,6 +122,21 @@ std::vector<std::uint8_t> sealed_samples(const levelset::MaterialStack& stack, c
     return sealed;
 }
 
+// Fluxes, coverages and, unless all of them count as fluxes, the parts that turn with the normal.
+void interpolate_parts(const SurfaceFlux& arriving, bool whole, std::uint32_t triangle, double u, double v,
+                       std::span<double> values) {
+    interpolate(arriving, triangle, u, v, values);
+    std::size_t n = arriving.flux.size() + arriving.coverage.size();
+    for (std::size_t part = 0; !whole && part < arriving.direct.size(); ++part) {
+        const DirectPart& direct = arriving.direct[part];
+        for (std::size_t k = 0; k < direct.rest.size(); ++k)
+            values[direct.tally + k] =
+                std::max(0.0, flux::interpolate(arriving.wedges, direct.rest[k], triangle, u, v));
+        for (const std::vector<double>& open : direct.open)
+            values[n++] = std::clamp(flux::interpolate(arriving.wedges, open, triangle, u, v), 0.0, 1.0);
+    }
+}
+
 // Fluxes and coverages at the samples, and what each of them sees of the source.
 SamplePoints sample_points(const Model& model, const levelset::MaterialStack& stack,
                            const TracedSurface& surface, const levelset::Extension& extension) {
@@ -110,7 +147,14 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
     if (model.species.empty()) samples.sealed = sealed_samples(stack, surface, extension);
     if (surface.arriving) {
         samples.tallies = surface.arriving->flux.size();
-        samples.stride = samples.tallies + surface.arriving->coverage.size();
+        samples.coverages = surface.arriving->coverage.size();
+        samples.stride = samples.tallies + samples.coverages;
+        if (!model.speeds)
+            for (const DirectPart& part : surface.arriving->direct) {
+                samples.direct.push_back({part.source, part.tally, {}, {}});
+                samples.stride += part.open.size();
+            }
+        if (are_steady(model.coverages)) samples.react = model.coverages.react;
     }
     samples.values.resize(count * samples.stride);
     samples.time = surface.time;
@@ -123,8 +167,8 @@ SamplePoints sample_points(const Model& model, const levelset::MaterialStack& st
             const levelset::SurfaceSample& s = extension.samples[n];
             const auto u = static_cast<double>(s.u), v = static_cast<double>(s.v);
             if (surface.arriving)
-                interpolate(*surface.arriving, s.triangle, u, v,
-                            std::span(samples.values).subspan(n * samples.stride, samples.stride));
+                interpolate_parts(*surface.arriving, samples.direct.empty(), s.triangle, u, v,
+                                  std::span(samples.values).subspan(n * samples.stride, samples.stride));
             if (model.depends_on_position) samples.positions[n] = position_of(s, stack.domain);
             if (!model.visibility) continue;
             if (inert_top && extension.top_alone(n)) {  // it has no triangle, nor does anything ask
@@ -149,7 +193,8 @@ std::vector<double> speeds_at_once(const Model& model, const TracedSurface& surf
     points.reserve(extension.samples.size() * samples.materials.size());
     for (std::size_t n = 0; n < extension.samples.size(); ++n)
         for (std::size_t layer = 0; layer < samples.materials.size(); ++layer)
-            points.push_back(samples.at(n, layer, normals[extension.samples[n].triangle]));
+            points.push_back(samples.at(n, layer, normals[extension.samples[n].triangle],
+                                        [](SurfacePoint point) { return point; }));
     return model.speeds(points);
 }
 
@@ -183,7 +228,7 @@ levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, con
                           const levelset::MaterialStack& stack, const TracedSurface& surface,
                           const levelset::Extension& extension) {
     levelset::SpeedLaw law;
-    law.depends_on_normal = model.depends_on_normal;
+    law.depends_on_normal = model.depends_on_normal || !points->direct.empty();
     if (model.speeds) {
         law.speed = [points, speeds = speeds_at_once(model, surface, *points, extension),
                      layers = stack.layers.size()](std::size_t sample, std::size_t layer, const Vec3&) {
@@ -192,18 +237,33 @@ levelset::SpeedLaw law_at(const std::shared_ptr<const SamplePoints>& points, con
     } else {
         law.speed = [points, speed_of = model.speed](std::size_t sample, std::size_t layer,
                                                      const Vec3& normal) {
-            return points->is_sealed(sample) ? 0.0 : speed_of(points->at(sample, layer, normal));
+            return points->is_sealed(sample) ? 0.0 : points->at(sample, layer, normal, speed_of);
         };
         law.speed_class = points->groups();
     }
+    if (!points->direct.empty())
+        for (const levelset::SurfaceSample& sample : extension.samples)
+            law.normal.push_back(area_vector(surface.traced(), sample.triangle).normalized().cast<float>());
     const auto at_samples = [&](auto value_of) {
         return [points, value_of = std::move(value_of)](std::size_t sample, std::size_t layer) {
-            using Value = decltype(value_of(points->at(sample, layer, Vec3::UnitZ())));
-            return points->is_sealed(sample) ? Value{} : value_of(points->at(sample, layer, Vec3::UnitZ()));
+            using Value = decltype(points->at(sample, layer, Vec3::UnitZ(), value_of));
+            return points->is_sealed(sample) ? Value{} : points->at(sample, layer, Vec3::UnitZ(), value_of);
         };
     };
     if (model.depends_on_normal && model.hints.max_etch_rate)
         law.max_etch_rate = at_samples(model.hints.max_etch_rate);
+    else if (law.depends_on_normal)
+        law.max_etch_rate = [speed = law.speed](std::size_t sample, std::size_t layer) {
+            double most = 0.0;
+            for (const double tilt : {0.0, 0.25, 0.5})
+                for (int quarter = 0; quarter < (tilt > 0.0 ? 4 : 1); ++quarter) {
+                    const double polar = std::numbers::pi * tilt, around = 0.5 * std::numbers::pi * quarter;
+                    const Vec3 normal(std::sin(polar) * std::cos(around), std::sin(polar) * std::sin(around),
+                                      std::cos(polar));
+                    most = std::max(most, -speed(sample, layer, normal));
+                }
+            return most;
+        };
     if (model.beam && model.hints.beam_speed) {
         law.beam = *model.beam;
         law.beam_speed = at_samples(model.hints.beam_speed);

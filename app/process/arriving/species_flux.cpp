@@ -73,6 +73,12 @@ bool unchanged(const std::vector<std::size_t>& pass, std::span<const double> bef
            });
 }
 
+// Whether what comes straight from a species' source counts by itself. Averaged fluxes have no normal that
+// they turn with.
+bool has_direct(const Recipe& recipe, const Model& model, std::size_t species) {
+    return recipe.flux.averaging == 0.0 && species < model.direct.size() && model.direct[species];
+}
+
 // Counts one pass. Its random numbers are those of its first species' place.
 void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& surface,
                 const std::vector<std::size_t>& pass, std::span<const double> sticking,
@@ -93,6 +99,7 @@ void trace_pass(const Recipe& recipe, const Model& model, const TracedSurface& s
     if (species.front().desorbs && !emission.empty())
         options.emission_by_wedge = emission.subspan(pass.front() * wedges, wedges);
     options.relative_error = recipe.flux.relative_error;
+    options.reflected = pass.size() == 1 && has_direct(recipe, model, pass.front());
     std::vector<flux::FluxResult> results = flux::trace_fluxes(
         surface.traced(), *surface.scene, surface.box, species, arriving.materials, arriving.wedges, options);
     for (std::size_t i = 0; i < pass.size(); ++i) arriving.trace->species[pass[i]] = std::move(results[i]);
@@ -143,6 +150,56 @@ std::uint64_t whole_arrivals(const flux::LateralBox& box, const flux::Wedges& we
     return static_cast<std::uint64_t>(sum * static_cast<double>(result.emitted) / box.area() + 0.5);
 }
 
+// What comes straight from the sources, by the model's species; the rest is not known yet.
+std::vector<DirectPart> direct_parts(const Recipe& recipe, const Model& model, const TracedSurface& surface,
+                                     const flux::Wedges& wedges) {
+    std::vector<DirectPart> parts;
+    std::size_t tally = 0;
+    for (std::size_t k = 0; k < model.species.size(); tally += flux::tally_count(model.species[k]), ++k)
+        if (has_direct(recipe, model, k))
+            parts.push_back(
+                {model.direct[k],
+                 tally,
+                 flux::open_shares(*model.direct[k], surface.traced(), *surface.scene, surface.box, wedges),
+                 {}});
+    return parts;
+}
+
+// Sets the fluxes that models see to what comes straight, which is known without noise, and the rest.
+void join_parts(const TracedSurface& surface, SurfaceFlux& arriving) {
+    const std::vector<Vec3> normals = flux::wedge_normals(surface.traced(), arriving.wedges);
+    std::vector<std::int32_t> materials(normals.size(), 0);
+    for (std::size_t c = 0; c < arriving.wedges.corner.size(); ++c)
+        materials[arriving.wedges.corner[c]] = arriving.materials[c / 3];
+    for (DirectPart& part : arriving.direct) {
+        const std::size_t tallies = part.source->tallies();
+        const auto first = arriving.flux.begin() + static_cast<std::ptrdiff_t>(part.tally);
+        part.rest.assign(first, first + static_cast<std::ptrdiff_t>(tallies));
+        std::vector<double> open(part.open.size()), flux(tallies);
+        for (std::size_t w = 0; w < normals.size(); ++w) {
+            for (std::size_t b = 0; b < open.size(); ++b) open[b] = part.open[b][w];
+            for (std::size_t k = 0; k < tallies; ++k) flux[k] = part.rest[k][w];
+            part.source->add(normals[w], static_cast<std::size_t>(materials[w]), open, flux);
+            for (std::size_t k = 0; k < tallies; ++k) arriving.flux[part.tally + k][w] = flux[k];
+        }
+    }
+}
+
+// Averages the fluxes that models see as the recipe says.
+void average(const Recipe& recipe, const TracedSurface& surface,
+             const std::vector<const flux::TallyFlux*>& tallies, const std::vector<std::uint8_t>& solved,
+             SurfaceFlux& arriving) {
+    std::vector<flux::Unaveraged> fluxes;
+    for (std::size_t k = 0; k < tallies.size(); ++k)
+        fluxes.push_back({arriving.flux[k], tallies[k]->triangle.error});
+    std::vector<flux::FluxField> averages = flux::averaged(surface.traced(), surface.box, arriving.wedges,
+                                                           arriving.materials, fluxes, recipe.flux.averaging);
+    for (std::size_t k = 0; k < tallies.size(); ++k) {
+        arriving.flux[k] = std::move(averages[k].flux);
+        if (solved[k] == 0) arriving.trace->error[k] = std::move(averages[k].error);
+    }
+}
+
 // Sets the fluxes that models see. Smoothing is for counted hits: a solved flux has none, and its errors are
 // correlated with its neighbours'.
 void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arriving) {
@@ -153,7 +210,8 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
     for (std::size_t s = 0; s < trace.species.size(); ++s) {
         const flux::FluxResult& result = trace.species[s];
         for (std::size_t k = 0; k <= result.others.size(); ++k) {
-            const flux::FluxField& wedge = result.tally(k).wedge;
+            const flux::FluxField& wedge =
+                k < result.reflected.size() ? result.reflected[k].wedge : result.tally(k).wedge;
             tallies.push_back(&result.tally(k));
             solved.push_back(trace.methods[s].radiosity ? 1 : 0);
             arriving.flux.push_back(
@@ -164,16 +222,10 @@ void smooth(const Recipe& recipe, const TracedSurface& surface, SurfaceFlux& arr
             trace.error.push_back(wedge.error);
         }
     }
-    if (recipe.flux.averaging == 0.0) return;
-    std::vector<flux::Unaveraged> fluxes;
-    for (std::size_t k = 0; k < tallies.size(); ++k)
-        fluxes.push_back({arriving.flux[k], tallies[k]->triangle.error});
-    std::vector<flux::FluxField> averages = flux::averaged(surface.traced(), surface.box, arriving.wedges,
-                                                           arriving.materials, fluxes, recipe.flux.averaging);
-    for (std::size_t k = 0; k < tallies.size(); ++k) {
-        arriving.flux[k] = std::move(averages[k].flux);
-        if (solved[k] == 0) trace.error[k] = std::move(averages[k].error);
-    }
+    if (recipe.flux.averaging > 0.0)
+        average(recipe, surface, tallies, solved, arriving);
+    else
+        join_parts(surface, arriving);
 }
 
 // Passes of the species that Monte Carlo traces, by their places in the model.
@@ -203,6 +255,7 @@ void trace_species(const Recipe& recipe, const Model& model, const TracedSurface
                    std::span<const double> sticking, std::span<const double> emission,
                    const TraceRequest& request, SharedTraces& shared, SurfaceFlux& arriving) {
     std::optional<TraceReport> before = std::exchange(arriving.trace, TraceReport{});
+    if (arriving.direct.empty()) arriving.direct = direct_parts(recipe, model, surface, arriving.wedges);
     arriving.trace->methods = shared.methods;
     arriving.trace->species.resize(model.species.size());
     trace_by_methods(recipe, model, surface, sticking, emission, request, std::move(before), shared,
@@ -219,7 +272,6 @@ flux::TraceOptions trace_options(const Recipe& recipe, const TraceRequest& reque
     options.batches = static_cast<std::uint32_t>(recipe.flux.batches);
     options.seed = static_cast<std::uint64_t>(recipe.flux.seed);
     options.time_step = request.key;
-    options.grid_spacing = domain_of(recipe).spacing;
     options.progress = request.progress;
     options.stop = request.stop;
     options.shares = request.shares;

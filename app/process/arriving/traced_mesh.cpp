@@ -94,21 +94,12 @@ std::vector<std::uint8_t> features_of(const Recipe& recipe, const levelset::Mate
 
 }  // namespace
 
-surface::SharpEdges sharp_edges(const Model& model) {
-    const auto by_angle = [](const flux::Species& species) {
-        return std::any_of(species.yields.begin(), species.yields.end(),
-                           [](const flux::Yield& y) { return y.angular != flux::Angular::none; });
-    };
-    return std::any_of(model.species.begin(), model.species.end(), by_angle) ? surface::SharpEdges::none
-                                                                             : surface::SharpEdges::all;
-}
-
-TracedSurface extract(const levelset::MaterialStack& stack, double time, const Model& model, Timing& timing) {
+TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing) {
     const PhaseClock clock(timing.extract);
     TracedSurface surface;
     surface.time = time;
     surface.box = lateral_box(stack.domain);
-    surface.raw = levelset::extract_surface(stack, sharp_edges(model));
+    surface.raw = levelset::extract_surface(stack);
     if (surface.raw.triangles.empty())
         throw NumericsError(
             "the surface has vanished: no material boundary is left in the domain; shorten the step");

@@ -2,7 +2,6 @@
 #include <vector>
 
 #include "app/common/timing.hpp"
-#include "app/models/model.hpp"
 #include "app/process/arriving/surface_field.hpp"
 #include "app/process/arriving/traced_surface.hpp"
 #include "app/recipe/recipe.hpp"
@@ -13,14 +12,8 @@ namespace sidewall::app {
 
 /// Extracts the stack's surface, with its pieces and the sides of the domain. Nothing is traced yet.
 /// \param time   since the step began.
-/// \param model  of the step: see sharp_edges.
 /// \throws NumericsError if nothing is left of it.
-TracedSurface extract(const levelset::MaterialStack& stack, double time, const Model& model, Timing& timing);
-
-/// The edges that are sharp in the surface that is traced for a model: all, but none where yields depend on the angle of
-/// incidence. There a facet begins at a convex edge by normals between those of its faces, which only a cut-off edge has, and
-/// hollow ones have a rule of their own (flux/tracer/cut_corners.hpp).
-surface::SharpEdges sharp_edges(const Model& model);
+TracedSurface extract(const levelset::MaterialStack& stack, double time, Timing& timing);
 
 /// Sets the mesh that is traced in place of the surface as extracted, coarsened as [simplify] says; without
 /// effect if the recipe asks for no simplification. Vertices on periodic sides stay, so that a particle that

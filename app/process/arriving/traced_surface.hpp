@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/common/interrupt.hpp"
+#include "flux/direct.hpp"
 #include "flux/lateral.hpp"
 #include "flux/shares.hpp"
 #include "flux/tracer/tracer.hpp"
@@ -43,11 +44,21 @@ struct TraceReport {
     double coverage_change = 0.0;            ///< mean change of a coverage in the last of them
 };
 
+/// What comes straight from a species' source, which turns with the surface's normal, and what does not.
+struct DirectPart {
+    std::shared_ptr<const flux::DirectFlux> source;
+    std::size_t tally = 0;                  ///< the first of the species' tallies
+    std::vector<std::vector<double>> open;  ///< by beam and wedge (flux::open_shares)
+    std::vector<std::vector<double>> rest;  ///< by DirectFlux::tallies and wedge: hits after the first one
+};
+
 /// What arrives on a surface and what is adsorbed there. Every list is complete.
 struct SurfaceFlux {
-    std::vector<std::int32_t> materials;        ///< of the mesh's triangles
-    flux::Wedges wedges;                        ///< the mesh's vertices split at creases and material edges
-    std::vector<std::vector<double>> flux;      ///< what models see, by tally (flux_names) and wedge
+    std::vector<std::int32_t> materials;    ///< of the mesh's triangles
+    flux::Wedges wedges;                    ///< the mesh's vertices split at creases and material edges
+    std::vector<std::vector<double>> flux;  ///< what models see, by tally (flux_names) and wedge
+    std::vector<DirectPart>
+        direct;  ///< parts of flux; absent where all is carried over from an earlier surface
     std::vector<std::vector<double>> coverage;  ///< by Model::coverages and wedge
     std::optional<TraceReport> trace;           ///< absent where all is carried over from an earlier surface
 };

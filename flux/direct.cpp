@@ -1,0 +1,295 @@
+#include "flux/direct.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "flux/random.hpp"
+#include "flux/sampling.hpp"
+#include "flux/tracer/flight.hpp"
+#include "flux/yield.hpp"
+
+namespace sidewall::flux {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kLeastExponent = 50.0, kWidestBin = 20.0 * kPi / 180.0;
+constexpr std::size_t kAngles = 181;   // of the table: one a degree
+constexpr std::size_t kAzimuths = 13;  // from 0 to pi, of tilted beams
+constexpr std::size_t kBeams = 16;     // of a source that turns
+// Grazing directions cross a horizontal plane in ever smaller numbers a solid angle: 1 / (-d . z) is bounded.
+constexpr double kLeastRise = 1e-2;
+
+// A direction of the source, towards it, with the mean energy factor of each yield.
+struct SourceSample {
+    Vec3 towards;
+    double weight;
+    std::vector<double> energetic;
+};
+
+double mean_energy_factor(const Yield& yield, const Energy& energy) {
+    if (!(energy.mean > 0.0)) return 1.0;
+    if (!(energy.sigma > 0.0)) return energy_factor(yield, true, energy.mean);
+    constexpr int kParts = 256;
+    constexpr double kReach = 6.0;  // standard deviations
+    double sum = 0.0, density = 0.0;
+    for (int i = 0; i < kParts; ++i) {
+        const double z = kReach * (2.0 * (i + 0.5) / kParts - 1.0), e = energy.mean + energy.sigma * z;
+        if (!(e > 0.0)) continue;
+        sum += std::exp(-0.5 * z * z) * energy_factor(yield, true, e);
+        density += std::exp(-0.5 * z * z);
+    }
+    return density > 0.0 ? sum / density : 0.0;
+}
+
+double mean_energy_factor(const Yield& yield, const SourceBin& bin) {
+    constexpr int kParts = 16;
+    double sum = 0.0;
+    for (int i = 0; i < kParts; ++i)
+        sum += energy_factor(yield, bin.energy_to > 0.0,
+                             bin.energy_from + (i + 0.5) / kParts * (bin.energy_to - bin.energy_from));
+    return sum / kParts;
+}
+
+// Turns a vector about the vertical.
+Vec3 turned(const Vec3& v, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * v.x() - s * v.y(), s * v.x() + c * v.y(), v.z()};
+}
+
+// Directions of one beam of the species' source whose axis has azimuth 0, upward flights left out: each
+// beside its mirror images, so that symmetric surfaces get the same. \param spread  of azimuths that the beam
+// stands for.
+std::vector<SourceSample> source_samples(const Species& species, const Vec3& axis, double spread,
+                                         std::size_t images, std::size_t count) {
+    constexpr double kGolden = 0.6180339887498949;
+    std::vector<SourceSample> samples;
+    std::size_t n = 0;
+    // \param draw  the direction at a number from 0 to 1 around the axis.
+    const auto add = [&](double weight, const std::vector<double>& energetic, auto&& draw) {
+        const double around = std::fmod(kGolden * static_cast<double>(++n), 1.0);
+        const Vec3 towards = -turned(draw(around), spread * (std::fmod(16.0 * around, 1.0) - 0.5));
+        if (!(towards.z() > 1e-6)) return;
+        for (std::size_t image = 0; image < images; ++image)
+            samples.push_back({{image < 2 ? towards.x() : -towards.x(),
+                                image % 2 == 0 ? towards.y() : -towards.y(), towards.z()},
+                               weight,
+                               energetic});
+    };
+    const auto part = [](std::size_t i, std::size_t of) {
+        return (static_cast<double>(i) + 0.5) / static_cast<double>(of);
+    };
+    if (species.bins.empty()) {
+        std::vector<double> energetic;
+        for (const Yield& yield : species.yields)
+            energetic.push_back(mean_energy_factor(yield, species.energy));
+        for (std::size_t i = 0; i < count; ++i)
+            add(1.0, energetic, [&](double around) {
+                return sample_cosine_power(axis, species.source_exponent, part(i, count), around);
+            });
+    }
+    double before = 0.0;
+    for (const SourceBin& bin : species.bins) {
+        const std::size_t each = std::max<std::size_t>(4, count / species.bins.size());
+        std::vector<double> energetic;
+        for (const Yield& yield : species.yields) energetic.push_back(mean_energy_factor(yield, bin));
+        for (std::size_t i = 0; i < each; ++i)
+            add((bin.until - before) / static_cast<double>(each), energetic, [&](double around) {
+                const double angle = bin.angle_from + part(i, each) * (bin.angle_to - bin.angle_from);
+                return direction_around(axis, std::cos(angle), std::sin(angle), around);
+            });
+        before = bin.until;
+    }
+    double sum = 0.0;
+    for (const SourceSample& sample : samples) sum += sample.weight;
+    for (SourceSample& sample : samples) sample.weight /= sum;
+    return samples;
+}
+
+// A place off the surface from which a wedge looks for the source, and the normal of the triangle there.
+struct Lookout {
+    Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
+    double area = -1.0;  // of the triangle, the largest of the wedge's fan
+};
+
+std::vector<Lookout> lookouts(const TriangleMesh& mesh, const Wedges& wedges, const LateralBox& box,
+                              double skin) {
+    constexpr double kInside = 0.2;  // of the way from the vertex to the middle of the triangle
+    std::vector<Lookout> lookouts(wedges.count());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3 twice = area_vector(mesh, t), middle = triangle_centroid(mesh, t);
+        for (std::size_t k = 0; k < 3; ++k) {
+            Lookout& out = lookouts[wedges.corner[3 * t + k]];
+            if (!(twice.norm() > out.area)) continue;
+            out.area = twice.norm();
+            out.normal = twice.normalized();
+            out.point =
+                (1.0 - kInside) * mesh.vertices[mesh.triangles[t][k]] + kInside * middle + skin * out.normal;
+        }
+    }
+    for (Lookout& out : lookouts)
+        for (std::size_t axis = 0; axis < 2; ++axis)
+            if (box.boundary[axis] != Boundary::open) {
+                double& x = out.point[static_cast<Eigen::Index>(axis)];
+                x = std::clamp(x, box.min[axis], box.max[axis]);
+            }
+    return lookouts;
+}
+
+bool sees(const Geometry& geometry, Vec3 position, Vec3 path) {
+    if (geometry.straight) path.y() = 0.0;
+    constexpr int kMostSides = 10000;  // a path that crosses more is flat but for rounding
+    for (int sides = 0; sides < kMostSides; ++sides) {
+        const SideMeeting side = next_side(geometry.box, position, path);
+        if (geometry.scene.occluded(position, path, 0.0, side.distance)) return false;
+        if (!std::isfinite(side.distance) || position.z() + side.distance * path.z() > geometry.top)
+            return true;
+        if (!cross_side(geometry.box, side, position, path)) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+bool has_direct_flux(const Species& species) {
+    if (goes_on_diffusely(species) || species.desorbs || std::isfinite(species.mean_free_path) ||
+        species.source_beta != 0.0)
+        return false;
+    if (species.bins.empty()) return species.source_exponent >= kLeastExponent;
+    return std::ranges::all_of(species.bins, [](const SourceBin& bin) { return bin.angle_to <= kWidestBin; });
+}
+
+DirectFlux::DirectFlux(const Species& species) {
+    const Vec3 source = -species.beam;
+    tilt_sine_ = std::hypot(source.x(), source.y());
+    tilt_cosine_ = source.z();
+    const bool tilted = tilt_sine_ > 1e-9;
+    if (!tilted) tilt_sine_ = 0.0, tilt_cosine_ = 1.0;
+    azimuth_ = tilted ? std::atan2(source.y(), source.x()) : 0.0;
+    beams_ = tilted && species.rotating ? kBeams : 1;
+    azimuths_ = tilted ? kAzimuths : 1;
+    const Vec3 axis(tilt_sine_, 0.0, tilt_cosine_), across(tilt_cosine_, 0.0, -tilt_sine_);
+    const double spread = beams_ > 1 ? 2.0 * kPi / static_cast<double>(beams_) : 0.0;
+    images_ = tilted ? 2 : 4;
+    const std::vector<SourceSample> samples = source_samples(species, -axis, spread, images_, 256);
+    for (const SourceSample& sample : samples) sample_.push_back(sample.towards);
+
+    scale_.push_back({1.0});
+    for (const Yield& yield : species.yields) scale_.push_back(yield.scale);
+    table_.assign(tallies() * azimuths_ * kAngles, 0.0);
+    tbb::parallel_for(std::size_t{0}, azimuths_ * kAngles, [&](std::size_t n) {
+        const double polar =
+            2.0 * std::asin(static_cast<double>(n % kAngles) / static_cast<double>(kAngles - 1));
+        const double around =
+            azimuths_ > 1 ? kPi * static_cast<double>(n / kAngles) / static_cast<double>(azimuths_ - 1)
+                          : 0.25 * kPi;
+        const Vec3 normal = std::cos(polar) * axis +
+                            std::sin(polar) * (std::cos(around) * across + std::sin(around) * Vec3::UnitY());
+        for (const SourceSample& sample : samples) {
+            const double cosine = std::min(1.0, normal.dot(sample.towards));
+            if (!(cosine > 0.0)) continue;
+            const double arrivals = sample.weight * cosine / std::max(kLeastRise, sample.towards.z());
+            table_[n] += arrivals;
+            for (std::size_t k = 1; k < tallies(); ++k)
+                table_[k * azimuths_ * kAngles + n] +=
+                    arrivals * sample.energetic[k - 1] * angular_factor(species.yields[k - 1], cosine);
+        }
+    });
+    // A flat wafer gets the mean that rates are scaled to.
+    const double azimuth = azimuths_ > 1 ? std::atan2(0.0, -tilt_sine_) : 0.0;
+    for (std::size_t k = 0; k < tallies(); ++k) {
+        Yield yield = k > 0 ? species.yields[k - 1] : Yield();
+        yield.scale = {1.0};
+        const double mean = k > 0 ? mean_yield(species, yield) : 1.0, ours = at(k, tilt_cosine_, azimuth);
+        if (!(ours > 0.0)) continue;
+        for (std::size_t n = 0; n < azimuths_ * kAngles; ++n)
+            table_[k * azimuths_ * kAngles + n] *= mean / ours;
+    }
+}
+
+std::vector<Vec3> DirectFlux::towards(std::size_t beam) const {
+    const double turn = azimuth_ + 2.0 * kPi * static_cast<double>(beam) / static_cast<double>(beams_);
+    // Every so many of the samples with their images, in an order in which the first few are from all over
+    // the beam.
+    constexpr std::size_t kTurns = 4;
+    const std::size_t groups = sample_.size() / images_, count = beams_ > 1 ? 8 : 64 / images_,
+                      every = std::max<std::size_t>(1, groups / count);
+    std::vector<Vec3> directions;
+    for (std::size_t first = 0; first < kTurns; ++first)
+        for (std::size_t n = every / 2 + first * every; n < groups; n += kTurns * every)
+            for (std::size_t image = 0; image < images_; ++image)
+                directions.push_back(turned(sample_[n * images_ + image], turn));
+    return directions;
+}
+
+double DirectFlux::at(std::size_t tally, double cosine, double azimuth) const {
+    const auto part_of = [](double x, std::size_t values, std::size_t& i) {
+        const double at = std::clamp(x, 0.0, 1.0) * static_cast<double>(values - 1);
+        i = std::min(static_cast<std::size_t>(at), values - 2);
+        return at - static_cast<double>(i);
+    };
+    std::size_t i = 0, j = 0;
+    // At equal steps of sin(polar angle / 2), which takes no arc cosine.
+    const double u = part_of(std::sqrt(std::max(0.0, 0.5 - 0.5 * cosine)), kAngles, i);
+    const double* row = &table_[tally * azimuths_ * kAngles + i];
+    if (azimuths_ == 1) return row[0] + u * (row[1] - row[0]);
+    const double v = part_of(azimuth / kPi, azimuths_, j);
+    const double *low = row + j * kAngles, *high = low + kAngles;
+    return (1.0 - v) * (low[0] + u * (low[1] - low[0])) + v * (high[0] + u * (high[1] - high[0]));
+}
+
+void DirectFlux::add(const Vec3& normal, std::size_t material, std::span<const double> open,
+                     std::span<double> flux) const {
+    for (std::size_t b = 0; b < beams_; ++b) {
+        if (!(open[b] > 0.0)) continue;
+        double cosine = normal.z(), azimuth = 0.0;
+        if (azimuths_ > 1) {
+            const double turn = azimuth_ + 2.0 * kPi * static_cast<double>(b) / static_cast<double>(beams_);
+            const Vec3 n = turned(normal, -turn);
+            cosine = tilt_sine_ * n.x() + tilt_cosine_ * n.z();
+            azimuth = std::atan2(std::abs(n.y()), tilt_cosine_ * n.x() - tilt_sine_ * n.z());
+        }
+        const double weight = open[b] / static_cast<double>(beams_);
+        for (std::size_t k = 0; k < tallies(); ++k)
+            flux[k] += weight * scale_[k][scale_[k].size() == 1 ? 0 : material] * at(k, cosine, azimuth);
+    }
+}
+
+std::vector<Vec3> wedge_normals(const TriangleMesh& mesh, const Wedges& wedges) {
+    std::vector<Vec3> normals(wedges.count(), Vec3::Zero());
+    for (std::size_t c = 0; c < wedges.corner.size(); ++c)
+        normals[wedges.corner[c]] += area_vector(mesh, c / 3);
+    for (Vec3& normal : normals) normal.normalize();
+    return normals;
+}
+
+std::vector<std::vector<double>> open_shares(const DirectFlux& direct, const TriangleMesh& mesh,
+                                             const surface::RayScene& scene, const LateralBox& box,
+                                             const Wedges& wedges) {
+    const Geometry geometry = make_geometry(mesh, scene, box);
+    const std::vector<Lookout> from = lookouts(mesh, wedges, box, 2.0 * kOverlap * geometry.skin);
+    std::vector<std::vector<double>> open(direct.beams(), std::vector<double>(wedges.count(), 0.0));
+    for (std::size_t b = 0; b < direct.beams(); ++b) {
+        const std::vector<Vec3> towards = direct.towards(b);
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, wedges.count(), 64), [&](const auto& range) {
+            for (std::size_t w = range.begin(); w != range.end(); ++w) {
+                // Most wedges see all of the source or nothing, which a few directions from all over it tell.
+                constexpr int kFew = 8;
+                int above = 0, seen = 0;
+                for (const Vec3& d : towards) {
+                    if (above == kFew && (seen == 0 || seen == kFew)) break;
+                    if (!(d.dot(from[w].normal) > 0.0)) continue;
+                    ++above;
+                    seen += sees(geometry, from[w].point, d) ? 1 : 0;
+                }
+                open[b][w] = above > 0 ? static_cast<double>(seen) / above : 0.0;
+            }
+        });
+    }
+    return open;
+}
+
+}  // namespace sidewall::flux

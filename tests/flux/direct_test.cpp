@@ -1,0 +1,143 @@
+#include "flux/direct.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "flux/yield.hpp"
+#include "surface/ray_scene.hpp"
+
+using namespace sidewall;
+using namespace sidewall::flux;
+
+namespace {
+
+constexpr double kOneDegree = std::numbers::pi / 180.0;
+
+// Parallel ions of energy 100 eV with the yield (1 + 9.3 sin^2) cos.
+Species parallel_ions(double tilt_deg = 0.0, double azimuth_deg = 0.0) {
+    Species species = ion("ion", {100.0, 0.0}, 1e6);
+    const double t = tilt_deg * kOneDegree, a = azimuth_deg * kOneDegree;
+    species.beam = {std::sin(t) * std::cos(a), std::sin(t) * std::sin(a), -std::cos(t)};
+    species.yields = {{"sputter", Angular::sputter, 25.0, {1.0}, {9.3}}};
+    return species;
+}
+
+std::vector<double> direct_on(const DirectFlux& direct, const Vec3& normal, double open = 1.0) {
+    std::vector<double> flux(direct.tallies(), 0.0);
+    const std::vector<double> shares(direct.beams(), open);
+    direct.add(normal, 0, shares, flux);
+    return flux;
+}
+
+double sputter(double cosine) {
+    return (1.0 + 9.3 * (1.0 - cosine * cosine)) * cosine;
+}
+
+}  // namespace
+
+TEST_CASE("what comes straight from parallel ions turns with the normal as their yield says") {
+    const DirectFlux direct(parallel_ions());
+    REQUIRE(direct.tallies() == 2);
+    REQUIRE(direct.beams() == 1);
+    const double energetic = std::sqrt(100.0) - std::sqrt(25.0);
+    for (double polar = 0.0; polar < 89.0; polar += 7.0) {
+        const double c = std::cos(polar * kOneDegree);
+        const auto flux = direct_on(direct, {std::sin(polar * kOneDegree), 0.0, c});
+        INFO(polar);
+        CHECK(flux[0] == Approx(c).margin(2e-3));
+        CHECK(flux[1] == Approx(energetic * sputter(c) * c).margin(2e-3 * energetic * 3.0));
+    }
+    CHECK(direct_on(direct, -Vec3::UnitZ())[0] == 0.0);
+    CHECK(direct_on(direct, Vec3::UnitZ(), 0.25)[0] == Approx(0.25));
+}
+
+TEST_CASE("a flat wafer gets the mean yield from straight beams, tilted, spread or tabulated") {
+    for (const double tilt : {0.0, 30.0, 60.0, 80.0, 85.0})
+        for (const double exponent : {100.0, 1000.0}) {
+            Species species = parallel_ions(tilt, 20.0);
+            species.source_exponent = exponent;
+            for (const bool rotating : {false, true}) {
+                species.rotating = rotating;
+                const auto flux = direct_on(DirectFlux(species), Vec3::UnitZ());
+                INFO(tilt << " " << exponent << " " << rotating);
+                CHECK(flux[0] == Approx(1.0).epsilon(1e-3));
+                CHECK(flux[1] == Approx(mean_yield(species, species.yields[0])).epsilon(1e-3));
+            }
+        }
+    Species tabulated = parallel_ions();
+    tabulated.bins = {{0.0, 2.0 * kOneDegree, 60.0, 100.0, 0.7},
+                      {2.0 * kOneDegree, 6.0 * kOneDegree, 20.0, 60.0, 1.0}};
+    CHECK(direct_on(DirectFlux(tabulated), Vec3::UnitZ())[1] ==
+          Approx(mean_yield(tabulated, tabulated.yields[0])).epsilon(1e-3));
+}
+
+TEST_CASE("a tilted beam's flux on slopes is that of the projected area, whatever its azimuth") {
+    for (const double azimuth : {0.0, 45.0, 200.0}) {
+        const Species species = parallel_ions(50.0, azimuth);
+        const DirectFlux direct(species);
+        for (const Vec3& slope : {Vec3(0.3, 0.1, 1.0), Vec3(-0.5, 0.5, 1.0), Vec3(0.0, -1.0, 0.5)}) {
+            const Vec3 normal = slope.normalized();
+            const double expected = std::max(0.0, -normal.dot(species.beam)) / std::cos(50.0 * kOneDegree);
+            CHECK(direct_on(direct, normal)[0] == Approx(expected).margin(0.02));
+        }
+    }
+}
+
+TEST_CASE("mirrored normals get the same from an untilted source") {
+    Species species = parallel_ions();
+    species.source_exponent = 200.0;
+    const DirectFlux direct(species);
+    for (const double polar : {20.0, 70.0, 89.0, 95.0}) {
+        const double s = std::sin(polar * kOneDegree), c = std::cos(polar * kOneDegree);
+        CHECK(direct_on(direct, {s, 0.0, c}) == direct_on(direct, {-s, 0.0, c}));
+    }
+}
+
+TEST_CASE("wide sources, neutrals, gas and desorption have no straight flux of a normal alone") {
+    CHECK(has_direct_flux(parallel_ions()));
+    Species species = parallel_ions();
+    species.source_exponent = 10.0;
+    CHECK_FALSE(has_direct_flux(species));
+    species = parallel_ions();
+    species.mean_free_path = 1.0;
+    CHECK_FALSE(has_direct_flux(species));
+    CHECK_FALSE(has_direct_flux(Species()));
+}
+
+TEST_CASE("walls see the half of a beam that is above them, and what lies deep under a roof sees nothing") {
+    // A floor from x = 0 to 2 with a wall at 0 that faces it; a roof over x > 1 at height 1, which faces
+    // down.
+    TriangleMesh mesh;
+    const auto quad = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+        const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
+        for (const Vec3& p : {a, b, c, d}) mesh.vertices.push_back(p);
+        mesh.triangles.push_back({n, n + 1, n + 2});
+        mesh.triangles.push_back({n, n + 2, n + 3});
+    };
+    quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+    quad({1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0});
+    quad({0, 0, 0}, {0, 1, 0}, {0, 1, 1}, {0, 0, 1});  // normal +x
+    quad({1, 0, 1}, {1, 1, 1}, {3, 1, 1}, {3, 0, 1});  // normal -z
+    const surface::RayScene scene(mesh);
+    LateralBox box;
+    box.min = {0.0, 0.0}, box.max = {3.0, 1.0};
+    box.boundary = {Boundary::open, Boundary::open};
+    const Wedges wedges = make_wedges(mesh);
+    Species species = parallel_ions();
+    species.source_exponent = 1000.0;
+    const auto open = open_shares(DirectFlux(species), mesh, scene, box, wedges);
+    REQUIRE(open.size() == 1);
+    const auto least_of = [&](std::uint32_t triangle) {
+        double least = 1.0;
+        for (std::size_t k = 0; k < 3; ++k) least = std::min(least, open[0][wedges.corner[3 * triangle + k]]);
+        return least;
+    };
+    CHECK(least_of(4) == 1.0);  // of its half
+    CHECK(open[0][wedges.corner[0]] == 1.0);
+    for (const std::uint32_t corner : {3u, 4u, 5u})  // of the roofed floor, but near its edge
+        if (mesh.vertices[mesh.triangles[2][corner - 3]].x() == 2.0)
+            CHECK(open[0][wedges.corner[6 + corner - 3]] == 0.0);
+    CHECK(open[0][wedges.corner[3 * 6]] == 0.0);  // the roof's underside
+}

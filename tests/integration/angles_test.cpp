@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <utility>
+
+#include "app/process/simulation.hpp"
+#include "app/recipe/effective_recipe.hpp"
+#include "tests/integration/run_program.hpp"
+
+// Speeds that turn with the surface's normal, against exact solutions.
+using namespace sidewall;
+
+namespace {
+
+app::RunResult run_text(const std::string& text, const std::vector<std::string>& overrides) {
+    const test::Folder folder;
+    const app::Recipe recipe = app::parse_recipe(text, "angles.toml", overrides);
+    return app::run_recipe(recipe, {.output = folder.path, .quiet = true});
+}
+
+// The least and the largest x at which the surface has height z.
+std::pair<double, double> sides_at(const TriangleMesh& mesh, double z) {
+    double left = 1e30, right = -1e30;
+    for (const Triangle& t : mesh.triangles)
+        for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 &a = mesh.vertices[t[k]], &b = mesh.vertices[t[(k + 1) % 3]];
+            if ((a.z() - z) * (b.z() - z) > 0.0 || a.z() == b.z()) continue;
+            const double x = a.x() + (z - a.z()) / (b.z() - a.z()) * (b.x() - a.x());
+            left = std::min(left, x), right = std::max(right, x);
+        }
+    return {left, right};
+}
+
+const char* kFacet = R"([domain]
+extent = [8.0]
+boundary = ["periodic", "periodic"]
+[[layer]]
+material = "Si"
+shape = "trench"
+width = 2.0
+depth = 4.0
+[[step]]
+model = "ion_beam"
+duration = 0.5
+rate = 1.0
+reflect_from_deg = 89.0
+ion_exponent = 100000
+[flux]
+rays = 20_000
+)";
+
+const char* kFlat = R"([domain]
+extent = [1.0]
+grid_spacing = 0.1
+boundary = ["periodic", "periodic"]
+[[layer]]
+material = "Si"
+[[step]]
+model = "ion_beam"
+duration = 1.0
+rate = 1.0
+[flux]
+rays = 100_000
+)";
+
+}  // namespace
+
+// h_t + F(h_x) = 0 with F(p) = (1 + 9.3 s) / sqrt(1 + p^2), s = p^2 / (1 + p^2): characteristics from the
+// edge reach x = 1 + F'(q) t at z = -(F(q) - q F'(q)) t.
+TEST_CASE("facets of a trench's two edges are those of the characteristics, left and right") {
+    const std::string spacing = GENERATE("0.1", "0.0964", "0.05");
+    const auto run = run_text(kFacet, {"domain.grid_spacing=" + spacing});
+    const double bound = 0.5 * std::stod(spacing);
+    for (const auto& [z, x] : {std::pair(-0.713, 2.370), {-1.0, 2.021}, {-1.4, 1.598}, {-1.8, 1.231}}) {
+        const auto [left, right] = sides_at(run.surface, z);
+        INFO(spacing << " at " << z << ": " << left << " " << right);
+        CHECK(-left == Approx(x).margin(bound));
+        CHECK(right == Approx(x).margin(bound));
+    }
+}
+
+// What arrives on a flat wafer does not depend on its height, and rate is that of a flat wafer.
+TEST_CASE("a flat wafer under a tilted beam stays flat and is as deep as its rate says") {
+    const std::string tilt = GENERATE("0", "45", "80", "85"), cfl = GENERATE("0.5", "0.2");
+    const auto run = run_text(kFlat, {"step[0].tilt_deg=" + tilt, "advection.cfl=" + cfl});
+    double low = 0.0, high = -10.0;
+    for (const Vec3& p : run.surface.vertices) low = std::min(low, p.z()), high = std::max(high, p.z());
+    INFO(tilt << " " << cfl << ": " << low << " " << high);
+    CHECK(0.5 * (low + high) == Approx(-1.0).margin(5e-3));
+    CHECK(high - low <= 0.01);
+}
+
+// A turning beam sputters the two edges of a trench alike.
+TEST_CASE("facets under a turning tilted beam are the same on both sides") {
+    const auto run =
+        run_text(kFacet, {"domain.grid_spacing=0.1", "step[0].tilt_deg=30", "step[0].rotating=true",
+                          "step[0].duration=0.3", "step[0].ion_exponent=1000"});
+    for (const double z : {-0.5, -0.8}) {
+        const auto [left, right] = sides_at(run.surface, z);
+        CHECK(right > 1.03);
+        CHECK(right + left == Approx(0.0).margin(0.03));
+    }
+}
