@@ -11,7 +11,6 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/models/model.hpp"
 #include "app/process/estimate/memory.hpp"
@@ -25,8 +24,6 @@
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Coarsest and finest grid, over the recipe's grid spacing.
 constexpr double kCoarsest = 4.0, kFinest = 0.25;
@@ -377,7 +374,7 @@ bool traces(const Recipe& recipe) {
 RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
                           const std::vector<AskedAccuracy>& asked, const RunOptions& options) {
     if (!recipe.start.from.empty())
-        raise<RecipeError>(
+        throw RecipeError(
             "--accuracy: {} starts from another run and so on its grid: ask it of a recipe with layers",
             recipe.file);
     return Refiner(recipe, overrides, asked, options).refine();

@@ -8,7 +8,6 @@
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
 #include "surface/cut.hpp"
@@ -38,14 +37,14 @@ Kind kind_of(const ExportArguments& arguments) {
     else if (extension == ".csv")
         kind = Kind::profile;
     else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
-        raise<RecipeError>(
+        throw RecipeError(
             "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface), .vtm (all "
             "surfaces) or .csv (a cut)",
             arguments.output);
     const DeviceOptions& options = arguments.options;
     if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas || arguments.triangles ||
                                      options.most != DeviceOptions{}.most))
-        raise<RecipeError>(
+        throw RecipeError(
             "-o {}: --size, --most, --bottom, --gas and --triangles are for tetrahedra: name a .vtu or .msh",
             arguments.output);
     return kind;
@@ -63,7 +62,7 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
     const fs::path json = has_json ? whole(arguments.json) : fs::path();
     const fs::path blocks = output.parent_path() / output.stem();
     const auto refuse = [](const char* option, const std::string& file, const char* why) {
-        raise<RecipeError>("{} {}: {}: choose another name", option, file, why);
+        throw RecipeError("{} {}: {}: choose another name", option, file, why);
     };
     if (output.parent_path() == input || (kind == Kind::blocks && blocks == input))
         refuse("-o", arguments.output, "would write among the run's own files");
@@ -180,7 +179,7 @@ void print_plane(const Json& json, const std::string& unit) {
 
 void require_profile(const Result& result, double spacing) {
     if (!is_profile(result, spacing))
-        raise<RecipeError>(
+        throw RecipeError(
             "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
             bounding_box(result.surface).size().y());
 }

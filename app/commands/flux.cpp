@@ -14,7 +14,6 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "flux/radiosity/method_choice.hpp"
@@ -47,7 +46,7 @@ std::array<Boundary, 2> parse_boundary(const std::string& text) {
         const auto found =
             std::ranges::find(kBoundaries, word, [](const auto& b) { return std::string(b.first); });
         if (found == std::end(kBoundaries))
-            raise<RecipeError>(
+            throw RecipeError(
                 "--boundary {}: must be reflective, periodic or open, for both axes or as X,Y for each",
                 text);
         boundary[axis] = found->second;
@@ -83,24 +82,23 @@ flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& argumen
 std::uint64_t parse_rays(const FluxArguments& arguments) {
     const double rays = arguments.rays.value_or(arguments.relative_error ? kMostRays : kDefaultRays);
     if (!(rays >= 1.0 && rays <= 1e12) || rays != std::floor(rays))
-        raise<RecipeError>("--rays {}: must be a whole number from 1 to 1e12", rays);
+        throw RecipeError("--rays {}: must be a whole number from 1 to 1e12", rays);
     return static_cast<std::uint64_t>(rays);
 }
 
 void check_arguments(const FluxArguments& arguments) {
-    const auto extension = std::filesystem::path(arguments.output).extension();
+    const auto extension = fs::path(arguments.output).extension();
     if (!arguments.output.empty() && extension != ".vtp" && extension != ".csv")
-        raise<RecipeError>("-o {}: must end in .vtp or .csv", arguments.output);
+        throw RecipeError("-o {}: must end in .vtp or .csv", arguments.output);
     for (const std::string& path : {arguments.output, arguments.json})
-        if (path != "-" && std::filesystem::is_directory(path))
-            raise<IoError>("{}: is a folder; name a file", path);
+        if (path != "-" && fs::is_directory(path)) throw IoError("{}: is a folder; name a file", path);
     if (!arguments.output.empty() && arguments.output == arguments.json)
-        raise<RecipeError>("--json {}: is the output file, too; name another", arguments.json);
+        throw RecipeError("--json {}: is the output file, too; name another", arguments.json);
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
     if (arguments.relative_error && !(*arguments.relative_error > 0.0))
-        raise<RecipeError>("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error);
+        throw RecipeError("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error);
     if (arguments.source.mean_free_path && arguments.method == "radiosity")
-        raise<RecipeError>(
+        throw RecipeError(
             "--mean-free-path {:g}: radiosity knows no collisions in the gas: use --method monte-carlo",
             *arguments.source.mean_free_path);
     parse_rays(arguments);
@@ -217,7 +215,7 @@ void run_flux(const FluxArguments& arguments) {
     const Outcome outcome = find(arguments.method, asked, choosing, why);
     bar.reset();
     if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
-        raise<NumericsError>(
+        throw NumericsError(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "
             "not match",
@@ -234,7 +232,7 @@ void run_flux(const FluxArguments& arguments) {
     if (arguments.json != "-") print_flux_summary(json);
     const double error = json["relative_error"].get<double>();
     if (arguments.relative_error && !(error <= *arguments.relative_error))
-        raise<NumericsError>(
+        throw NumericsError(
             "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: {} or ask for less",
             arguments.mesh, error, outcome.emitted, *arguments.relative_error,
             arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)",

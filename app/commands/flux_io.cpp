@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "surface/files/mesh_io.hpp"
 
@@ -18,7 +17,7 @@ namespace {
 
 double parse_probability(const std::string& text, const std::string& where) {
     const double value = parse_number<double>(text, where);
-    if (!(value >= 0.0 && value <= 1.0)) raise<RecipeError>("{}: must be in [0, 1]", where);
+    if (!(value >= 0.0 && value <= 1.0)) throw RecipeError("{}: must be in [0, 1]", where);
     return value;
 }
 
@@ -36,14 +35,14 @@ std::vector<double> parse_sticking(const std::string& text, const std::vector<st
         const double value = parse_probability(part.substr(equals + 1), where);
         const auto found = std::lower_bound(ids.begin(), ids.end(), id);
         if (found == ids.end() || *found != id)
-            raise<RecipeError>("{}: {} has no material {}; it has {}", where, path, id, fmt::join(ids, ", "));
+            throw RecipeError("{}: {} has no material {}; it has {}", where, path, id, fmt::join(ids, ", "));
         double& slot = sticking[static_cast<std::size_t>(found - ids.begin())];
-        if (slot >= 0.0) raise<RecipeError>("{}: material {} is given twice", where, id);
+        if (slot >= 0.0) throw RecipeError("{}: material {} is given twice", where, id);
         slot = value;
     }
     for (std::size_t i = 0; i < ids.size(); ++i)
         if (sticking[i] < 0.0)
-            raise<RecipeError>("--sticking {}: material {} of {} is missing", text, ids[i], path);
+            throw RecipeError("--sticking {}: material {} of {} is missing", text, ids[i], path);
     return sticking;
 }
 
@@ -77,12 +76,12 @@ FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path) 
     const Attribute* attribute = mesh.triangle_attribute("material");
     if (!attribute) return {{0}, {}};
     if (attribute->components != 1 || attribute->values.size() != mesh.triangles.size())
-        raise<FileError>("{}: attribute material must be one integer a triangle", path);
+        throw FileError("{}: attribute material must be one integer a triangle", path);
     FluxMaterials materials;
     for (std::size_t t = 0; t < attribute->values.size(); ++t) {
         const double value = attribute->values[t];
         if (!(std::abs(value) <= 2147483647.0) || value != std::floor(value))
-            raise<FileError>("{}: triangle {} has material {}: must be an integer", path, t, value);
+            throw FileError("{}: triangle {} has material {}: must be an integer", path, t, value);
         materials.of_triangle.push_back(static_cast<std::int32_t>(value));
     }
     materials.ids = materials.of_triangle;
@@ -102,7 +101,7 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
     constexpr double kLeast = 1e-3;  // of the surface's size
     const double least = kLeast * bounding_box(mesh).size().norm();
     if (!(*source.mean_free_path >= least))
-        raise<RecipeError>(
+        throw RecipeError(
             "--mean-free-path {:g}: particles would collide too often to be followed: give a length of "
             "{:.3g} or more, a thousandth of the surface's size",
             *source.mean_free_path, least);
@@ -111,7 +110,7 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
 }
 
 void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result) {
-    if (std::filesystem::path(path).extension() == ".csv") return write_file(path, csv_text(mesh, result));
+    if (fs::path(path).extension() == ".csv") return write_file(path, csv_text(mesh, result));
     std::vector<double> area(mesh.triangles.size());
     for (std::size_t t = 0; t < area.size(); ++t) area[t] = triangle_area(mesh, t);
     set_attribute(mesh.triangle_attributes, "flux", result.triangle.flux);

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "flux/radiosity/radiosity.hpp"
 #include "flux/species.hpp"
 #include "flux/tracer/tracer.hpp"
@@ -22,7 +21,7 @@ Number parse_number(const std::string& text, const std::string& where) {
     Number value{};
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (failure != std::errc{} || end != text.data() + text.size())
-        raise<RecipeError>("{}: \"{}\" is not a number", where, text);
+        throw RecipeError("{}: \"{}\" is not a number", where, text);
     return value;
 }
 

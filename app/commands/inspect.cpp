@@ -10,7 +10,6 @@
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -179,13 +178,13 @@ void print_summary(const Json& summary) {
 Json measured(const Result& result, const std::string& input, const WaferChoice& choice,
               const std::vector<std::string>& names) {
     if (!result.folder)
-        raise<RecipeError>("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input);
-    const std::filesystem::path folder = input;
+        throw RecipeError("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input);
+    const fs::path folder = input;
     Recipe recipe = load_frame(folder / "recipe.toml");
     if (!names.empty()) recipe.metrology.measures.clear();
     for (const std::string& name : names) {
         if (word_of(recipe, name) == "")
-            raise<RecipeError>(
+            throw RecipeError(
                 "--measure {}: is found while a run goes on; inspect prints it under "
                 "metrology",
                 name);

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "app/common/raise.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -184,12 +183,12 @@ std::string digest(std::string_view text) {
 
 CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t most_rows) {
     if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
-        raise<FileError>("{}: is UTF-16: save it as \"CSV UTF-8\"", name);
+        throw FileError("{}: is UTF-16: save it as \"CSV UTF-8\"", name);
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte order mark
     CsvTable table{.file = name};
     Style style;
     std::size_t line = 0;
-    const auto refuse = [&](const std::string& rule) { raise<FileError>("{}:{}: {}", name, line, rule); };
+    const auto refuse = [&](const std::string& rule) { throw FileError("{}:{}: {}", name, line, rule); };
     while (!text.empty()) {
         const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
         const std::string row = plain(text.substr(0, std::min(end, text.substr(0, end).find('#'))));
@@ -223,9 +222,9 @@ CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t m
         }
     }
     if (table.columns.empty() || table.columns[0].values.empty())
-        raise<FileError>("{}: holds no row of numbers", name);
+        throw FileError("{}: holds no row of numbers", name);
     if (style.points && style.commas)
-        raise<FileError>("{}: has decimal points and decimal commas: write all numbers with points", name);
+        throw FileError("{}: has decimal points and decimal commas: write all numbers with points", name);
     table.understood = words_on(table, style);
     return table;
 }
@@ -233,7 +232,7 @@ CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t m
 CsvTable read_csv(const std::filesystem::path& path, std::size_t most_rows) {
     std::error_code failure;
     if (std::filesystem::file_size(path, failure) > kMostBytes && !failure)
-        raise<FileError>("{}: larger than {} MB: give fewer rows", path.string(), kMostBytes / 1'000'000);
+        throw FileError("{}: larger than {} MB: give fewer rows", path.string(), kMostBytes / 1'000'000);
     return parse_csv(surface::read_whole_file(path), path.string(), most_rows);
 }
 
@@ -254,8 +253,8 @@ TextTable read_text_table(const std::filesystem::path& path) {
     rows.pop_back();  // after the last line break: nothing, or half a row
     for (std::size_t r = 1; r < rows.size(); ++r) {
         if (rows[r].size() != table.names.size())
-            raise<FileError>("{}: row {} has {} values under {} names: it is damaged", path.string(), r,
-                             rows[r].size(), table.names.size());
+            throw FileError("{}: row {} has {} values under {} names: it is damaged", path.string(), r,
+                            rows[r].size(), table.names.size());
         table.rows.push_back(std::move(rows[r]));
     }
     return table;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "app/common/free_memory.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "surface/files/file.hpp"
@@ -63,8 +62,8 @@ Regions regions_of(const RenderScene& scene, const Result& result) {
         if (found == regions.names.end()) regions.names.push_back(name);
     }
     if (regions.layers.empty())
-        raise<GeometryError>("{}: does not say which material lies below the surface: run it again",
-                             result.source.string());
+        throw GeometryError("{}: does not say which material lies below the surface: run it again",
+                            result.source.string());
     return regions;
 }
 
@@ -76,7 +75,7 @@ Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) 
     const double room = std::max(4.0 * spacing, 0.25 * std::max(box.size().x(), box.size().y()));
     box.min.z() = options.bottom.value_or(lowest - room);
     if (!(box.min.z() <= lowest - spacing))
-        raise<RecipeError>(
+        throw RecipeError(
             "--bottom {:.6g}: must be at least a grid spacing below the lowest front: {:.6g} or less",
             box.min.z(), lowest - spacing);
     box.max.z() += options.gas ? room : 2.0 * spacing;
@@ -118,7 +117,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     surface::TetOptions tets;
     tets.size = options.size.value_or(kSize * spacing);
     if (!(tets.size > 0.0) || !std::isfinite(tets.size))
-        raise<RecipeError>("--size {}: must be a length above 0", tets.size);
+        throw RecipeError("--size {}: must be a length above 0", tets.size);
     if (options.most == 0) throw RecipeError("--most 0: must be at least 1");
     tets.box = box_of(result, spacing, options);
     const double longest = tets.box.size().maxCoeff();
@@ -137,13 +136,12 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     const Vec3 extent = tets.box.size();
     constexpr double kDeepest = 100.0;  // of the wafer's width: far below what any device reaches
     if (options.bottom && !(extent.z() < kDeepest * std::max(extent.x(), extent.y())))
-        raise<RecipeError>(
-            "--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
-            *options.bottom, kDeepest);
+        throw RecipeError("--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
+                          *options.bottom, kDeepest);
     const FreeMemory free = free_memory();
     const double count = expected_count(result, tets.box, tets.size);
     if (count * kBytes > free.bytes || count > 1e9)
-        raise<RecipeError>(
+        throw RecipeError(
             "--size {:.4g}: would make about {:.2g} tetrahedra and need about {:.3g} GB, and {:.3g} GB are {}: choose a "
             "larger one",
             tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit);
@@ -290,8 +288,8 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
     const Result& result = drawn ? *drawn : wafer;
     const RenderScene scene(result, {});
     if (!scene.solid())
-        raise<GeometryError>("{}: encloses no material: its edges do not lie on the sides of a rectangle",
-                             result.source.string());
+        throw GeometryError("{}: encloses no material: its edges do not lie on the sides of a rectangle",
+                            result.source.string());
     Regions regions = regions_of(scene, result);
     surface::TetOptions tets = tet_options(result, spacing, options);
     std::vector<surface::Front> fronts;
@@ -300,7 +298,7 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
 
     if (options.gas) {
         if (std::ranges::find(regions.names, "gas") != regions.names.end())
-            raise<RecipeError>(
+            throw RecipeError(
                 "{}: --gas: a material has the name gas, which the gas's region has: leave --gas out, or give the material "
                 "another name and run it again",
                 result.source.string());
@@ -340,7 +338,7 @@ double grid_spacing_of(const std::filesystem::path& folder) {
             std::string_view(text).substr(begin, text.find_first_of(" #\n", begin) - begin);
         if (const auto spacing = finite_number(value); spacing && *spacing > 0.0) return *spacing;
     }
-    raise<FileError>("{}: names no grid_spacing: run the simulation again", file.string());
+    throw FileError("{}: names no grid_spacing: run the simulation again", file.string());
 }
 
 PlaneMesh plane_of(const TetMesh& mesh) {

@@ -11,7 +11,6 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
 #include "app/evaluation/five_ways.hpp"
@@ -141,8 +140,8 @@ Json measure_set(const Surface& surface, double removal, const StudyOptions& opt
 
 Surface grow(int number, const StudyOptions& options, Json& json) {
     const auto path = options.recipes / fmt::format("surface{}.toml", number);
-    if (!std::filesystem::exists(path))
-        raise<FileError>(
+    if (!fs::exists(path))
+        throw FileError(
             "{}: no such recipe; run from the repository's root or name the folder with "
             "--recipes",
             path.string());
@@ -167,7 +166,7 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
     return surface;
 }
 
-void save(const Json& study, const std::filesystem::path& folder) {
+void save(const Json& study, const fs::path& folder) {
     write_json((folder / "study.json").string(), study);
     write_file(folder / "study.csv", study_csv(study));
 }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/profile_csv.hpp"
@@ -138,14 +137,14 @@ MeasuredProfile read_measured_profile(const std::string& name, const std::string
         file = name.substr(0, at);
         profile.time = finite_number(name.substr(at + 1));
         if (!profile.time || *profile.time < 0.0)
-            raise<RecipeError>("--target-profile {}: after @ stands a process time, e.g. {}@2.5", name, file);
+            throw RecipeError("--target-profile {}: after @ stands a process time, e.g. {}@2.5", name, file);
     }
     const ProfileTable table = read_points(file, length_unit, kMostProfilePoints);
     profile.understood = table.understood;
     for (const auto& [x, z] : table.points) profile.points.emplace_back(x, z);
     if (profile.points.size() < 3)
-        raise<FileError>("{}: has {} points: a profile has 3 to {} rows x,z", file, profile.points.size(),
-                         kMostProfilePoints);
+        throw FileError("{}: has {} points: a profile has 3 to {} rows x,z", file, profile.points.size(),
+                        kMostProfilePoints);
     return profile;
 }
 
@@ -170,7 +169,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     if (every > 0.0) times = {0.0, every * std::round(asked / every), total};
     const auto is_it = [&](double time) { return std::abs(time - asked) <= slack && time <= total + slack; };
     if (std::none_of(times.begin(), times.end(), is_it))
-        raise<RecipeError>(
+        throw RecipeError(
             "--target-profile {}: runs save no surface at time {:g}, of {:g} {}: set [output] every so that they do, e.g. "
             "--set output.every={:g}",
             profile.name, asked, total, recipe.domain.time_unit, asked);
@@ -182,7 +181,7 @@ void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe) {
     const double wafer = recipe.domain.extent[along];
     constexpr double kWithBeyond = 3.0;  // contour_of
     if (span.x() <= kWithBeyond * wafer && span.maxCoeff() >= recipe.domain.grid_spacing) return;
-    raise<FileError>(
+    throw FileError(
         "{0}: its points span {1:.4g} by {2:.4g}, the wafer is {3:.4g} {4} wide: are "
         "they in another unit? Give them in {4}, the recipe's length_unit",
         profile.name, span.x(), span.y(), wafer, recipe.domain.length_unit);

@@ -7,7 +7,6 @@
 #include <nlopt.hpp>
 #include <stdexcept>
 
-#include "app/common/raise.hpp"
 #include "app/fit/fit_errors.hpp"
 #include "surface/infinity.hpp"
 
@@ -141,8 +140,8 @@ void require_runs_for_crs(const LeastSquares& problem) {
     const std::size_t fewest = count_first(problem.start.size()) + fewest_at_random(problem.start.size()),
                       repeats = count_repeats(problem);
     if (problem.max_runs - repeats < fewest)
-        raise<RecipeError>("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
-                           problem.start.size(), fewest + (problem.repeat ? kRepeats : 0), problem.max_runs);
+        throw RecipeError("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
+                          problem.start.size(), fewest + (problem.repeat ? kRepeats : 0), problem.max_runs);
 }
 
 // A random search by NLopt. False if too few runs are left for it.

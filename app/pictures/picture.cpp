@@ -9,7 +9,6 @@
 #include <csetjmp>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -229,7 +228,7 @@ void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, d
         }
 }
 
-void write_png(const std::filesystem::path& path, const Picture& picture) {
+void write_png(const fs::path& path, const Picture& picture) {
     std::vector<std::uint8_t> row(3 * static_cast<std::size_t>(picture.width));
     std::string bytes;
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
@@ -237,7 +236,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture) {
     // libpng reports errors by longjmp: make nothing with a destructor between here and the writes.
     if (!info || setjmp(png_jmpbuf(png))) {
         png_destroy_write_struct(&png, &info);
-        raise<IoError>("{}: cannot encode the picture: choose a smaller --size", path.string());
+        throw IoError("{}: cannot encode the picture: choose a smaller --size", path.string());
     }
     png_set_write_fn(png, &bytes, append_bytes, nullptr);
     png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "app/common/raise.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "surface/topology.hpp"
 
@@ -96,8 +95,8 @@ Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options)
     if (axis < 0) throw RecipeError("--cut: must be x, y or z = a number, such as y=0");
     const double at = options.cut->offset * options.cut->normal[axis];
     if (!(at > box.min[axis] && at < box.max[axis]))
-        raise<RecipeError>("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis], at,
-                           box.min[axis], box.max[axis]);
+        throw RecipeError("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis], at,
+                          box.min[axis], box.max[axis]);
     (to_viewer(options)[axis] >= 0.0 ? box.max : box.min)[axis] = at;
     return box;
 }

@@ -8,7 +8,6 @@
 #include <map>
 #include <numbers>
 
-#include "app/common/raise.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
@@ -189,12 +188,12 @@ Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range) {
     if (auto found = find_colouring(result, name, range)) return *std::move(found);
     if (name == "material")
-        raise<RecipeError>("--color material: {} carries no material", result.source.string());
+        throw RecipeError("--color material: {} carries no material", result.source.string());
     std::string known = "height";
     for (const auto* attributes : {&result.surface.triangle_attributes, &result.surface.vertex_attributes})
         for (const Attribute& a : *attributes) known += ", " + a.name;
-    raise<RecipeError>("--color {}: {} has no such attribute; choose one of: {}", name,
-                       result.source.string(), known);
+    throw RecipeError("--color {}: {} has no such attribute; choose one of: {}", name, result.source.string(),
+                      known);
 }
 
 std::set<int> materials_on(const Result& result) {

@@ -77,7 +77,7 @@ StepObject::StepObject(std::shared_ptr<Simulation> simulation, const app::Moment
 
 const app::Moment& StepObject::moment(const char* asked) const {
     if (moment_ == nullptr)
-        raise<RecipeError>(
+        throw RecipeError(
             "{} of the time step at {:g} {}: the simulation has gone on; ask before the next time step",
             asked, time, simulation_->recipe().domain.time_unit);
     return *moment_;
@@ -308,7 +308,7 @@ app::CallerLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
         const auto speeds = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(answer);
         if (!speeds || speeds.ndim() != 1 || static_cast<std::size_t>(speeds.shape(0)) != points.size()) {
             PyErr_Clear();
-            raise<RecipeError>(
+            throw RecipeError(
                 "step {}: the law for the speed must return an array of {} numbers, one a point", step.name,
                 points.size());
         }

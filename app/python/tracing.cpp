@@ -33,7 +33,7 @@ std::array<Boundary, 2> boundary_of(const Words& words) {
         if (word == "reflective") return Boundary::reflective;
         if (word == "periodic") return Boundary::periodic;
         if (word == "open") return Boundary::open;
-        raise<RecipeError>(
+        throw RecipeError(
             "boundary = \"{}\": must be reflective, periodic or open, or a pair of these for x and y", word);
     };
     if (const auto* word = std::get_if<std::string>(&words)) return {one(*word), one(*word)};
@@ -62,7 +62,7 @@ flux::LateralBox box_of(const TriangleMesh& mesh, const std::optional<Words>& bo
 std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32_t>& materials) {
     const auto checked = [](double value, const std::string& where) {
         if (value >= 0.0 && value <= 1.0) return value;
-        raise<RecipeError>("{} = {}: must be in [0, 1]", where, value);
+        throw RecipeError("{} = {}: must be in [0, 1]", where, value);
     };
     std::vector<std::int32_t> ids = materials;
     if (ids.empty()) ids.push_back(0);
@@ -77,10 +77,10 @@ std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32
     std::vector<double> values;
     for (const auto& [id, value] : by_id)
         if (!std::binary_search(ids.begin(), ids.end(), id))
-            raise<RecipeError>("sticking[{}]: no triangle has material {}; there are {}", id, id,
-                               fmt::join(ids, ", "));
+            throw RecipeError("sticking[{}]: no triangle has material {}; there are {}", id, id,
+                              fmt::join(ids, ", "));
     for (const std::int32_t id : ids) {
-        if (!by_id.contains(id)) raise<RecipeError>("sticking: material {} is missing", id);
+        if (!by_id.contains(id)) throw RecipeError("sticking: material {} is missing", id);
         values.push_back(checked(by_id.at(id), fmt::format("sticking[{}]", id)));
     }
     return values;
@@ -91,7 +91,7 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
                      kMost = 1e10;  // with relative_error and without rays
     const double value = rays.value_or(to_error ? kMost : kDefault);
     if (!(value >= 1.0 && value <= 1e12) || value != std::floor(value))
-        raise<RecipeError>("rays = {}: must be a whole number from 1 to 1e12", value);
+        throw RecipeError("rays = {}: must be a whole number from 1 to 1e12", value);
     return static_cast<std::uint64_t>(value);
 }
 
@@ -128,7 +128,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
              std::optional<double> relative_error, const std::optional<Words>& boundary, std::uint64_t seed,
              const std::string& method) {
     if (method != "monte-carlo" && method != "radiosity" && method != "auto")
-        raise<RecipeError>("method = \"{}\": must be monte-carlo, radiosity or auto", method);
+        throw RecipeError("method = \"{}\": must be monte-carlo, radiosity or auto", method);
     const auto mesh = mesh_of(points, triangles);
     std::vector<std::int32_t> materials = material_ids(material, *mesh);
     const flux::Species species{"flux", source_exponent, sticking_of(sticking, materials)};
@@ -148,7 +148,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
     });
     const flux::FluxResult& result = traced.result;
     if (flux::leaks_too_much(result.leaked, result.emitted))
-        raise<NumericsError>(
+        throw NumericsError(
             "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",
             result.leaked, result.emitted);

@@ -19,8 +19,6 @@
 namespace sidewall::app {
 namespace {
 
-namespace fs = std::filesystem;
-
 // Keys of --vary texts, which are KEY=LO:HI... or KEY=V1,V2.
 std::vector<std::string> varied_keys(const Json& plan) {
     std::vector<std::string> keys;

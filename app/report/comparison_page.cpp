@@ -9,8 +9,6 @@
 namespace sidewall::app {
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string shown_method(const Json& variant) {
     const std::string method = variant.at("method").get<std::string>();
     return method == "none" ? "raw" : method;

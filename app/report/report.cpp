@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
@@ -14,16 +13,14 @@
 namespace sidewall::app {
 
 // Pages by what a folder holds; each takes the bytes that its 3-D view may have.
-Page run_page(const std::filesystem::path& folder, std::size_t bytes,
-              const std::optional<SavedSurface>& only);                        // run_page.cpp
-Page comparison_page(const std::filesystem::path& folder, std::size_t bytes);  // comparison_page.cpp
-Page sweep_page(const std::filesystem::path& folder, std::size_t bytes);       // batch_page.cpp
-Page fit_page(const std::filesystem::path& folder, std::size_t bytes);
-Page study_page(const std::filesystem::path& folder, std::size_t bytes);  // study_page.cpp
+Page run_page(const fs::path& folder, std::size_t bytes,
+              const std::optional<SavedSurface>& only);           // run_page.cpp
+Page comparison_page(const fs::path& folder, std::size_t bytes);  // comparison_page.cpp
+Page sweep_page(const fs::path& folder, std::size_t bytes);       // batch_page.cpp
+Page fit_page(const fs::path& folder, std::size_t bytes);
+Page study_page(const fs::path& folder, std::size_t bytes);  // study_page.cpp
 
 namespace {
-
-namespace fs = std::filesystem;
 
 // Room for the 3-D view, beside scripts and style, and charts and tables at their largest.
 std::size_t view_bytes() {
@@ -44,7 +41,7 @@ Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<Save
         {"timeline.csv", whole_run_page}};
     for (const auto& [file, page] : kPages)
         if (is_there(folder / file)) return page(folder, bytes);
-    raise<FileError>(
+    throw FileError(
         "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
         "summary.json, surface.pvd, sweep.json, fit.json, compare.json or study.json",
         folder.string());
@@ -85,10 +82,10 @@ Report report_within(const fs::path& folder, std::size_t bytes, const std::optio
 }  // namespace
 
 Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
-    if (!is_there(folder)) raise<FileError>("{}: no such folder: check the path", folder.string());
+    if (!is_there(folder)) throw FileError("{}: no such folder: check the path", folder.string());
     std::error_code failure;
     if (!fs::is_directory(folder, failure))
-        raise<FileError>("{}: is a file: name the folder of results that holds it", folder.string());
+        throw FileError("{}: is a file: name the folder of results that holds it", folder.string());
     try {
         Report report = report_within(folder, view_bytes(), only);
         // Texts and tables may take more than expected: then the view gets less.
@@ -96,11 +93,11 @@ Report make_report(const fs::path& folder, const std::optional<SavedSurface>& on
             report =
                 report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes), only);
         if (report.html.size() > kMostPageBytes)
-            raise<FileError>("{}: its page would take {} bytes, over {}: report one of its runs",
-                             folder.string(), report.html.size(), kMostPageBytes);
+            throw FileError("{}: its page would take {} bytes, over {}: report one of its runs",
+                            folder.string(), report.html.size(), kMostPageBytes);
         return report;
     } catch (const nlohmann::json::exception& error) {
-        raise<FileError>(
+        throw FileError(
             "{}: its JSON is not what this program writes ({}): it is damaged or of another "
             "version; make the results again",
             folder.string(), error.what());

@@ -6,15 +6,12 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
 #include "app/results/result.hpp"
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 1000;  // of a curve
 
@@ -24,8 +21,7 @@ class Timeline {
     Timeline(const fs::path& path, const Json& summary) : summary_(summary) {
         if (is_there(path)) table_ = read_text_table(path);
         if (!table_.names.empty() && !table_.column("time"))
-            raise<FileError>("{}: has no column time, it is damaged: run the simulation again",
-                             path.string());
+            throw FileError("{}: has no column time, it is damaged: run the simulation again", path.string());
         time_ = table_.column("time").value_or(0);
     }
 

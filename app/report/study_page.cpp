@@ -11,8 +11,6 @@
 namespace sidewall::app {
 namespace {
 
-namespace fs = std::filesystem;
-
 // A line a method of what its rows have at a JSON pointer; nothing for rows that lack it.
 Json over_removal(const Json& surface, const char* title, const char* y, const char* pointer) {
     Json chart{{"title", title},

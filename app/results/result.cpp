@@ -11,7 +11,6 @@
 #include <map>
 #include <utility>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
@@ -81,7 +80,7 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
     const std::string text = surface::read_whole_file(path);
     std::vector<PvdEntry> entries;
     if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
-        raise<FileError>("{}: ends too early, it is damaged: run the simulation again", path.string());
+        throw FileError("{}: ends too early, it is damaged: run the simulation again", path.string());
     for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
          at = text.find("<DataSet", at + 1)) {
         const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at);
@@ -90,12 +89,12 @@ std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
         std::from_chars(time.data(), time.data() + time.size(), entry.time);
         const std::string_view file = tag_attribute(tag, "file");
         if (file.empty())
-            raise<FileError>("{}: a DataSet names no file: run the simulation again", path.string());
+            throw FileError("{}: a DataSet names no file: run the simulation again", path.string());
         entry.file = path.parent_path() / std::string(file);
         entry.after = plain_text(std::string(tag_attribute(tag, "after")));
         entries.push_back(std::move(entry));
     }
-    if (entries.empty()) raise<FileError>("{}: lists no surface: has the run saved one yet?", path.string());
+    if (entries.empty()) throw FileError("{}: lists no surface: has the run saved one yet?", path.string());
     return entries;
 }
 
@@ -148,8 +147,8 @@ std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, co
 std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
     const std::filesystem::path list = folder / "surface.pvd";
     if (!std::filesystem::exists(list))
-        raise<FileError>("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
-                         folder.string());
+        throw FileError("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
+                        folder.string());
     // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
     std::vector<SavedSurface> saved;
     for (const PvdEntry& entry : read_pvd(list)) {
@@ -164,8 +163,7 @@ std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
         saved.push_back({number, entry.time, entry.file, entry.after, {}});
     }
     if (saved.empty())
-        raise<FileError>("{}: lists no file named surface_*: has the run saved a surface yet?",
-                         list.string());
+        throw FileError("{}: lists no file named surface_*: has the run saved a surface yet?", list.string());
     return saved;
 }
 
@@ -176,7 +174,7 @@ const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time
     // What was not saved yet must not be answered with another time's surface.
     const double slack = 1e-6 * std::max(std::abs(first->time), std::abs(last->time));
     if (!(time >= first->time - slack && time <= last->time + slack))
-        raise<RecipeError>(
+        throw RecipeError(
             "--time {:.9g}: the run saved surfaces from time {:.9g} to {:.9g}: choose one of these", time,
             first->time, last->time);
     const SavedSurface* nearest = &saved.front();
@@ -193,7 +191,7 @@ const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const st
         if (is_step(surface->after, step)) return *surface;
     constexpr std::size_t kMost = 20;
     if (steps.size() > kMost) steps.erase(steps.begin() + kMost / 2, steps.end() - kMost / 2);
-    raise<RecipeError>(
+    throw RecipeError(
         "--step {}: no surface was saved at the end of such a step; there {}: choose one, or run with "
         "[output] every = \"end\"",
         step, steps.empty() ? "is none" : fmt::format("are {}", fmt::join(steps, ", ")));
@@ -206,8 +204,8 @@ const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long lo
         least = std::min(least, surface.number);
         most = std::max(most, surface.number);
     }
-    raise<RecipeError>("--frame {}: the run saved the surfaces {} to {}: choose one of these", number, least,
-                       most);
+    throw RecipeError("--frame {}: the run saved the surfaces {} to {}: choose one of these", number, least,
+                      most);
 }
 
 Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved) {
@@ -237,7 +235,7 @@ Result read_result(const std::filesystem::path& path) {
     Result result;
     result.source = path;
     if (!std::filesystem::exists(path))
-        raise<FileError>("{}: no such file or folder: check the path", path.string());
+        throw FileError("{}: no such file or folder: check the path", path.string());
     if (!std::filesystem::is_directory(path)) {
         result.surface = surface::read_mesh(path, &result.metadata);
         return result;
@@ -309,8 +307,8 @@ Json read_whole_summary(const std::filesystem::path& folder) {
 
 void require_whole(const Json& summary, const std::filesystem::path& folder) {
     if (const auto missing = missing_in_summary(summary))
-        raise<FileError>("{}: is damaged: it lacks {} as a run writes it; {}",
-                         (folder / "summary.json").string(), *missing, kSummaryAdvice);
+        throw FileError("{}: is damaged: it lacks {} as a run writes it; {}",
+                        (folder / "summary.json").string(), *missing, kSummaryAdvice);
 }
 
 }  // namespace sidewall::app

@@ -7,7 +7,6 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -111,14 +110,14 @@ SweepEnd run_sweep(const SweepOptions& options) {
     write_plan(options, sweep);
     for (const SetRun& run : sweep.set.runs) end.failed += run.status == "ok" ? 0 : 1;
     if (end.failed == end.runs)
-        raise<NumericsError>("{}: no run ended well: {}", options.recipe, sweep.set.runs[0].status);
+        throw NumericsError("{}: no run ended well: {}", options.recipe, sweep.set.runs[0].status);
     return end;
 }
 
 std::string plan_sweep(const SweepOptions& options) {
     const Sweep sweep = read_sweep(options);
     if (options.output.string().find('\n') != std::string::npos)
-        raise<RecipeError>(
+        throw RecipeError(
             "-o {}: --plan prints a command a line, and this folder's name has a line break: choose another one",
             surface::printable(options.output.string(), true));
     make_folder(options.output, "choose another with -o");

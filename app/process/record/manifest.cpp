@@ -4,14 +4,11 @@
 #include <regex>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::string_view kHeader =
     "# Files that sidewall wrote here. A new run removes these, and no others.\n";
@@ -72,7 +69,7 @@ std::optional<std::size_t> saved_number(std::string_view name) {
 void remove_file(const fs::path& path) {
     std::error_code failure;
     fs::remove(path, failure);
-    if (failure) raise<IoError>("{}: cannot remove: {}; check permissions", path.string(), failure.message());
+    if (failure) throw IoError("{}: cannot remove: {}; check permissions", path.string(), failure.message());
 }
 
 void remove_partial_files(const fs::path& folder, const FileNames& names) {
