@@ -15,17 +15,17 @@ namespace sidewall::app {
 // Pages by what a folder holds; each takes the bytes that its 3-D view may have.
 Page run_page(const fs::path& folder, std::size_t bytes,
               const std::optional<SavedSurface>& only);           // run_page.cpp
-Page comparison_page(const fs::path& folder, std::size_t bytes);  // comparison_page.cpp
-Page sweep_page(const fs::path& folder, std::size_t bytes);       // batch_page.cpp
+Page comparison_page(const fs::path& folder, std::size_t bytes);  // evaluation_page.cpp
+Page study_page(const fs::path& folder, std::size_t bytes);
+Page sweep_page(const fs::path& folder, std::size_t bytes);  // batch_page.cpp
 Page fit_page(const fs::path& folder, std::size_t bytes);
-Page study_page(const fs::path& folder, std::size_t bytes);  // study_page.cpp
 
 namespace {
 
 // Room for the 3-D view, beside scripts and style, and charts and tables at their largest.
 std::size_t view_bytes() {
     constexpr std::size_t kTables = 700'000;
-    return kMostPageBytes - page_assets_size() - kTables;
+    return kMostPageBytes - page_html("", "").size() - kTables;
 }
 
 Page whole_run_page(const fs::path& folder, std::size_t bytes) {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "flux/radiosity/adjoint_importance.hpp"
-#include "flux/radiosity/exchange_state.hpp"
 #include "flux/tracer/trace_checks.hpp"
 #include "surface/error.hpp"
 
