@@ -3,13 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "app/common/text.hpp"
 #include "app/fit/fit_errors.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/recipe_domain.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -71,11 +69,6 @@ constexpr double kSafety = 1.25, kFewSafety = 3.0;   // Roache's, for three grid
 constexpr double kLeastOrder = 0.3, kMostOrder = 1;  // that are believed
 
 }  // namespace
-
-double AccuracyRun::figure(const std::string& measure) const {
-    const Json value = summary["metrology"].value(measure, Json());
-    return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
 
 AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
     AccuracyNoise noise{.on = on};

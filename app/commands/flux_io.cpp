@@ -62,14 +62,6 @@ void set_attribute(std::vector<Attribute>& attributes, const std::string& name, 
     attributes.push_back({name, 1, Scalar::float64, std::move(values)});
 }
 
-void add_rates(Json& json, std::uint64_t rays, std::uint64_t segments, double seconds) {
-    json["rays"] = rays;
-    json["segments"] = segments;
-    json["seconds"]["trace"] = seconds;
-    json["rays_per_second"] = static_cast<double>(rays) / seconds;
-    json["segments_per_second"] = static_cast<double>(segments) / seconds;
-}
-
 }  // namespace
 
 FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path) {
@@ -121,34 +113,39 @@ void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlu
     surface::write_mesh(path, mesh);
 }
 
-Json traced_json(const flux::FluxResult& result) {
+Json found_json(const flux::FoundFlux& found) {
+    const double seconds = found.seconds - found.solve_seconds;
     Json json;
-    json["method"] = "monte-carlo";
-    add_rates(json, result.emitted, result.segments, result.seconds);
-    json["arrivals"] = result.arrivals;
-    json["absorbed"] = result.absorbed;
-    json["escaped"] = result.escaped;
-    json["escaped_fraction"] = static_cast<double>(result.escaped) / static_cast<double>(result.emitted);
-    json["leaked"] = result.leaked;
-    json["rescued"] = result.rescued;
-    json["relative_error"] = result.relative_error;
-    return json;
-}
-
-Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& result) {
-    Json json;
-    json["method"] = "radiosity";
-    add_rates(json, exchange.rays(), exchange.segments(), exchange.seconds());
-    json["seconds"]["solve"] = result.seconds;
-    json["unknowns"] = exchange.unknowns();
-    json["nonzeros"] = exchange.samples();
-    json["iterations"] = result.iterations;
-    json["escaped_fraction"] = result.escaped;
-    json["leaked"] = exchange.leaked();
-    json["relative_error"] = result.relative_error;
-    json["statistical_error"] = result.statistical_error;
-    json["discretisation_error"] = result.discretisation_error;
-    json["residual_rays"] = exchange.residual_rays();
+    json["method"] = found.radiosity ? "radiosity" : "monte-carlo";
+    json["rays"] = found.emitted;
+    json["segments"] = found.segments;
+    json["seconds"]["trace"] = seconds;
+    json["rays_per_second"] = static_cast<double>(found.emitted) / seconds;
+    json["segments_per_second"] = static_cast<double>(found.segments) / seconds;
+    if (found.radiosity) {
+        json["seconds"]["solve"] = found.solve_seconds;
+        json["unknowns"] = found.unknowns;
+        json["nonzeros"] = found.samples;
+        json["iterations"] = found.iterations;
+    } else {
+        json["arrivals"] = found.arrivals;
+        json["absorbed"] = found.absorbed;
+        json["escaped"] = found.escaped;
+        json["rescued"] = found.rescued;
+    }
+    json["escaped_fraction"] = found.escaped_fraction;
+    json["leaked"] = found.leaked;
+    json["relative_error"] = found.relative_error;
+    if (found.radiosity) {
+        json["statistical_error"] = found.statistical_error;
+        json["discretisation_error"] = found.discretisation_error;
+        json["residual_rays"] = found.residual_rays;
+    }
+    if (found.choice && found.choice->why_not.empty())
+        json["auto"] = {{"relative_error", found.choice->target},
+                        {"monte_carlo_cost", found.choice->monte_carlo_cost},
+                        {"radiosity_cost", found.choice->radiosity_cost},
+                        {"spent", found.choice->spent}};
     return json;
 }
 

@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "flux/radiosity/radiosity.hpp"
-#include "flux/species.hpp"
-#include "flux/tracer/tracer.hpp"
+#include "flux/radiosity/single_flux.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // The species that `sidewall flux` traces, from its options and the mesh's materials.
@@ -51,9 +49,8 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
 /// \throws IoError if \p path cannot be written.
 void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result);
 
-/// Summaries of `sidewall flux` by Monte Carlo and by radiosity.
-Json traced_json(const flux::FluxResult& result);
-Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& result);
+/// What the summary of `sidewall flux` says of how the flux was found.
+Json found_json(const flux::FoundFlux& found);
 
 /// Prints a summary as text.
 void print_flux_summary(const Json& json);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
@@ -29,7 +28,7 @@ Json vector_json(const Vec3& v) {
 }
 
 Json attribute_json(const Attribute& attribute, const char* where) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double low = kInfinity, high = -low;
     std::size_t odd = 0;
     for (const double v : attribute.values) {
         if (!std::isfinite(v)) {

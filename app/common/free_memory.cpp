@@ -8,8 +8,6 @@
 #include <fstream>
 #include <optional>
 
-#include "surface/infinity.hpp"
-
 namespace sidewall::app {
 namespace {
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -18,19 +19,12 @@ constexpr std::size_t kMostColumns = 1000, kQuoted = 40;  // characters of a tex
 
 // The text with the minus signs and blanks of other programs as those of ASCII.
 std::string plain(std::string_view text) {
-    constexpr std::pair<std::string_view, char> kSigns[] = {
-        {"\xe2\x88\x92", '-'},  // minus, en dash,
-        {"\xe2\x80\x93", '-'},
-        {"\xc2\xa0", ' '},  // and blanks that do not break
-        {"\xe2\x80\xaf", ' '}};
-    std::string result;
-    result.reserve(text.size());
-    while (!text.empty()) {
-        const auto* const sign =
-            std::ranges::find_if(kSigns, [&](const auto& one) { return text.starts_with(one.first); });
-        result += sign == std::end(kSigns) ? text[0] : sign->second;
-        text.remove_prefix(sign == std::end(kSigns) ? 1 : sign->first.size());
-    }
+    std::string result(text);
+    for (const auto& [sign, ascii] : {std::pair("\xe2\x88\x92", "-"),  // minus, en dash,
+                                      {"\xe2\x80\x93", "-"},
+                                      {"\xc2\xa0", " "},  // and blanks that do not break
+                                      {"\xe2\x80\xaf", " "}})
+        boost::replace_all(result, sign, ascii);
     return result;
 }
 
@@ -140,9 +134,7 @@ std::optional<double> finite_number(std::string_view text) {
 
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + "\"";
+    return "\"" + boost::replace_all_copy(text, "\"", "\"\"") + "\"";
 }
 
 std::vector<std::vector<std::string>> csv_rows(std::string_view text) {
@@ -170,9 +162,7 @@ std::string shell_word(const std::string& text) {
                std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
     });
     if (plain) return text;
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-    return quoted + "'";
+    return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
 std::string digest(std::string_view text) {

@@ -19,7 +19,6 @@
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -91,14 +91,11 @@ std::vector<double> run_case(const ValidationCase& one, const char* suffix,
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
     const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
     std::vector<double> figures;
-    for (const ReferenceFigure& figure : one.figures) {
-        const Json value = run.summary["metrology"].value(figure.figure, Json());
+    for (const ReferenceFigure& figure : one.figures)
         figures.push_back(figure.is_flux() ? flux_figure(start, figure, recipe)
                           : figure.is_profile()
                               ? profile_figure((one.folder / figure.figure).string(), recipe, folder)
-                          : value.is_number() ? value.get<double>()
-                                              : kNone);
-    }
+                              : figure_of(run.summary, figure.figure));
     return figures;
 }
 

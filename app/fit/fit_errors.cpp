@@ -6,8 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "surface/infinity.hpp"
-
 namespace sidewall::app {
 namespace {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "app/common/text.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -21,13 +20,13 @@ constexpr std::size_t kMostProfilePoints = 5000;
 
 // Signed distance from the nearest piece and the direction in which it grows.
 struct Nearest {
-    double distance = std::numeric_limits<double>::infinity();
+    double distance = kInfinity;
     Vector2d normal = Vector2d::Zero();
 };
 
 Nearest nearest_on(const Contour& contour, const Vector2d& p) {
     Nearest nearest;
-    double best = std::numeric_limits<double>::infinity(), steepest = 0.0;
+    double best = kInfinity, steepest = 0.0;
     for (const auto& [a, b] : contour) {
         const Vector2d along = b - a, to = p - a;
         const double length2 = along.squaredNorm();
@@ -93,7 +92,7 @@ Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points
             few.push_back(points[i]);
     const double reach = kReach * bounds_of(points).sizes().maxCoeff();
     Vector2d best = Vector2d::Zero();
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     for (const int i : {0, -1, 1})
         for (const int j : {0, -1, 1}) {
             if ((i != 0 && !free.x) || (j != 0 && !free.z)) continue;

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <nlopt.hpp>
 #include <stdexcept>
 
 #include "app/fit/fit_errors.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "app/common/text.hpp"
 #include "app/recipe/figure_names.hpp"
+#include "app/results/result.hpp"
 #include "app/schema/keys.hpp"
 
 namespace sidewall::app {
@@ -29,12 +30,6 @@ MeasureTarget read_target(const std::string& text) {
     if (!asked) throw RecipeError("--target {}: VALUE is no number: {}", text, kForm);
     target.asked = *asked;
     return target;
-}
-
-std::optional<double> figure(const SetRun& run, const std::string& name) {
-    if (!run.summary.contains("metrology")) return std::nullopt;
-    const Json value = run.summary["metrology"].value(name, Json());
-    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
 }  // namespace
@@ -102,12 +97,12 @@ std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Rec
                                             std::string& missing) {
     std::vector<double> all;
     for (const MeasureTarget& target : targets.measures) {
-        const auto got = figure(run, target.name);
-        if (!got) {
+        const double got = figure_of(run.summary, target.name);
+        if (std::isnan(got)) {
             missing = target.name;
             return std::nullopt;
         }
-        all.push_back((*got - target.asked) / scale_of(target));
+        all.push_back((got - target.asked) / scale_of(target));
     }
     for (std::size_t k = 0; k < targets.profiles.size(); ++k) {
         const auto found = profile_residual(targets, k, recipe, folder);

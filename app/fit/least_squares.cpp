@@ -8,7 +8,6 @@
 #include "app/fit/fit_errors.hpp"
 #include "app/sweep/vary.hpp"
 #include "surface/error.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {

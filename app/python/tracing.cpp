@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -23,8 +24,7 @@ using flux::Boundary;
 using Words = std::variant<std::string, std::array<std::string, 2>>;
 using Sticking = std::variant<double, std::map<std::int32_t, double>>;
 
-struct Traced {
-    flux::FluxResult result;
+struct Traced : flux::FluxResult {
     std::vector<double> area;
 };
 
@@ -95,34 +95,6 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
     return static_cast<std::uint64_t>(value);
 }
 
-flux::FluxResult solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice,
-                        flux::Exchange& exchange) {
-    flux::RadiosityFlux found = flux::solve(asked, choice, exchange);
-    flux::FluxResult result;
-    result.emitted = exchange.rays();
-    const auto of_rays = [&](double share) {
-        return static_cast<std::uint64_t>(share * static_cast<double>(result.emitted) + 0.5);
-    };
-    result.absorbed = of_rays(found.absorbed);
-    result.escaped = result.emitted - result.absorbed;
-    result.leaked = exchange.leaked();
-    result.segments = exchange.segments();
-    result.seconds = exchange.seconds() + found.seconds;
-    result.relative_error = found.relative_error;
-    result.discretisation_error = found.discretisation_error;
-    static_cast<flux::TallyFlux&>(result) = std::move(static_cast<flux::TallyFlux&>(found));
-    return result;
-}
-
-flux::FluxResult find(const std::string& method, const flux::SingleFlux& asked) {
-    if (method == "monte-carlo") return flux::follow(asked);
-    flux::Exchange exchange = flux::exchange_of(asked);
-    const flux::MethodChoice choice =
-        method == "auto" ? flux::choose_method(exchange, asked.species, asked.materials, asked.options, true)
-                         : flux::as_asked(asked);
-    return choice.radiosity ? solved(asked, choice, exchange) : flux::follow(asked);
-}
-
 Traced trace(const py::object& points, const py::object& triangles, const Sticking& sticking,
              const py::object& material, double source_exponent, std::optional<double> rays,
              std::optional<double> relative_error, const std::optional<Words>& boundary, std::uint64_t seed,
@@ -141,20 +113,18 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
         const flux::Wedges wedges = flux::make_wedges(*mesh, materials);
         const flux::SingleFlux asked{*mesh, materials, box,     wedges,
                                      scene, species,   options, rays.has_value()};
-        Traced done;
-        done.result = find(method, asked);
+        Traced done{flux::find_flux(method, asked), {}};
         for (std::size_t t = 0; t < mesh->triangles.size(); ++t) done.area.push_back(triangle_area(*mesh, t));
         return done;
     });
-    const flux::FluxResult& result = traced.result;
-    if (flux::leaks_too_much(result.leaked, result.emitted))
+    if (flux::leaks_too_much(traced.leaked, traced.emitted))
         throw NumericsError(
             "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",
-            result.leaked, result.emitted);
-    if (relative_error && !(result.relative_error <= *relative_error))
+            traced.leaked, traced.emitted);
+    if (relative_error && !(traced.relative_error <= *relative_error))
         warn(fmt::format("relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more rays",
-                         result.relative_error, result.emitted, *relative_error));
+                         traced.relative_error, traced.emitted, *relative_error));
     return traced;
 }
 
@@ -165,11 +135,11 @@ std::shared_ptr<TriangleMesh> repaired(const py::object& points, const py::objec
     return mesh;
 }
 
-// A property that returns a view of the result's numbers.
+// A property that is a view of numbers that the result has.
 template <class Member>
 auto numbers(Member member) {
     return [member](const py::object& self) {
-        const std::vector<double>& values = member(self.cast<const Traced&>());
+        const std::vector<double>& values = std::invoke(member, self.cast<const Traced&>());
         return view(values.data(), values.size(), 1, self);
     };
 }
@@ -182,36 +152,25 @@ void add_tracing(py::module_& module) {
                        R"(What arrives on a mesh, relative to an open flat plane, where it is 1.
 
 Its arrays are read-only views of it: nothing is copied, and they keep it alive.)")
-        .def_property_readonly("flux",
-                               numbers([](const Traced& t) -> auto& { return t.result.triangle.flux; }),
+        .def_property_readonly("flux", numbers([](const Traced& t) -> auto& { return t.triangle.flux; }),
                                "arrivals per area of each triangle")
         .def_property_readonly("flux_error",
-                               numbers([](const Traced& t) -> auto& { return t.result.triangle.error; }),
+                               numbers([](const Traced& t) -> auto& { return t.triangle.error; }),
                                "its standard error")
-        .def_property_readonly("point_flux",
-                               numbers([](const Traced& t) -> auto& { return t.result.vertex.flux; }),
+        .def_property_readonly("point_flux", numbers([](const Traced& t) -> auto& { return t.vertex.flux; }),
                                "flux at each point, linear in between")
         .def_property_readonly("point_flux_error",
-                               numbers([](const Traced& t) -> auto& { return t.result.vertex.error; }),
+                               numbers([](const Traced& t) -> auto& { return t.vertex.error; }),
                                "its standard error")
-        .def_property_readonly("area", numbers([](const Traced& t) -> auto& { return t.area; }),
-                               "of each triangle")
-        .def_property_readonly(
-            "relative_error", [](const Traced& t) { return t.result.relative_error; },
-            "sum(area * standard error) / sum(area * flux) over the points")
-        .def_property_readonly(
-            "rays", [](const Traced& t) { return t.result.emitted; }, "that left the source")
-        .def_property_readonly(
-            "absorbed", [](const Traced& t) { return t.result.absorbed; }, "of them")
-        .def_property_readonly(
-            "escaped", [](const Traced& t) { return t.result.escaped; }, "of them")
-        .def_property_readonly(
-            "leaked", [](const Traced& t) { return t.result.leaked; },
-            "of them, through the surface: none but for rounding")
-        .def_property_readonly(
-            "segments", [](const Traced& t) { return t.result.segments; }, "straight flights")
-        .def_property_readonly(
-            "seconds", [](const Traced& t) { return t.result.seconds; }, "of tracing");
+        .def_property_readonly("area", numbers(&Traced::area), "of each triangle")
+        .def_readonly("relative_error", &Traced::relative_error,
+                      "sum(area * standard error) / sum(area * flux) over the points")
+        .def_readonly("rays", &Traced::emitted, "that left the source")
+        .def_readonly("absorbed", &Traced::absorbed, "of them")
+        .def_readonly("escaped", &Traced::escaped, "of them")
+        .def_readonly("leaked", &Traced::leaked, "of them, through the surface: none but for rounding")
+        .def_readonly("segments", &Traced::segments, "straight flights")
+        .def_readonly("seconds", &Traced::seconds, "of tracing");
 
     module.def("flux", &trace, "points"_a, "triangles"_a, py::kw_only(), "sticking"_a = 1.0,
                "material"_a = py::none(), "source_exponent"_a = 1.0, "rays"_a = py::none(),

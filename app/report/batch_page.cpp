@@ -224,7 +224,7 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
 }  // namespace
 
 Page sweep_page(const fs::path& folder, std::size_t bytes) {
-    Page page("sweep", folder_name(folder));
+    Page page{.kind = "sweep", .title = folder_name(folder), .notes{}};
     const Json plan = read_json(folder / "sweep.json", "make the sweep again");
     Json units = plan.value("units", Json::object());
     page.fact("Recipe", text_at(plan, "recipe"));
@@ -253,7 +253,7 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
 }
 
 Page fit_page(const fs::path& folder, std::size_t bytes) {
-    Page page("fit", folder_name(folder));
+    Page page{.kind = "fit", .title = folder_name(folder), .notes{}};
     const Json fit = read_json(folder / "fit.json", "make the fit again");
     page.fact("Recipe", text_at(fit, "recipe"));
     page.fact("Status", text_at(fit, "status"));

@@ -138,7 +138,7 @@ Json five_ways_chart(const Json& entry) {
 }  // namespace
 
 Page comparison_page(const fs::path& folder, std::size_t bytes) {
-    Page page("comparison", folder_name(folder));
+    Page page{.kind = "comparison", .title = folder_name(folder), .notes{}};
     const Json comparison = read_json(folder / "compare.json", "make the comparison again");
     page.fact("Recipe", text_at(comparison, "recipe"));
     page.fact("Grid spacing", fmt::format("{} {}", number_text(comparison.at("grid_spacing")),
@@ -162,7 +162,7 @@ Page comparison_page(const fs::path& folder, std::size_t bytes) {
 }
 
 Page study_page(const fs::path& folder, std::size_t /*bytes*/) {
-    Page page("study", folder_name(folder));
+    Page page{.kind = "study", .title = folder_name(folder), .notes{}};
     const Json study = read_json(folder / "study.json", "make the study again");
     page.fact("Rays a trace", number_text(study.value("rays", Json())));
     page.fact("Sticking", number_text(study.value("sticking", Json())));

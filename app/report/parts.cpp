@@ -58,12 +58,6 @@ std::vector<surface::Plane> planes_of(const fs::path& effective) {
 
 }  // namespace
 
-Page::Page(std::string kind_of_folder, std::string title_of_page)
-    : kind(std::move(kind_of_folder)),
-      title(std::move(title_of_page)),
-      facts(Json::array()),
-      sections(Json::array()) {}
-
 void Page::fact(const std::string& name, const std::string& value) {
     if (!value.empty()) facts.push_back(Json::array({name, value}));
 }

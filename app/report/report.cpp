@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <nlohmann/json.hpp>
 
 #include "app/common/files.hpp"
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
+#include "surface/files/vtk_writer.hpp"
 
 namespace sidewall::app {
 
@@ -47,31 +49,16 @@ Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<Save
         folder.string());
 }
 
-// Escapes text for HTML, between tags and in quoted attributes.
-std::string escaped(const std::string& text) {
-    std::string html;
-    for (const char c : text)
-        html += c == '&'   ? "&amp;"
-                : c == '<' ? "&lt;"
-                : c == '>' ? "&gt;"
-                : c == '"' ? "&quot;"
-                           : std::string(1, c);
-    return html;
-}
-
 // JSON for a script element, which "</script>" or "<!--" in a string must not end. Invalid UTF-8, as in a
 // file's name, is replaced.
 std::string script_json(const Json& json) {
-    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    std::string safe;
-    for (const char c : text) safe += c == '<' ? "\\u003c" : std::string(1, c);
-    return safe;
+    return boost::replace_all_copy(json.dump(-1, ' ', false, Json::error_handler_t::replace), "<", "\\u003c");
 }
 
 std::string html_of(const Page& page) {
     const Json data{{"kind", page.kind},   {"title", page.title},       {"version", version()},
                     {"facts", page.facts}, {"notes", Json(page.notes)}, {"sections", page.sections}};
-    return page_html(escaped(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
+    return page_html(surface::xml_escape(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
 }
 
 Report report_within(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {

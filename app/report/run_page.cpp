@@ -230,7 +230,7 @@ void add_facts(const Json& summary, Page& page) {
 }  // namespace
 
 Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
-    Page page("run", folder_name(folder));
+    Page page{.kind = "run", .title = folder_name(folder), .notes{}};
     Json summary = Json::object();
     if (is_there(folder / "summary.json")) {
         summary = read_summary(folder);

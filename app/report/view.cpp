@@ -4,6 +4,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <boost/geometry/algorithms/simplify.hpp>
+#include <boost/geometry/geometries/register/linestring.hpp>
+#include <boost/geometry/geometries/register/point.hpp>
+#include <boost/geometry/strategies/cartesian/distance_projected_point.hpp>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -13,6 +17,9 @@
 #include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "app/report/view_mesh.hpp"
+
+BOOST_GEOMETRY_REGISTER_POINT_3D(sidewall::Vec3, double, boost::geometry::cs::cartesian, x(), y(), z())
+BOOST_GEOMETRY_REGISTER_LINESTRING(std::vector<sidewall::Vec3>)
 
 namespace sidewall::app {
 namespace {
@@ -78,35 +85,6 @@ std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     return names;
 }
 
-// Simplifies a line within a distance, by the algorithm of Douglas and Peucker (1973).
-std::vector<Vec3> straightened(const std::vector<Vec3>& line, double distance) {
-    std::vector<std::uint8_t> kept(line.size(), 0);
-    std::vector<std::pair<std::size_t, std::size_t>> open{{0, line.size() - 1}};
-    kept.front() = kept.back() = 1;
-    while (!open.empty()) {
-        const auto [a, b] = open.back();
-        open.pop_back();
-        std::size_t farthest = a;
-        double most = distance;
-        const Vec3 along = line[b] - line[a];
-        for (std::size_t k = a + 1; k < b; ++k) {
-            const Vec3 to = line[k] - line[a];
-            const double share =
-                along.isZero(0.0) ? 0.0 : std::clamp(to.dot(along) / along.squaredNorm(), 0.0, 1.0);
-            const double far = (to - share * along).norm();
-            if (far > most) most = far, farthest = k;
-        }
-        if (farthest == a) continue;
-        kept[farthest] = 1;
-        open.emplace_back(a, farthest);
-        open.emplace_back(farthest, b);
-    }
-    std::vector<Vec3> points;
-    for (std::size_t k = 0; k < line.size(); ++k)
-        if (kept[k]) points.push_back(line[k]);
-    return points;
-}
-
 std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const surface::Plane& plane,
                                              double cell) {
     constexpr double kOff = 0.02;  // of a cell
@@ -115,7 +93,8 @@ std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const sur
         std::vector<Vec3> points = polyline.points;
         if (points.size() < 2) continue;
         if (polyline.closed) points.push_back(points.front());
-        lines.push_back(straightened(points, kOff * cell));
+        // Within a distance, by the algorithm of Douglas and Peucker (1973).
+        boost::geometry::simplify(points, lines.emplace_back(), kOff * cell);
     }
     return lines;
 }

@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <initializer_list>
 #include <map>
 #include <utility>
@@ -50,19 +50,11 @@ bool has(const Json& json, const std::string& pointer, Is is) {
     return json.contains(at) && (json.at(at).*is)();
 }
 
-/// A file that a surface.pvd lists.
-struct PvdEntry {
-    double time = 0.0;
-    std::filesystem::path file;  ///< the collection's folder included
-    std::string after;
-};
-
 // The text that the quotes of an attribute hold, from what surface::xml_escape makes of it.
 std::string plain_text(std::string text) {
     for (const auto& [entity, character] :
          {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}})
-        for (std::size_t at = 0; (at = text.find(entity, at)) != std::string::npos; ++at)
-            text.replace(at, std::strlen(entity), character);
+        boost::replace_all(text, entity, character);
     return text;
 }
 
@@ -73,29 +65,6 @@ bool is_step(const std::string& label, const std::string& wanted) {
     const std::string name = label.substr(blank + 1);
     return label == wanted || label.substr(0, blank) == wanted || name == wanted ||
            name.substr(0, name.rfind(" (cycle ")) == wanted;
-}
-
-// The files of a ParaView collection, in its order.
-std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
-    const std::string text = surface::read_whole_file(path);
-    std::vector<PvdEntry> entries;
-    if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
-        throw FileError("{}: ends too early, it is damaged: run the simulation again", path.string());
-    for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
-         at = text.find("<DataSet", at + 1)) {
-        const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at);
-        PvdEntry entry;
-        const std::string_view time = tag_attribute(tag, "timestep");
-        std::from_chars(time.data(), time.data() + time.size(), entry.time);
-        const std::string_view file = tag_attribute(tag, "file");
-        if (file.empty())
-            throw FileError("{}: a DataSet names no file: run the simulation again", path.string());
-        entry.file = path.parent_path() / std::string(file);
-        entry.after = plain_text(std::string(tag_attribute(tag, "after")));
-        entries.push_back(std::move(entry));
-    }
-    if (entries.empty()) throw FileError("{}: lists no surface: has the run saved one yet?", path.string());
-    return entries;
 }
 
 /// Advice about a damaged summary.json.
@@ -149,21 +118,33 @@ std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(list))
         throw FileError("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
                         folder.string());
+    const std::string text = surface::read_whole_file(list);
+    if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
+        throw FileError("{}: ends too early, it is damaged: run the simulation again", list.string());
     // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
     std::vector<SavedSurface> saved;
-    for (const PvdEntry& entry : read_pvd(list)) {
-        const std::string name = entry.file.stem().string();
+    for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
+         at = text.find("<DataSet", at + 1)) {
+        const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at),
+                               time = tag_attribute(tag, "timestep"), name = tag_attribute(tag, "file");
+        if (name.empty())
+            throw FileError("{}: a DataSet names no file: run the simulation again", list.string());
+        SavedSurface entry{.number = saved.size(),
+                           .file = folder / std::string(name),
+                           .after = plain_text(std::string(tag_attribute(tag, "after")))};
+        std::from_chars(time.data(), time.data() + time.size(), entry.time);
+        const std::string stem = entry.file.stem().string();
         if (!saved.empty() && interface_number(entry.file, saved.back().file))
             saved.back().interfaces.push_back(entry.file);
-        if (!name.starts_with(kSurface)) continue;
-        std::size_t number = saved.size();
-        const std::size_t digits = name.find_first_of("0123456789");
+        if (!stem.starts_with(kSurface)) continue;
+        const std::size_t digits = stem.find_first_of("0123456789");
         if (digits != std::string::npos)
-            std::from_chars(name.data() + digits, name.data() + name.size(), number);
-        saved.push_back({number, entry.time, entry.file, entry.after, {}});
+            std::from_chars(stem.data() + digits, stem.data() + stem.size(), entry.number);
+        saved.push_back(std::move(entry));
     }
     if (saved.empty())
-        throw FileError("{}: lists no file named surface_*: has the run saved a surface yet?", list.string());
+        throw FileError("{}: lists no surface, no file named surface_*: has the run saved one yet?",
+                        list.string());
     return saved;
 }
 
@@ -283,18 +264,21 @@ Materials materials_of(const surface::MeshMetadata& metadata) {
     return materials;
 }
 
+double figure_of(const Json& summary, const std::string& name) {
+    const Json::json_pointer at = Json::json_pointer("/metrology") / name;
+    return summary.contains(at) && summary[at].is_number() ? summary[at].get<double>() : std::nan("");
+}
+
 bool has_other_version(const Json& summary) {
     return has(summary, "/version", &Json::is_string) && summary["version"] != version();
 }
 
 std::optional<Json> own_summary(const std::filesystem::path& folder) {
-    std::error_code failure;
-    if (!std::filesystem::exists(folder / "summary.json", failure)) return std::nullopt;
     try {
         Json summary = read_summary(folder);
         if (missing_in_summary(summary) || has_other_version(summary)) return std::nullopt;
         return summary;
-    } catch (const FileError&) {  // cut off
+    } catch (const FileError&) {  // missing, or cut off
         return std::nullopt;
     }
 }
