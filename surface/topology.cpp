@@ -2,8 +2,6 @@
 
 #include <tbb/parallel_sort.h>
 
-#include <algorithm>
-
 namespace sidewall::surface {
 namespace {
 

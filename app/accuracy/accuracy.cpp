@@ -7,11 +7,9 @@
 #include <cstdio>
 #include <set>
 
-#include "app/accuracy/accuracy_bars.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/version.hpp"
 #include "app/models/model.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"

@@ -12,7 +12,6 @@
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "app/recipe/sections.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
 #include "surface/files/file.hpp"

@@ -1,13 +1,10 @@
 #include "app/common/json.hpp"
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <string>
 
 #include "app/common/files.hpp"
 #include "surface/files/file.hpp"

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "app/common/text.hpp"
-#include "app/recipe/figure_names.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"

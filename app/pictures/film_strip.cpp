@@ -7,7 +7,6 @@
 
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {

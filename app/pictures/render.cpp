@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "app/pictures/render_scene.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <cmath>
-
 namespace sidewall::python {
 namespace {
 

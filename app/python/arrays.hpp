@@ -2,7 +2,6 @@
 #include <pybind11/numpy.h>
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "surface/error.hpp"

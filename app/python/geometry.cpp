@@ -7,7 +7,6 @@
 
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
-#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"

@@ -8,7 +8,6 @@
 #include <functional>
 #include <map>
 #include <string>
-#include <utility>
 #include <variant>
 
 #include "app/python/arrays.hpp"

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
 #include <set>
 
@@ -11,9 +10,7 @@
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/report/parts.hpp"
-#include "app/report/view_mesh.hpp"
 #include "surface/error.hpp"
-#include "surface/files/file.hpp"
 
 // Pages of folders with many runs: sweeps, fits and studies.
 namespace sidewall::app {

@@ -5,12 +5,9 @@
 #include <algorithm>
 
 #include "app/common/files.hpp"
-#include "app/common/json.hpp"
-#include "app/common/text.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
-#include "app/report/view.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"

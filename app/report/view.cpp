@@ -13,7 +13,6 @@
 #include <mutex>
 #include <set>
 
-#include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "app/report/view_mesh.hpp"

@@ -5,7 +5,6 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <optional>
 
 #include "app/common/json.hpp"
 #include "app/pictures/render_scene.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -15,7 +14,6 @@
 #include "app/common/files.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/interrupt.hpp"
-#include "app/common/json.hpp"
 #include "app/common/processes.hpp"
 #include "app/common/text.hpp"
 #include "app/process/estimate/memory.hpp"

@@ -4,17 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <string_view>
 
-#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
