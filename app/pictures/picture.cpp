@@ -162,6 +162,32 @@ std::string number_text(double value, double step) {
     return fmt::format("{:.{}f}", value, digits);
 }
 
+// Draws a round-ended line, anti-aliased over one pixel.
+void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
+                 const Colour& colour) {
+    const auto low = [&](double a, double b) {
+        return static_cast<int>(std::floor(std::min(a, b) - radius - 1.0));
+    };
+    const auto high = [&](double a, double b) {
+        return static_cast<int>(std::ceil(std::max(a, b) + radius + 1.0));
+    };
+    const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
+    for (int y = std::max(0, low(y0, y1)); y <= std::min(picture.height - 1, high(y0, y1)); ++y)
+        for (int x = std::max(0, low(x0, x1)); x <= std::min(picture.width - 1, high(x0, x1)); ++x) {
+            const double px = x + 0.5 - x0, py = y + 0.5 - y0;
+            const double t = square > 0.0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
+            const double distance = std::hypot(px - t * dx, py - t * dy);
+            const double cover = std::clamp(radius + 0.5 - distance, 0.0, 1.0);
+            if (cover > 0.0) picture.at(x, y) += cover * (colour - picture.at(x, y));
+        }
+}
+
+// Width in pixels that draw_text() takes.
+double text_width(double size, std::string_view text) {
+    const auto count = static_cast<double>(characters(text).size());
+    return std::max(0.0, count * kAdvance - 2.0) * size / kCapital;
+}
+
 /// Width of a key, in heights of a capital.
 double key_width(const PictureKey& key) {
     double width = 0.0;
@@ -209,25 +235,6 @@ void draw_legend(Picture& picture, const std::vector<LegendEntry>& entries, doub
 
 }  // namespace
 
-void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
-                 const Colour& colour) {
-    const auto low = [&](double a, double b) {
-        return static_cast<int>(std::floor(std::min(a, b) - radius - 1.0));
-    };
-    const auto high = [&](double a, double b) {
-        return static_cast<int>(std::ceil(std::max(a, b) + radius + 1.0));
-    };
-    const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
-    for (int y = std::max(0, low(y0, y1)); y <= std::min(picture.height - 1, high(y0, y1)); ++y)
-        for (int x = std::max(0, low(x0, x1)); x <= std::min(picture.width - 1, high(x0, x1)); ++x) {
-            const double px = x + 0.5 - x0, py = y + 0.5 - y0;
-            const double t = square > 0.0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
-            const double distance = std::hypot(px - t * dx, py - t * dy);
-            const double cover = std::clamp(radius + 0.5 - distance, 0.0, 1.0);
-            if (cover > 0.0) picture.at(x, y) += cover * (colour - picture.at(x, y));
-        }
-}
-
 void write_png(const fs::path& path, const Picture& picture) {
     std::vector<std::uint8_t> row(3 * static_cast<std::size_t>(picture.width));
     std::string bytes;
@@ -256,11 +263,6 @@ void write_png(const fs::path& path, const Picture& picture) {
     png_write_end(png, nullptr);
     png_destroy_write_struct(&png, &info);
     write_file(path, bytes);
-}
-
-double text_width(double size, std::string_view text) {
-    const auto count = static_cast<double>(characters(text).size());
-    return std::max(0.0, count * kAdvance - 2.0) * size / kCapital;
 }
 
 void draw_text(Picture& picture, double x, double y, double size, std::string_view text,

@@ -86,6 +86,14 @@ std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const R
     return names;
 }
 
+// The units of the figures.
+Json units_of(const RunSet& set) {
+    Json units = Json::object();
+    for (const SetRun& run : set.runs)
+        if (run.summary.contains("metrology_units")) units.update(run.summary["metrology_units"]);
+    return units;
+}
+
 }  // namespace
 
 SweepEnd run_sweep(const SweepOptions& options) {
@@ -171,13 +179,6 @@ std::string run_table(const std::vector<std::string>& keys, const std::vector<Ru
         if (run.ended) table += row_of(names, point, run);
     }
     return table;
-}
-
-Json units_of(const RunSet& set) {
-    Json units = Json::object();
-    for (const SetRun& run : set.runs)
-        if (run.summary.contains("metrology_units")) units.update(run.summary["metrology_units"]);
-    return units;
 }
 
 }  // namespace sidewall::app

@@ -60,7 +60,4 @@ Recipe recipe_changed(const std::string& effective, const std::string& file,
 std::string run_table(const std::vector<std::string>& keys, const std::vector<RunPoint>& points,
                       const RunSet& set);
 
-/// The units of the figures.
-Json units_of(const RunSet& set);
-
 }  // namespace sidewall::app
