@@ -47,6 +47,7 @@ struct Box3 {
         min = min.cwiseMin(p);
         max = max.cwiseMax(p);
     }
+    void extend(const Box3& box) { extend(box.min), extend(box.max); }
     Vec3 size() const { return max - min; }
 };
 

@@ -106,10 +106,10 @@ class Refiner {
         run.quiet = options_.quiet || folder != options_.output;
         run.output = folder;
         run.resume = options_.resume && holds_recipe(folder, text);
-        run.overwrite = !run.resume && (overwrite || holds_other_settings(folder, settings, text) ||
-                                        std::any_of(own_.begin(), own_.end(), [&](const auto& own) {
-                                            return holds_recipe(folder, own);
-                                        }));
+        run.overwrite =
+            !run.resume &&
+            (overwrite || holds_other_settings(folder, settings, text) ||
+             std::ranges::any_of(own_, [&](const auto& own) { return holds_recipe(folder, own); }));
         own_.insert(text);
         return run_recipe(recipe, run);
     }
@@ -177,7 +177,7 @@ class Refiner {
     }
 
     bool has_all_asked() const {
-        return std::all_of(asked_.begin(), asked_.end(), [&](const AskedAccuracy& asked) {
+        return std::ranges::all_of(asked_, [&](const AskedAccuracy& asked) {
             return std::isfinite(grids_.back().figure(asked.measure));
         });
     }
@@ -323,8 +323,7 @@ class Refiner {
         summary["accuracy"] = Json::object();
         for (const auto& entry : summary["metrology"].items()) {
             const std::string& measure = entry.key();
-            const auto asked = std::find_if(asked_.begin(), asked_.end(),
-                                            [&](const AskedAccuracy& one) { return one.measure == measure; });
+            const auto asked = std::ranges::find(asked_, measure, &AskedAccuracy::measure);
             summary["accuracy"][measure] = bars_of(measure, asked == asked_.end() ? nullptr : &*asked);
         }
         // A figure that no run has, such as a step coverage, has no entry in the metrology.

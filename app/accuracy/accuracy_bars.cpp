@@ -95,11 +95,12 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
                      const std::optional<AccuracyNoise>& noise, const AskedAccuracy* asked) {
     const AccuracyRun& last = grids.back();
     const bool flat = is_flat(recipe.domain);
+    const auto figure_in = [&](const std::map<std::string, double>& figures) {
+        const auto found = figures.find(measure);
+        return found == figures.end() ? kInfinity : found->second;
+    };
     const auto noise_on = [&](const AccuracyRun& run) {
-        const auto found =
-            noise ? noise->noise.find(measure) : std::map<std::string, double>::const_iterator();
-        return !noise || found == noise->noise.end() ? kInfinity
-                                                     : found->second * noise_factor(noise->on, run, flat);
+        return noise ? figure_in(noise->noise) * noise_factor(noise->on, run, flat) : kInfinity;
     };
     AccuracyBars bars{.value = last.figure(measure), .noise = noise_on(last)};
     std::vector<GridValue> values;
@@ -111,10 +112,8 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
     bars.reason = error.reason;
     if (noise && last.method != "none") {
         const bool fixed = recipe.simplify.max_error || recipe.simplify.l_max || recipe.simplify.l0;
-        const auto found = noise->simplification.find(measure);
-        bars.simplification = found == noise->simplification.end()
-                                  ? kInfinity
-                                  : found->second * (fixed ? 1.0 : last.spacing / noise->on.spacing);
+        bars.simplification =
+            figure_in(noise->simplification) * (fixed ? 1.0 : last.spacing / noise->on.spacing);
     }
     if (asked != nullptr) bars.asked = asked->bound * (asked->relative ? std::abs(bars.value) : 1.0);
 

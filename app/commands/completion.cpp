@@ -206,8 +206,8 @@ Offer offer_argument(const CLI::App& command, const std::vector<std::string>& wo
 Offer offer_for(const CLI::App& program, const std::vector<std::string>& words) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if (words.size() > 1) {
-        const auto named = [&](const CLI::App* command) { return command->get_name() == words[0]; };
-        const auto command = std::find_if(commands.begin(), commands.end(), named);
+        const auto command =
+            std::ranges::find(commands, words[0], [](const CLI::App* c) { return c->get_name(); });
         return command == commands.end() ? Offer()
                                          : offer_argument(**command, {words.begin() + 1, words.end()});
     }

@@ -2,14 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
+#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
+#include "app/recipe/recipe.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
@@ -52,7 +53,6 @@ Kind kind_of(const ExportArguments& arguments) {
 
 /// Refuses outputs that would replace a file of the run or each other.
 void check_outputs(const ExportArguments& arguments, Kind kind) {
-    namespace fs = std::filesystem;
     const auto whole = [](const fs::path& path) {
         std::error_code none;
         return fs::weakly_canonical(fs::absolute(path), none);
@@ -73,14 +73,9 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
 }
 
 Result read_input(const ExportArguments& arguments) {
-    if (!std::filesystem::is_directory(arguments.input))
-        saved_surfaces(arguments.input);  // says what it is not
+    if (!fs::is_directory(arguments.input)) saved_surfaces(arguments.input);  // says what it is not
     if (const std::string note = unfinished_note(arguments.input); !note.empty()) print_warning(note);
     return read_choice(arguments.input, arguments.choice);
-}
-
-double time_of(const Result& result) {
-    return metadata_number(result.metadata, "time").value_or(0.0);
 }
 
 Json quality_json(const Device& device) {
@@ -185,7 +180,7 @@ void require_profile(const Result& result, double spacing) {
 }
 
 Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
-    const double spacing = grid_spacing_of(arguments.input);
+    const double spacing = load_frame(fs::path(arguments.input) / "recipe.toml").domain.grid_spacing;
     if (arguments.triangles) require_profile(result, spacing);
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
@@ -232,6 +227,7 @@ void run(const ExportArguments& arguments) {
     check_outputs(arguments, kind);
     const Result result = read_input(arguments);
     const std::string length = metadata_text(result.metadata, "length_unit", "");
+    const double time = metadata_number(result.metadata, "time").value_or(0.0);
     Json json;
     if (kind == Kind::tetrahedra) {
         json = export_tetrahedra(arguments, result);
@@ -246,12 +242,12 @@ void run(const ExportArguments& arguments) {
     }
     json["file"] = arguments.output;
     json["source"] = result.source.string();
-    json["time"] = time_of(result);
+    json["time"] = time;
     json["length_unit"] = length;
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json == "-") return;
-    print_plain("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(),
-                time_of(result), metadata_text(result.metadata, "time_unit", ""));
+    print_plain("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(), time,
+                metadata_text(result.metadata, "time_unit", ""));
     if (kind == Kind::tetrahedra && arguments.triangles)
         print_plane(json, length);
     else if (kind == Kind::tetrahedra)

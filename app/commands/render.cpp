@@ -5,6 +5,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
+#include "app/common/files.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/film_strip.hpp"
 
@@ -63,7 +64,7 @@ RenderOptions parse(const RenderArguments& arguments) {
 
 /// Reads a mesh, or a folder's last wafer or that of a choice or number.
 Result read_input(const RenderArguments& arguments) {
-    const std::filesystem::path input = arguments.input;
+    const fs::path input = arguments.input;
     Result result = arguments.frame ? read_saved(input, saved_number(saved_surfaces(input), *arguments.frame))
                                     : read_choice(input, arguments.choice);
     if (!result.folder) result.interfaces = interfaces_beside(input);
@@ -85,8 +86,8 @@ void draw_one(const RenderArguments& arguments, RenderOptions options) {
 
 void run(const RenderArguments& arguments) {
     RenderOptions options = parse(arguments);
-    const bool folder = std::filesystem::is_directory(arguments.input);
-    if (std::filesystem::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
+    const bool folder = fs::is_directory(arguments.input);
+    if (fs::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
         throw RecipeError("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
                           arguments.input, arguments.all ? "--all" : "--frame");
     if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/algorithm/string/replace.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -107,13 +108,8 @@ std::string words_on(const CsvTable& table, const Style& style) {
 }  // namespace
 
 std::vector<std::string> split(std::string_view text, char separator) {
-    std::vector<std::string> parts(1);
-    for (const char c : text) {
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    }
+    std::vector<std::string> parts;
+    boost::split(parts, text, [&](char c) { return c == separator; });
     return parts;
 }
 

@@ -62,14 +62,9 @@ void require_ranges(const std::vector<Vary>& varied) {
     if (varied.size() > kSobolDimensions)
         throw RecipeError("--vary: a fit varies at most {} keys", kSobolDimensions);
     for (const Vary& vary : varied) {
-        if (vary.words)
-            throw RecipeError(
-                "--vary {}: holds one of several words, among which a fit cannot go downhill: use sidewall sweep",
-                vary.key);
-        if (vary.whole)
-            throw RecipeError(
-                "--vary {}: holds whole numbers, among which a fit cannot go downhill: use sidewall sweep",
-                vary.key);
+        if (vary.words || vary.whole)
+            throw RecipeError("--vary {}: holds {}, among which a fit cannot go downhill: use sidewall sweep",
+                              vary.key, vary.words ? "one of several words" : "whole numbers");
         if (!vary.is_range() || vary.count)
             throw RecipeError("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
                               vary.key, vary.key);
@@ -126,8 +121,7 @@ FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& l
                                       part.options.vary[part.keys.size()]) != options.vary.end();
         Vary named = vary;
         if (!shared) named.key = part.label + ":" + vary.key;
-        const auto there =
-            std::find_if(all.begin(), all.end(), [&](const Vary& any) { return any.key == named.key; });
+        const auto there = std::ranges::find(all, named.key, &Vary::key);
         part.places.push_back(static_cast<std::size_t>(there - all.begin()));
         part.keys.push_back(vary.key);
         if (there == all.end()) all.push_back(std::move(named));

@@ -33,17 +33,13 @@ class Trials {
     }
 
     const FitTrial& at(const BoxPoint& x) {
-        const auto known =
-            std::find_if(all_.begin(), all_.end(), [&](const FitTrial& trial) { return trial.x == x; });
+        const auto known = std::ranges::find(all_, x, &FitTrial::x);
         if (known != all_.end()) return *known;
         evaluate({x});
         return all_.back();
     }
 
-    const FitTrial& best() const {
-        return *std::min_element(all_.begin(), all_.end(),
-                                 [](const FitTrial& a, const FitTrial& b) { return a.cost() < b.cost(); });
-    }
+    const FitTrial& best() const { return *std::ranges::min_element(all_, {}, &FitTrial::cost); }
 
     // Least squares from the best of these points, or from the start, with the runs that are left.
     LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise, bool descends = true) {

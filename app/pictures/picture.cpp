@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <csetjmp>
 
 #include "app/common/files.hpp"
 
@@ -25,10 +24,6 @@ std::u32string characters(std::string_view text) {
         result += byte < 0x80 ? char32_t(byte) : text.substr(i, 2) == "\u00b5" ? U'\u00b5' : U'\ufffd';
     }
     return result;
-}
-
-void append_bytes(png_structp png, png_bytep data, png_size_t size) {
-    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
 }
 
 struct Glyph {
@@ -236,33 +231,23 @@ void draw_legend(Picture& picture, const std::vector<LegendEntry>& entries, doub
 }  // namespace
 
 void write_png(const fs::path& path, const Picture& picture) {
-    std::vector<std::uint8_t> row(3 * static_cast<std::size_t>(picture.width));
-    std::string bytes;
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-    png_infop info = png ? png_create_info_struct(png) : nullptr;
-    // libpng reports errors by longjmp: make nothing with a destructor between here and the writes.
-    if (!info || setjmp(png_jmpbuf(png))) {
-        png_destroy_write_struct(&png, &info);
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(3 * picture.pixels.size());
+    for (const Colour& pixel : picture.pixels) {
+        const auto bytes = to_srgb(pixel);
+        rgb.insert(rgb.end(), bytes.begin(), bytes.end());
+    }
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = static_cast<png_uint_32>(picture.width);
+    image.height = static_cast<png_uint_32>(picture.height);
+    image.format = PNG_FORMAT_RGB;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+    std::string file(size, '\0');
+    if (png_image_write_to_memory(&image, file.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
         throw IoError("{}: cannot encode the picture: choose a smaller --size", path.string());
-    }
-    png_set_write_fn(png, &bytes, append_bytes, nullptr);
-    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
-                 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
-    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-    png_write_info(png, info);
-    for (int y = 0; y < picture.height; ++y) {
-        for (int x = 0; x < picture.width; ++x) {
-            const auto rgb =
-                to_srgb(picture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
-                                       static_cast<std::size_t>(x)]);
-            std::copy(rgb.begin(), rgb.end(), row.begin() + std::ptrdiff_t{3} * x);
-        }
-        png_write_row(png, row.data());
-    }
-    png_write_end(png, nullptr);
-    png_destroy_write_struct(&png, &info);
-    write_file(path, bytes);
+    file.resize(size);
+    write_file(path, file);
 }
 
 void draw_text(Picture& picture, double x, double y, double size, std::string_view text,

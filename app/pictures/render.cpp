@@ -240,9 +240,7 @@ bool is_strip(const TriangleMesh& surface) {
 }
 
 void PictureScale::extend(const Result& result) {
-    const Box3 own = bounding_box(result.surface);
-    box.extend(own.min);
-    box.extend(own.max);
+    box.extend(bounding_box(result.surface));
     for (const TriangleMesh& mesh : result.interfaces)
         box.min.z() = std::min(box.min.z(), bounding_box(mesh).min.z());
     materials.merge(materials_on(result));

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cctype>
 #include <set>
@@ -114,10 +115,7 @@ void add_table(const TextTable& table, const Json& plan, const Json& units, cons
 }
 
 std::string joined(const Json& list) {
-    std::string text;
-    if (list.is_array())
-        for (const Json& item : list) text += (text.empty() ? "" : ", ") + item.get<std::string>();
-    return text;
+    return list.is_array() ? fmt::format("{}", fmt::join(list.get<std::vector<std::string>>(), ", ")) : "";
 }
 
 std::size_t failures(const TextTable& table) {

@@ -135,6 +135,17 @@ Json phases_section(const Json& timing) {
         {"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"names", {"seconds"}}, {"rows", rows}};
 }
 
+// A row for each item of what it has at the fields.
+template <class Fields>
+Json rows_of(const Json& items, const Fields& fields) {
+    Json rows = Json::array();
+    for (const Json& item : items) {
+        Json& row = rows.emplace_back(Json::array());
+        for (const auto& field : fields) row.push_back(item.value(field, Json()));
+    }
+    return rows;
+}
+
 // What every step was asked for, how it ended, and the measures at its end, if the run took them.
 Json steps_section(const Json& summary, const Json& units, const std::string& time) {
     std::vector<std::string> columns{
@@ -163,13 +174,7 @@ Json steps_section(const Json& summary, const Json& units, const std::string& ti
                 fields.push_back(Json::json_pointer("/measures") / name);
             }
     }
-    Json rows = Json::array();
-    for (const Json& step : summary["steps"]) {
-        Json row = Json::array();
-        for (const auto& field : fields) row.push_back(step.value(field, Json()));
-        rows.push_back(std::move(row));
-    }
-    return plain_table("Steps", columns, std::move(rows));
+    return plain_table("Steps", columns, rows_of(summary["steps"], fields));
 }
 
 void add_summary_tables(const Json& summary, Page& page) {
@@ -184,14 +189,8 @@ void add_summary_tables(const Json& summary, Page& page) {
                       volume = shown_unit(text_at(summary, "volume_unit"));
     const auto list = [&](const char* key, const std::string& title, const std::vector<std::string>& columns,
                           const std::vector<std::string>& names) {
-        if (!summary.contains(key) || summary[key].empty()) return;
-        Json all = Json::array();
-        for (const Json& item : summary[key]) {
-            Json row = Json::array();
-            for (const std::string& name : names) row.push_back(item.value(name, Json()));
-            all.push_back(std::move(row));
-        }
-        page.sections.push_back(plain_table(title, columns, std::move(all)));
+        if (summary.contains(key) && !summary[key].empty())
+            page.sections.push_back(plain_table(title, columns, rows_of(summary[key], names)));
     };
     if (summary.contains("steps") && !summary["steps"].empty())
         page.sections.push_back(steps_section(summary, units, time));

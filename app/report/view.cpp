@@ -101,8 +101,7 @@ std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const sur
 int most_frequent_material(const TriangleMesh& mesh) {
     std::map<int, std::size_t> count;
     for (const int id : triangle_materials(mesh)) ++count[std::clamp(id, 0, 255)];
-    const auto most = std::max_element(count.begin(), count.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most = std::ranges::max_element(count, {}, &std::pair<const int, std::size_t>::second);
     return most == count.end() ? 0 : most->first;
 }
 
@@ -199,10 +198,7 @@ Json scene_json(const std::vector<ViewFrame>& sources, const Scene& scene) {
     const std::string length = metadata_text(scene.metadata, "length_unit", ""),
                       time = metadata_text(scene.metadata, "time_unit", "");
     Box3 box;
-    for (const Frame& frame : scene.frames) {
-        box.extend(frame.box.min);
-        box.extend(frame.box.max);
-    }
+    for (const Frame& frame : scene.frames) box.extend(frame.box);
     Json json{{"type", "view"},
               {"title", "Surface and materials"},
               {"length_unit", shown_unit(length)},
@@ -238,11 +234,8 @@ Json scene_json(const std::vector<ViewFrame>& sources, const Scene& scene) {
     }
     json["materials"] = Json::array();
     for (const int id : shown) {
-        const bool known = static_cast<std::size_t>(id) < table.size();
-        json["materials"].push_back(
-            Json{{"id", id},
-                 {"name", known ? table[static_cast<std::size_t>(id)].name : fmt::format("material {}", id)},
-                 {"colour", known ? table[static_cast<std::size_t>(id)].colour : "#aab4c0"}});
+        const Material material = material_of(id, table);
+        json["materials"].push_back(Json{{"id", id}, {"name", material.name}, {"colour", material.colour}});
     }
     return json;
 }

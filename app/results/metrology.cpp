@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -232,7 +233,7 @@ std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
         const double height = std::min(rise(half, k, -1), rise(half, k, 1));
         if (height > least) edges.push_back({k, height});
     }
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.height > b.height; });
+    std::ranges::sort(edges, std::greater(), &Edge::height);
     // Of two or more edges the last one before the largest ratio to the next, which for the last of all is
     // the least.
     std::size_t count = edges.size();
@@ -242,7 +243,7 @@ std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
         if (ratio > widest) widest = ratio, count = k;
     }
     edges.resize(count);
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.at < b.at; });
+    std::ranges::sort(edges, {}, &Edge::at);
     return edges;
 }
 

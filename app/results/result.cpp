@@ -9,8 +9,10 @@
 #include <cmath>
 #include <initializer_list>
 #include <map>
+#include <ranges>
 #include <utility>
 
+#include "app/common/files.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
@@ -31,8 +33,7 @@ std::string_view tag_attribute(std::string_view tag, std::string_view name) {
 constexpr std::string_view kSurface = "surface";
 
 /// K if a file is named interface_NNNN_K.vtp after surface_NNNN.vtp.
-std::optional<std::size_t> interface_number(const std::filesystem::path& file,
-                                            const std::filesystem::path& surface) {
+std::optional<std::size_t> interface_number(const fs::path& file, const fs::path& surface) {
     const std::string name = file.stem().string(),
                       start = "interface" + surface.stem().string().substr(kSurface.size()) + "_";
     if (!name.starts_with(start) || file.extension() != surface.extension()) return std::nullopt;
@@ -113,9 +114,9 @@ std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, co
 
 }  // namespace
 
-std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
-    const std::filesystem::path list = folder / "surface.pvd";
-    if (!std::filesystem::exists(list))
+std::vector<SavedSurface> saved_surfaces(const fs::path& folder) {
+    const fs::path list = folder / "surface.pvd";
+    if (!fs::exists(list))
         throw FileError("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
                         folder.string());
     const std::string text = surface::read_whole_file(list);
@@ -149,9 +150,7 @@ std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
 }
 
 const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time) {
-    const auto [first, last] =
-        std::minmax_element(saved.begin(), saved.end(),
-                            [](const SavedSurface& a, const SavedSurface& b) { return a.time < b.time; });
+    const auto [first, last] = std::ranges::minmax_element(saved, {}, &SavedSurface::time);
     // What was not saved yet must not be answered with another time's surface.
     const double slack = 1e-6 * std::max(std::abs(first->time), std::abs(last->time));
     if (!(time >= first->time - slack && time <= last->time + slack))
@@ -189,22 +188,21 @@ const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long lo
                       most);
 }
 
-Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved) {
+Result read_saved(const fs::path& folder, const SavedSurface& saved) {
     Result result;
     result.folder = folder;
     result.source = saved.file;
     result.surface = surface::read_mesh(saved.file, &result.metadata);
-    for (const std::filesystem::path& file : saved.interfaces)
-        result.interfaces.push_back(surface::read_mesh(file));
+    for (const fs::path& file : saved.interfaces) result.interfaces.push_back(surface::read_mesh(file));
     return result;
 }
 
-std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface) {
-    const std::filesystem::path folder = surface.has_parent_path() ? surface.parent_path() : ".";
-    std::map<std::size_t, std::filesystem::path> files;
+std::vector<TriangleMesh> interfaces_beside(const fs::path& surface) {
+    const fs::path folder = surface.has_parent_path() ? surface.parent_path() : ".";
+    std::map<std::size_t, fs::path> files;
     std::error_code unreadable;  // the surface alone then
     if (surface.filename().string().starts_with(kSurface))
-        for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
+        for (const auto& entry : fs::directory_iterator(folder, unreadable))
             if (const auto k = interface_number(entry.path(), surface)) files[*k] = entry.path();
     std::vector<TriangleMesh> interfaces;
     interfaces.reserve(files.size());
@@ -212,25 +210,22 @@ std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface
     return interfaces;
 }
 
-Result read_result(const std::filesystem::path& path) {
+Result read_result(const fs::path& path) {
     Result result;
     result.source = path;
-    if (!std::filesystem::exists(path))
-        throw FileError("{}: no such file or folder: check the path", path.string());
-    if (!std::filesystem::is_directory(path)) {
+    if (!fs::exists(path)) throw FileError("{}: no such file or folder: check the path", path.string());
+    if (!fs::is_directory(path)) {
         result.surface = surface::read_mesh(path, &result.metadata);
         return result;
     }
-    const auto saved = saved_surfaces(path);
-    const auto last =
-        std::max_element(saved.rbegin(), saved.rend(),
-                         [](const SavedSurface& a, const SavedSurface& b) { return a.time < b.time; });
-    result = read_saved(path, *last);
-    if (std::filesystem::exists(path / "summary.json")) result.summary = read_summary(path);
+    const std::vector<SavedSurface> saved = saved_surfaces(path);
+    result =
+        read_saved(path, *std::ranges::max_element(saved | std::views::reverse, {}, &SavedSurface::time));
+    if (fs::exists(path / "summary.json")) result.summary = read_summary(path);
     return result;
 }
 
-Json read_summary(const std::filesystem::path& folder) {
+Json read_summary(const fs::path& folder) {
     return read_json(folder / "summary.json", kSummaryAdvice);
 }
 
@@ -273,7 +268,7 @@ bool has_other_version(const Json& summary) {
     return has(summary, "/version", &Json::is_string) && summary["version"] != version();
 }
 
-std::optional<Json> own_summary(const std::filesystem::path& folder) {
+std::optional<Json> own_summary(const fs::path& folder) {
     try {
         Json summary = read_summary(folder);
         if (missing_in_summary(summary) || has_other_version(summary)) return std::nullopt;
@@ -283,13 +278,13 @@ std::optional<Json> own_summary(const std::filesystem::path& folder) {
     }
 }
 
-Json read_whole_summary(const std::filesystem::path& folder) {
+Json read_whole_summary(const fs::path& folder) {
     Json summary = read_summary(folder);
     require_whole(summary, folder);
     return summary;
 }
 
-void require_whole(const Json& summary, const std::filesystem::path& folder) {
+void require_whole(const Json& summary, const fs::path& folder) {
     if (const auto missing = missing_in_summary(summary))
         throw FileError("{}: is damaged: it lacks {} as a run writes it; {}",
                         (folder / "summary.json").string(), *missing, kSummaryAdvice);

@@ -94,8 +94,7 @@ std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe
         }
         if (std::find(places.begin(), places.end() - 1, places.back()) != places.end() - 1)
             throw RecipeError("--vary {}: {} is varied twice", text, vary.key);
-        const auto key =
-            std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& any) { return any.name == vary.key; });
+        const auto key = std::ranges::find(keys, vary.key, &KeyDoc::name);
         if (key != keys.end()) {
             vary.whole = key->type.starts_with("whole number");
             vary.words = !key->words.empty() && key->type.find("number") == std::string::npos;

@@ -149,7 +149,7 @@ std::optional<Result> wafer_of_checkpoint(const fs::path& folder) {
     for (const std::size_t layer : meshes.surface.layer)
         material.push_back(state.stack.layers[layer].material);
     result.surface = std::move(meshes.surface.mesh);
-    result.surface.triangle_attributes.push_back({"material", 1, Scalar::int32, std::move(material)});
+    result.surface.triangle_attributes.push_back(material_attribute(std::move(material)));
     for (std::size_t k = 0; k < meshes.interfaces.size(); ++k)
         if (!meshes.interfaces[k].triangles.empty())
             result.interfaces.push_back(
