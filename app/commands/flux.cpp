@@ -9,6 +9,7 @@
 #include "app/commands/cli_options.hpp"
 #include "app/commands/flux_io.hpp"
 #include "app/common/console.hpp"
+#include "app/common/files.hpp"
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"

@@ -7,6 +7,7 @@
 
 #include "app/common/json.hpp"
 #include "flux/radiosity/single_flux.hpp"
+#include "surface/error.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // The species that `sidewall flux` traces, from its options and the mesh's materials.

@@ -8,6 +8,9 @@
 #include <fstream>
 #include <optional>
 
+#include "surface/error.hpp"
+#include "surface/infinity.hpp"
+
 namespace sidewall::app {
 namespace {
 

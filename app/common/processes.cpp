@@ -25,6 +25,7 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {

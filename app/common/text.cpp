@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {

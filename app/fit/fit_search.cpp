@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "app/fit/fit_errors.hpp"
+#include "surface/error.hpp"
+#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <map>
+#include <tuple>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"

@@ -7,6 +7,7 @@
 #include <array>
 #include <utility>
 
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
