@@ -9,7 +9,6 @@
 #include <cmath>
 #include <initializer_list>
 #include <map>
-#include <ranges>
 #include <utility>
 
 #include "app/common/files.hpp"
@@ -220,7 +219,7 @@ Result read_result(const fs::path& path) {
     }
     const std::vector<SavedSurface> saved = saved_surfaces(path);
     result =
-        read_saved(path, *std::ranges::max_element(saved | std::views::reverse, {}, &SavedSurface::time));
+        read_saved(path, *std::ranges::max_element(saved.rbegin(), saved.rend(), {}, &SavedSurface::time));
     if (fs::exists(path / "summary.json")) result.summary = read_summary(path);
     return result;
 }
