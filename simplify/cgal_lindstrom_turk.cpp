@@ -16,7 +16,6 @@
 
 #include "simplify/collapse_mesh.hpp"
 #include "simplify/vertex_kind.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 namespace {

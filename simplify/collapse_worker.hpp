@@ -15,7 +15,6 @@
 #include "simplify/deviation.hpp"
 #include "simplify/edge_collapse.hpp"
 #include "simplify/simplify_options.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 

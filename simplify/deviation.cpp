@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "surface/infinity.hpp"
-
 namespace sidewall::simplify {
 namespace {
 

@@ -8,7 +8,6 @@
 #include "simplify/cgal_lindstrom_turk.hpp"
 #include "simplify/collapse.hpp"
 #include "surface/error.hpp"
-#include "surface/infinity.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::simplify {

@@ -8,7 +8,6 @@
 
 #include "simplify/collapse_mesh.hpp"
 #include "surface/error.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::simplify {
 namespace {

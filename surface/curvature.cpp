@@ -58,46 +58,23 @@ struct Rim {
     std::uint8_t mirror_x = 0, mirror_y = 0, open = 0;
 };
 
-std::vector<Rim> rims(const TriangleMesh& mesh, const Rows& around) {
+std::vector<Rim> rims(const TriangleMesh& mesh) {
     std::vector<Rim> rim(mesh.vertices.size());
     const Box3 box = bounding_box(mesh);
-    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(rim.size()), [&](std::uint32_t v) {
-        // A neighbour of one triangle alone is across a boundary edge. Few are counted fastest one by one,
-        // but the hub of a fan has thousands.
-        constexpr std::size_t kFew = 32;
-        std::vector<std::uint32_t> corners;  // of the triangles around, once a triangle, sorted
-        if (around[v].size() > kFew) {
-            for (const std::uint32_t c : around[v]) {
-                Triangle t = mesh.triangles[c / 3];
-                std::sort(t.begin(), t.end());
-                corners.insert(corners.end(), t.begin(), std::unique(t.begin(), t.end()));
-            }
-            std::sort(corners.begin(), corners.end());
+    const EdgeTable table = edge_table(mesh);
+    for (std::size_t e = 0; e < table.edges.size(); ++e) {
+        if (table.corners[e].size() > 1) continue;
+        const Vec3 &p = mesh.vertices[table.edges[e][0]], &q = mesh.vertices[table.edges[e][1]];
+        const auto in_side = [&](int axis) {
+            return p[axis] == q[axis] && (p[axis] == box.min[axis] || p[axis] == box.max[axis]);
+        };
+        const bool x = in_side(0), y = in_side(1);
+        for (const std::uint32_t v : table.edges[e]) {
+            rim[v].mirror_x |= x;
+            rim[v].mirror_y |= y;
+            rim[v].open |= !x && !y;
         }
-        const auto triangles_with = [&](std::uint32_t neighbour) -> std::ptrdiff_t {
-            if (!corners.empty()) {
-                const auto same = std::equal_range(corners.begin(), corners.end(), neighbour);
-                return same.second - same.first;
-            }
-            return std::count_if(around[v].begin(), around[v].end(), [&](std::uint32_t c) {
-                const Triangle& t = mesh.triangles[c / 3];
-                return std::find(t.begin(), t.end(), neighbour) != t.end();
-            });
-        };
-        const auto in_side = [&](std::uint32_t neighbour, int axis) {
-            const double at = mesh.vertices[v][axis];
-            return at == mesh.vertices[neighbour][axis] && (at == box.min[axis] || at == box.max[axis]);
-        };
-        for (const std::uint32_t c : around[v])
-            for (std::uint32_t k = 1; k < 3; ++k) {
-                const std::uint32_t neighbour = mesh.triangles[c / 3][(c % 3 + k) % 3];
-                if (neighbour == v || triangles_with(neighbour) > 1) continue;
-                const bool x = in_side(neighbour, 0), y = in_side(neighbour, 1);
-                rim[v].mirror_x |= x;
-                rim[v].mirror_y |= y;
-                rim[v].open |= !x && !y;
-            }
-    });
+    }
     return rim;
 }
 
@@ -109,7 +86,7 @@ Curvature mesh_curvature(const TriangleMesh& mesh) {
     tbb::parallel_for(std::size_t{0}, corners.size(),
                       [&](std::size_t t) { corners[t] = triangle_corners(mesh, t); });
     const Rows around = vertex_corners(mesh);
-    const std::vector<Rim> rim = rims(mesh, around);
+    const std::vector<Rim> rim = rims(mesh);
 
     Curvature result{std::vector<double>(n, 0.0), std::vector<double>(n, 0.0)};
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t v) {

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "surface/error.hpp"
 
@@ -41,10 +40,9 @@ Distance distance(const TriangleMesh& from, const RayScene& to) {
             if (!counts[i]) continue;
             const Vec3& p = from.vertices[i];
             // The last vertex's nearest point is on the surface: nothing farther can be nearest to this one.
-            const double radius =
-                first ? std::numeric_limits<double>::infinity() : (p - last).norm() * (1.0 + 1e-9);
+            const double radius = first ? kInfinity : (p - last).norm() * (1.0 + 1e-9);
             SurfaceHit hit = to.closest_point(p, radius);
-            if (!hit) hit = to.closest_point(p, std::numeric_limits<double>::infinity());
+            if (!hit) hit = to.closest_point(p, kInfinity);
             result.per_vertex[i] = hit.distance;
             last = hit.point;
             first = false;

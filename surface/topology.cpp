@@ -2,7 +2,8 @@
 
 #include <tbb/parallel_sort.h>
 
-#include <algorithm>
+#include <map>
+#include <set>
 
 namespace sidewall::surface {
 namespace {
@@ -70,43 +71,30 @@ bool several_fans(const TriangleMesh& mesh, std::span<const std::uint32_t> corne
 
 std::vector<Chain> join_links(const std::vector<Link>& links) {
     const auto n = static_cast<std::uint32_t>(links.size());
-    std::vector<std::uint32_t> by_start(n);
-    for (std::uint32_t i = 0; i < n; ++i) by_start[i] = i;
-    std::sort(by_start.begin(), by_start.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return links[a].from != links[b].from ? links[a].from < links[b].from : a < b;
-    });
-    std::vector<std::uint64_t> ends(n);
-    for (std::uint32_t i = 0; i < n; ++i) ends[i] = links[i].to;
-    std::sort(ends.begin(), ends.end());
-
+    std::multimap<std::uint64_t, std::uint32_t> unused;  // by the joint that they leave, then in order
+    std::set<std::uint64_t> ends;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        unused.emplace(links[i].from, i);
+        ends.insert(links[i].to);
+    }
     std::vector<std::uint8_t> used(n, 0);
-    // Links before this position of a joint's run are used; keeps crowded joints linear.
-    std::vector<std::uint32_t> cursor(n, 0);
-    const auto next_unused = [&](std::uint64_t joint) -> std::uint32_t {
-        const auto first =
-            std::lower_bound(by_start.begin(), by_start.end(), joint,
-                             [&](std::uint32_t a, std::uint64_t key) { return links[a].from < key; });
-        if (first == by_start.end() || links[*first].from != joint) return n;
-        const auto base = static_cast<std::uint32_t>(first - by_start.begin());
-        for (std::uint32_t i = base + cursor[base]; i < n && links[by_start[i]].from == joint; ++i) {
-            if (!used[by_start[i]]) return by_start[i];
-            cursor[base] = i + 1 - base;
-        }
-        return n;
-    };
-
     std::vector<Chain> chains;
     const auto follow = [&](std::uint32_t start) {
         Chain chain;
-        for (std::uint32_t i = start; i < n; i = next_unused(links[i].to)) {
+        std::uint64_t joint = links[start].from;
+        for (auto next = unused.lower_bound(joint); next != unused.end() && next->first == joint;
+             next = unused.lower_bound(joint)) {
+            const std::uint32_t i = next->second;
+            unused.erase(next);
             used[i] = 1;
             chain.links.push_back(i);
+            joint = links[i].to;
         }
-        chain.closed = links[chain.links.back()].to == links[start].from;
+        chain.closed = joint == links[start].from;
         chains.push_back(std::move(chain));
     };
     for (std::uint32_t i = 0; i < n; ++i)
-        if (!used[i] && !std::binary_search(ends.begin(), ends.end(), links[i].from)) follow(i);
+        if (!used[i] && !ends.contains(links[i].from)) follow(i);
     for (std::uint32_t i = 0; i < n; ++i)
         if (!used[i]) follow(i);
     return chains;

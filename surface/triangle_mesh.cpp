@@ -9,8 +9,7 @@ namespace sidewall {
 namespace {
 
 const Attribute* find(const std::vector<Attribute>& attributes, std::string_view name) {
-    const auto it = std::find_if(attributes.begin(), attributes.end(),
-                                 [&](const Attribute& a) { return a.name == name; });
+    const auto it = std::ranges::find(attributes, name, &Attribute::name);
     return it == attributes.end() ? nullptr : &*it;
 }
 
@@ -45,8 +44,7 @@ Box3 bounding_box(const TriangleMesh& mesh) {
             return box;
         },
         [](Box3 a, const Box3& b) {
-            a.extend(b.min);
-            a.extend(b.max);
+            a.extend(b);
             return a;
         });
 }

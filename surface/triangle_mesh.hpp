@@ -1,7 +1,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,12 +41,13 @@ struct TriangleMesh {
 
 /// Axis-aligned box, world units.
 struct Box3 {
-    Vec3 min = Vec3::Constant(std::numeric_limits<double>::infinity());
-    Vec3 max = Vec3::Constant(-std::numeric_limits<double>::infinity());
+    Vec3 min = Vec3::Constant(kInfinity);
+    Vec3 max = Vec3::Constant(-kInfinity);
     void extend(const Vec3& p) {
         min = min.cwiseMin(p);
         max = max.cwiseMax(p);
     }
+    void extend(const Box3& box) { extend(box.min), extend(box.max); }
     Vec3 size() const { return max - min; }
 };
 

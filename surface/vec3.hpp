@@ -2,6 +2,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "surface/infinity.hpp"
+
 namespace sidewall {
 
 /// A point or direction in world space, in the recipe's length unit.

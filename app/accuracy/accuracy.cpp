@@ -7,12 +7,9 @@
 #include <cstdio>
 #include <set>
 
-#include "app/accuracy/accuracy_bars.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
-#include "app/common/version.hpp"
 #include "app/models/model.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
@@ -25,8 +22,6 @@
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Coarsest and finest grid, over the recipe's grid spacing.
 constexpr double kCoarsest = 4.0, kFinest = 0.25;
@@ -111,10 +106,10 @@ class Refiner {
         run.quiet = options_.quiet || folder != options_.output;
         run.output = folder;
         run.resume = options_.resume && holds_recipe(folder, text);
-        run.overwrite = !run.resume && (overwrite || holds_other_settings(folder, settings, text) ||
-                                        std::any_of(own_.begin(), own_.end(), [&](const auto& own) {
-                                            return holds_recipe(folder, own);
-                                        }));
+        run.overwrite =
+            !run.resume &&
+            (overwrite || holds_other_settings(folder, settings, text) ||
+             std::ranges::any_of(own_, [&](const auto& own) { return holds_recipe(folder, own); }));
         own_.insert(text);
         return run_recipe(recipe, run);
     }
@@ -182,7 +177,7 @@ class Refiner {
     }
 
     bool has_all_asked() const {
-        return std::all_of(asked_.begin(), asked_.end(), [&](const AskedAccuracy& asked) {
+        return std::ranges::all_of(asked_, [&](const AskedAccuracy& asked) {
             return std::isfinite(grids_.back().figure(asked.measure));
         });
     }
@@ -328,8 +323,7 @@ class Refiner {
         summary["accuracy"] = Json::object();
         for (const auto& entry : summary["metrology"].items()) {
             const std::string& measure = entry.key();
-            const auto asked = std::find_if(asked_.begin(), asked_.end(),
-                                            [&](const AskedAccuracy& one) { return one.measure == measure; });
+            const auto asked = std::ranges::find(asked_, measure, &AskedAccuracy::measure);
             summary["accuracy"][measure] = bars_of(measure, asked == asked_.end() ? nullptr : &*asked);
         }
         // A figure that no run has, such as a step coverage, has no entry in the metrology.
@@ -377,7 +371,7 @@ bool traces(const Recipe& recipe) {
 RunResult run_to_accuracy(const Recipe& recipe, const std::vector<std::string>& overrides,
                           const std::vector<AskedAccuracy>& asked, const RunOptions& options) {
     if (!recipe.start.from.empty())
-        raise<RecipeError>(
+        throw RecipeError(
             "--accuracy: {} starts from another run and so on its grid: ask it of a recipe with layers",
             recipe.file);
     return Refiner(recipe, overrides, asked, options).refine();

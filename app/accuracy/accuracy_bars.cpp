@@ -3,14 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/fit/fit_errors.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/recipe_domain.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -54,17 +51,17 @@ double squares(const std::vector<double>& values) {
 AskedAccuracy read_one(const std::string& text) {
     constexpr const char* kForm = "write MEASURE=BOUND or MEASURE=PERCENT%, e.g. depth=0.02 or depth=1%";
     const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) raise<RecipeError>("--accuracy {}: {}", text, kForm);
+    if (equals == std::string::npos || equals == 0) throw RecipeError("--accuracy {}: {}", text, kForm);
     AskedAccuracy asked{.measure = text.substr(0, equals), .text = text.substr(equals + 1)};
     std::string_view bound = trimmed(asked.text);
     asked.relative = bound.ends_with('%');
     if (asked.relative) bound = trimmed(bound.substr(0, bound.size() - 1));
     const auto number = finite_number(bound);
-    if (!number) raise<RecipeError>("--accuracy {}: {} is no number: {}", text, bound, kForm);
-    if (!(*number > 0.0)) raise<RecipeError>("--accuracy {}: must be greater than 0", text);
+    if (!number) throw RecipeError("--accuracy {}: {} is no number: {}", text, bound, kForm);
+    if (!(*number > 0.0)) throw RecipeError("--accuracy {}: must be greater than 0", text);
     constexpr double kPercent = 0.01;
     asked.bound = asked.relative ? kPercent * *number : *number;
-    if (asked.relative && asked.bound >= 1.0) raise<RecipeError>("--accuracy {}: must be below 100 %", text);
+    if (asked.relative && asked.bound >= 1.0) throw RecipeError("--accuracy {}: must be below 100 %", text);
     return asked;
 }
 
@@ -72,11 +69,6 @@ constexpr double kSafety = 1.25, kFewSafety = 3.0;   // Roache's, for three grid
 constexpr double kLeastOrder = 0.3, kMostOrder = 1;  // that are believed
 
 }  // namespace
-
-double AccuracyRun::figure(const std::string& measure) const {
-    const Json value = summary["metrology"].value(measure, Json());
-    return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
 
 AccuracyNoise noise_of(const AccuracyRun& on, const std::vector<AccuracyRun>& others) {
     AccuracyNoise noise{.on = on};
@@ -103,11 +95,12 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
                      const std::optional<AccuracyNoise>& noise, const AskedAccuracy* asked) {
     const AccuracyRun& last = grids.back();
     const bool flat = is_flat(recipe.domain);
+    const auto figure_in = [&](const std::map<std::string, double>& figures) {
+        const auto found = figures.find(measure);
+        return found == figures.end() ? kInfinity : found->second;
+    };
     const auto noise_on = [&](const AccuracyRun& run) {
-        const auto found =
-            noise ? noise->noise.find(measure) : std::map<std::string, double>::const_iterator();
-        return !noise || found == noise->noise.end() ? kInfinity
-                                                     : found->second * noise_factor(noise->on, run, flat);
+        return noise ? figure_in(noise->noise) * noise_factor(noise->on, run, flat) : kInfinity;
     };
     AccuracyBars bars{.value = last.figure(measure), .noise = noise_on(last)};
     std::vector<GridValue> values;
@@ -119,10 +112,8 @@ AccuracyBars bars_of(const std::string& measure, const Recipe& recipe, const std
     bars.reason = error.reason;
     if (noise && last.method != "none") {
         const bool fixed = recipe.simplify.max_error || recipe.simplify.l_max || recipe.simplify.l0;
-        const auto found = noise->simplification.find(measure);
-        bars.simplification = found == noise->simplification.end()
-                                  ? kInfinity
-                                  : found->second * (fixed ? 1.0 : last.spacing / noise->on.spacing);
+        bars.simplification =
+            figure_in(noise->simplification) * (fixed ? 1.0 : last.spacing / noise->on.spacing);
     }
     if (asked != nullptr) bars.asked = asked->bound * (asked->relative ? std::abs(bars.value) : 1.0);
 
@@ -203,7 +194,7 @@ std::vector<AskedAccuracy> read_accuracy(const std::vector<std::string>& texts, 
         want_figure(recipe, asked.measure, "--accuracy", text);
         for (const AskedAccuracy& other : all)
             if (other.measure == asked.measure)
-                raise<RecipeError>("--accuracy {}: {} is asked for twice", text, asked.measure);
+                throw RecipeError("--accuracy {}: {} is asked for twice", text, asked.measure);
         all.push_back(std::move(asked));
     }
     return all;

@@ -7,6 +7,7 @@
 
 #include "app/common/json.hpp"
 #include "app/recipe/recipe.hpp"
+#include "app/results/result.hpp"
 
 // The bars of figures from the runs that were made for them.
 namespace sidewall::app {
@@ -35,7 +36,7 @@ struct AccuracyRun : AccuracySettings {
 
     double seconds() const { return summary["timing"]["total"].get<double>(); }
     /// The figure in its metrology; NaN if it has none.
-    double figure(const std::string& measure) const;
+    double figure(const std::string& measure) const { return figure_of(summary, measure); }
 };
 
 /// Noise and simplification error of the figures on one grid, from further runs there.

@@ -5,7 +5,6 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/notes.hpp"
@@ -66,11 +65,9 @@ Recipe read_recipe(const RecipeOptions& options) {
     return recipe;
 }
 
-std::filesystem::path default_output(const std::string& recipe_file,
-                                     const std::vector<std::string>& overrides) {
+fs::path default_output(const std::string& recipe_file, const std::vector<std::string>& overrides) {
     constexpr std::size_t kLongest = 100;
-    std::filesystem::path folder =
-        std::filesystem::path("results") / std::filesystem::path(recipe_file).stem();
+    fs::path folder = fs::path("results") / fs::path(recipe_file).stem();
     std::string all, name;
     for (const std::string& setting : overrides) {
         all += setting + '\n';
@@ -96,24 +93,24 @@ std::pair<CLI::Option*, CLI::Option*> add_choice_options(CLI::App& command, Wafe
     return {&step, &time};
 }
 
-SavedSurface saved_choice(const std::filesystem::path& folder, const WaferChoice& choice) {
+SavedSurface saved_choice(const fs::path& folder, const WaferChoice& choice) {
     const std::vector<SavedSurface> saved = saved_surfaces(folder);
     return choice.time ? saved_at(saved, *choice.time) : saved_after(saved, choice.step);
 }
 
-Result read_choice(const std::filesystem::path& input, const WaferChoice& choice) {
-    if (choice.named() && is_there(input) && !std::filesystem::is_directory(input))
-        raise<RecipeError>("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
-                           input.string(), choice.time ? "--time" : "--step");
+Result read_choice(const fs::path& input, const WaferChoice& choice) {
+    if (choice.named() && is_there(input) && !fs::is_directory(input))
+        throw RecipeError("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
+                          input.string(), choice.time ? "--time" : "--step");
     if (choice.named()) return read_saved(input, saved_choice(input, choice));
     if (!unfinished_note(input).empty())
         if (auto reached = wafer_of_checkpoint(input)) return *std::move(reached);
     return read_result(input);
 }
 
-std::string unfinished_note(const std::filesystem::path& input) {
+std::string unfinished_note(const fs::path& input) {
     std::error_code failure;
-    if (!std::filesystem::is_directory(input, failure) || is_there(input / "summary.json")) return {};
+    if (!fs::is_directory(input, failure) || is_there(input / "summary.json")) return {};
     return fmt::format("{}: the run has not ended: this is how far it has come", input.string());
 }
 

@@ -1,7 +1,5 @@
 #include "app/evaluation/compare.hpp"
 
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "app/commands/cli_options.hpp"

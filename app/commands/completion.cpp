@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
@@ -205,8 +206,8 @@ Offer offer_argument(const CLI::App& command, const std::vector<std::string>& wo
 Offer offer_for(const CLI::App& program, const std::vector<std::string>& words) {
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
     if (words.size() > 1) {
-        const auto named = [&](const CLI::App* command) { return command->get_name() == words[0]; };
-        const auto command = std::find_if(commands.begin(), commands.end(), named);
+        const auto command =
+            std::ranges::find(commands, words[0], [](const CLI::App* c) { return c->get_name(); });
         return command == commands.end() ? Offer()
                                          : offer_argument(**command, {words.begin() + 1, words.end()});
     }
@@ -217,19 +218,13 @@ Offer offer_for(const CLI::App& program, const std::vector<std::string>& words) 
     return offer;
 }
 
-std::string replaced(std::string text, char what, const std::string& by) {
-    for (std::size_t i = 0; (i = text.find(what, i)) != std::string::npos; i += by.size())
-        text.replace(i, 1, by);
-    return text;
-}
-
 /// Prints a line for each candidate, in the form that the shell's script reads.
 void print_offer(const Offer& offer, const std::string& shell, const std::string& word) {
     for (const auto& [candidate, doc] : offer.words) {
         if (!candidate.starts_with(word)) continue;
-        const std::string line = replaced(doc, '\n', " ");
+        const std::string line = boost::replace_all_copy(doc, "\n", " ");
         if (shell == "bash") fmt::print("{}\n", candidate);
-        if (shell == "zsh") fmt::print("{}:{}\n", replaced(candidate, ':', "\\:"), line);
+        if (shell == "zsh") fmt::print("{}:{}\n", boost::replace_all_copy(candidate, ":", "\\:"), line);
         if (shell == "fish") fmt::print("{}\t{}\n", candidate, line);
     }
     if (offer.files || offer.folders) fmt::print("{}\n", offer.files ? ":files" : ":folders");

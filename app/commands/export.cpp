@@ -2,15 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
+#include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/timing.hpp"
 #include "app/devices/device.hpp"
+#include "app/recipe/recipe.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
@@ -38,14 +38,14 @@ Kind kind_of(const ExportArguments& arguments) {
     else if (extension == ".csv")
         kind = Kind::profile;
     else if (extension != ".stl" && extension != ".obj" && extension != ".ply" && extension != ".vtp")
-        raise<RecipeError>(
+        throw RecipeError(
             "-o {}: must end in .vtu or .msh (tetrahedra), .stl, .obj, .ply or .vtp (the surface), .vtm (all "
             "surfaces) or .csv (a cut)",
             arguments.output);
     const DeviceOptions& options = arguments.options;
     if (kind != Kind::tetrahedra && (options.size || options.bottom || options.gas || arguments.triangles ||
                                      options.most != DeviceOptions{}.most))
-        raise<RecipeError>(
+        throw RecipeError(
             "-o {}: --size, --most, --bottom, --gas and --triangles are for tetrahedra: name a .vtu or .msh",
             arguments.output);
     return kind;
@@ -53,7 +53,6 @@ Kind kind_of(const ExportArguments& arguments) {
 
 /// Refuses outputs that would replace a file of the run or each other.
 void check_outputs(const ExportArguments& arguments, Kind kind) {
-    namespace fs = std::filesystem;
     const auto whole = [](const fs::path& path) {
         std::error_code none;
         return fs::weakly_canonical(fs::absolute(path), none);
@@ -63,7 +62,7 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
     const fs::path json = has_json ? whole(arguments.json) : fs::path();
     const fs::path blocks = output.parent_path() / output.stem();
     const auto refuse = [](const char* option, const std::string& file, const char* why) {
-        raise<RecipeError>("{} {}: {}: choose another name", option, file, why);
+        throw RecipeError("{} {}: {}: choose another name", option, file, why);
     };
     if (output.parent_path() == input || (kind == Kind::blocks && blocks == input))
         refuse("-o", arguments.output, "would write among the run's own files");
@@ -74,14 +73,9 @@ void check_outputs(const ExportArguments& arguments, Kind kind) {
 }
 
 Result read_input(const ExportArguments& arguments) {
-    if (!std::filesystem::is_directory(arguments.input))
-        saved_surfaces(arguments.input);  // says what it is not
+    if (!fs::is_directory(arguments.input)) saved_surfaces(arguments.input);  // says what it is not
     if (const std::string note = unfinished_note(arguments.input); !note.empty()) print_warning(note);
     return read_choice(arguments.input, arguments.choice);
-}
-
-double time_of(const Result& result) {
-    return metadata_number(result.metadata, "time").value_or(0.0);
 }
 
 Json quality_json(const Device& device) {
@@ -180,13 +174,13 @@ void print_plane(const Json& json, const std::string& unit) {
 
 void require_profile(const Result& result, double spacing) {
     if (!is_profile(result, spacing))
-        raise<RecipeError>(
+        throw RecipeError(
             "--triangles: this wafer is {:.4g} wide along y: only a profile, of a recipe with one extent, is a plane",
             bounding_box(result.surface).size().y());
 }
 
 Json export_tetrahedra(const ExportArguments& arguments, const Result& result) {
-    const double spacing = grid_spacing_of(arguments.input);
+    const double spacing = load_frame(fs::path(arguments.input) / "recipe.toml").domain.grid_spacing;
     if (arguments.triangles) require_profile(result, spacing);
     const double start = now();
     ProgressBar progress("tetrahedra", 1.0, "", arguments.json != "-");
@@ -233,6 +227,7 @@ void run(const ExportArguments& arguments) {
     check_outputs(arguments, kind);
     const Result result = read_input(arguments);
     const std::string length = metadata_text(result.metadata, "length_unit", "");
+    const double time = metadata_number(result.metadata, "time").value_or(0.0);
     Json json;
     if (kind == Kind::tetrahedra) {
         json = export_tetrahedra(arguments, result);
@@ -247,12 +242,12 @@ void run(const ExportArguments& arguments) {
     }
     json["file"] = arguments.output;
     json["source"] = result.source.string();
-    json["time"] = time_of(result);
+    json["time"] = time;
     json["length_unit"] = length;
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json == "-") return;
-    print_plain("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(),
-                time_of(result), metadata_text(result.metadata, "time_unit", ""));
+    print_plain("{}: {} at time {:.6g} {}\n", arguments.output, result.source.filename().string(), time,
+                metadata_text(result.metadata, "time_unit", ""));
     if (kind == Kind::tetrahedra && arguments.triangles)
         print_plane(json, length);
     else if (kind == Kind::tetrahedra)

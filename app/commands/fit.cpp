@@ -1,7 +1,5 @@
 #include "app/fit/fit.hpp"
 
-#include <fmt/format.h>
-
 #include <memory>
 
 #include "app/commands/cli_options.hpp"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -14,7 +13,6 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "flux/radiosity/method_choice.hpp"
@@ -47,7 +45,7 @@ std::array<Boundary, 2> parse_boundary(const std::string& text) {
         const auto found =
             std::ranges::find(kBoundaries, word, [](const auto& b) { return std::string(b.first); });
         if (found == std::end(kBoundaries))
-            raise<RecipeError>(
+            throw RecipeError(
                 "--boundary {}: must be reflective, periodic or open, for both axes or as X,Y for each",
                 text);
         boundary[axis] = found->second;
@@ -83,24 +81,23 @@ flux::LateralBox find_box(const TriangleMesh& mesh, const FluxArguments& argumen
 std::uint64_t parse_rays(const FluxArguments& arguments) {
     const double rays = arguments.rays.value_or(arguments.relative_error ? kMostRays : kDefaultRays);
     if (!(rays >= 1.0 && rays <= 1e12) || rays != std::floor(rays))
-        raise<RecipeError>("--rays {}: must be a whole number from 1 to 1e12", rays);
+        throw RecipeError("--rays {}: must be a whole number from 1 to 1e12", rays);
     return static_cast<std::uint64_t>(rays);
 }
 
 void check_arguments(const FluxArguments& arguments) {
-    const auto extension = std::filesystem::path(arguments.output).extension();
+    const auto extension = fs::path(arguments.output).extension();
     if (!arguments.output.empty() && extension != ".vtp" && extension != ".csv")
-        raise<RecipeError>("-o {}: must end in .vtp or .csv", arguments.output);
+        throw RecipeError("-o {}: must end in .vtp or .csv", arguments.output);
     for (const std::string& path : {arguments.output, arguments.json})
-        if (path != "-" && std::filesystem::is_directory(path))
-            raise<IoError>("{}: is a folder; name a file", path);
+        if (path != "-" && fs::is_directory(path)) throw IoError("{}: is a folder; name a file", path);
     if (!arguments.output.empty() && arguments.output == arguments.json)
-        raise<RecipeError>("--json {}: is the output file, too; name another", arguments.json);
+        throw RecipeError("--json {}: is the output file, too; name another", arguments.json);
     if (!arguments.boundary.empty()) parse_boundary(arguments.boundary);
     if (arguments.relative_error && !(*arguments.relative_error > 0.0))
-        raise<RecipeError>("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error);
+        throw RecipeError("--relative-error {:g}: must be above 0, such as 0.01", *arguments.relative_error);
     if (arguments.source.mean_free_path && arguments.method == "radiosity")
-        raise<RecipeError>(
+        throw RecipeError(
             "--mean-free-path {:g}: radiosity knows no collisions in the gas: use --method monte-carlo",
             *arguments.source.mean_free_path);
     parse_rays(arguments);
@@ -110,7 +107,7 @@ void check_arguments(const FluxArguments& arguments) {
 // Summary of what both methods have in common.
 Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const flux::LateralBox& box,
                const flux::TallyFlux& result) {
-    double area = 0.0, weighted = 0.0, low = std::numeric_limits<double>::infinity(), high = 0.0;
+    double area = 0.0, weighted = 0.0, low = kInfinity, high = 0.0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const double a = triangle_area(mesh, t);
         if (!(a > 0.0)) continue;
@@ -133,55 +130,17 @@ Json summarise(const FluxArguments& arguments, const TriangleMesh& mesh, const f
     return json;
 }
 
-struct Outcome {
-    flux::TallyFlux flux;
-    Json json;
-    std::uint64_t leaked = 0, emitted = 0;
-};
-
-Outcome followed(const flux::SingleFlux& asked) {
-    const flux::FluxResult result = flux::follow(asked);
-    return {result, traced_json(result), result.leaked, result.emitted};
-}
-
-Outcome solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice, flux::Exchange& exchange) {
-    const flux::RadiosityFlux result = flux::solve(asked, choice, exchange);
-    return {result, solved_json(exchange, result), exchange.leaked(), exchange.rays()};
-}
-
-// Chooses the method of least estimated cost.
-// \param json  gets the estimates.
-flux::MethodChoice choose_method(const flux::SingleFlux& asked, flux::Exchange& exchange, Json& json) {
-    flux::MethodChoice choice =
-        flux::choose_method(exchange, asked.species, asked.materials, asked.options, true);
-    json["auto"] = {{"relative_error", choice.target},
-                    {"monte_carlo_cost", choice.monte_carlo_cost},
-                    {"radiosity_cost", choice.radiosity_cost},
-                    {"spent", choice.spent}};
-    print_warning(fmt::format(
-        "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
-        "radiosity {:.2g} million segments{}",
-        choice.radiosity ? "radiosity" : "monte-carlo", choice.target, choice.monte_carlo_cost * 1e-6,
-        choice.radiosity_cost * 1e-6,
-        choice.spent > 0.0 ? fmt::format(", of which {:.2g} are spent", choice.spent * 1e-6) : ""));
-    return choice;
-}
-
-// Computes the flux by the method asked for.
-// \param choosing  set while `auto` compares the methods, which the progress bar leaves out.
-// \param why       gets the estimates that `auto` compared.
-Outcome find(const std::string& method, const flux::SingleFlux& asked, bool& choosing, Json& why) {
-    if (method == "monte-carlo") return followed(asked);
-    if (const std::string reason = flux::why_not_radiosity(asked.species);
-        method == "auto" && !reason.empty()) {
-        print_warning(fmt::format("sidewall flux: monte-carlo is taken: {}", reason));
-        return followed(asked);
-    }
-    flux::Exchange exchange = flux::exchange_of(asked);
-    choosing = method == "auto";
-    const flux::MethodChoice choice = choosing ? choose_method(asked, exchange, why) : flux::as_asked(asked);
-    choosing = false;
-    return choice.radiosity ? solved(asked, choice, exchange) : followed(asked);
+// Says what `auto` takes, and why.
+void print_choice(const flux::MethodChoice& choice) {
+    print_warning(
+        !choice.why_not.empty()
+            ? fmt::format("sidewall flux: monte-carlo is taken: {}", choice.why_not)
+            : fmt::format(
+                  "sidewall flux: {} is taken: to a relative error of {:.2g} monte-carlo costs about {:.2g} and "
+                  "radiosity {:.2g} million segments{}",
+                  choice.radiosity ? "radiosity" : "monte-carlo", choice.target,
+                  choice.monte_carlo_cost * 1e-6, choice.radiosity_cost * 1e-6,
+                  choice.spent > 0.0 ? fmt::format(", of which {:.2g} are spent", choice.spent * 1e-6) : ""));
 }
 
 void run_flux(const FluxArguments& arguments) {
@@ -196,7 +155,7 @@ void run_flux(const FluxArguments& arguments) {
     const double bvh = now() - start;
 
     std::optional<ProgressBar> bar(std::in_place, "flux", 100.0, "%");
-    bool choosing = false;
+    bool choosing = arguments.method == "auto";  // the progress bar leaves that out
     const flux::SingleFlux asked{mesh,
                                  materials.of_triangle,
                                  box,
@@ -213,30 +172,32 @@ void run_flux(const FluxArguments& arguments) {
                                   .stop = interrupted},
                                  arguments.rays.has_value()};
     install_interrupt_handler();  // until here Ctrl-C ends the program at once
-    Json why;
-    const Outcome outcome = find(arguments.method, asked, choosing, why);
+    const flux::FoundFlux found =
+        flux::find_flux(arguments.method, asked, [&](const flux::MethodChoice& choice) {
+            choosing = false;
+            print_choice(choice);
+        });
     bar.reset();
-    if (flux::leaks_too_much(outcome.leaked, outcome.emitted))
-        raise<NumericsError>(
+    if (flux::leaks_too_much(found.leaked, found.emitted))
+        throw NumericsError(
             "{}: {} of {} particles went through the surface: it has holes, overlaps, pieces turned "
             "inside out that are hidden from above or, with periodic sides, opposite ends that do "
             "not match",
-            arguments.mesh, outcome.leaked, outcome.emitted);
-    if (outcome.leaked > 0)
-        print_warning(fmt::format("sidewall flux: {} of {} particles went through the surface",
-                                  outcome.leaked, outcome.emitted));
-    if (!arguments.output.empty()) write_flux(arguments.output, mesh, outcome.flux);
-    Json json = summarise(arguments, mesh, box, outcome.flux);
-    json.merge_patch(outcome.json);
-    if (!why.is_null()) json.merge_patch(why);
+            arguments.mesh, found.leaked, found.emitted);
+    if (found.leaked > 0)
+        print_warning(fmt::format("sidewall flux: {} of {} particles went through the surface", found.leaked,
+                                  found.emitted));
+    if (!arguments.output.empty()) write_flux(arguments.output, mesh, found);
+    Json json = summarise(arguments, mesh, box, found);
+    json.merge_patch(found_json(found));
     json["seconds"]["bvh"] = bvh;
     if (!arguments.json.empty()) write_json(arguments.json, json);
     if (arguments.json != "-") print_flux_summary(json);
     const double error = json["relative_error"].get<double>();
     if (arguments.relative_error && !(error <= *arguments.relative_error))
-        raise<NumericsError>(
+        throw NumericsError(
             "{}: relative error {:.3g} after {} rays, above the {:.3g} asked for{}: {} or ask for less",
-            arguments.mesh, error, outcome.emitted, *arguments.relative_error,
+            arguments.mesh, error, found.emitted, *arguments.relative_error,
             arguments.output.empty() && arguments.json.empty() ? "" : " (what they gave is written)",
             json.value("discretisation_error", 0.0) > flux::kElementsAlone * *arguments.relative_error
                 ? fmt::format("{:.3g} of it are the linear elements, so give a finer mesh",

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <iterator>
 #include <utility>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "surface/files/mesh_io.hpp"
 
@@ -18,7 +16,7 @@ namespace {
 
 double parse_probability(const std::string& text, const std::string& where) {
     const double value = parse_number<double>(text, where);
-    if (!(value >= 0.0 && value <= 1.0)) raise<RecipeError>("{}: must be in [0, 1]", where);
+    if (!(value >= 0.0 && value <= 1.0)) throw RecipeError("{}: must be in [0, 1]", where);
     return value;
 }
 
@@ -36,14 +34,14 @@ std::vector<double> parse_sticking(const std::string& text, const std::vector<st
         const double value = parse_probability(part.substr(equals + 1), where);
         const auto found = std::lower_bound(ids.begin(), ids.end(), id);
         if (found == ids.end() || *found != id)
-            raise<RecipeError>("{}: {} has no material {}; it has {}", where, path, id, fmt::join(ids, ", "));
+            throw RecipeError("{}: {} has no material {}; it has {}", where, path, id, fmt::join(ids, ", "));
         double& slot = sticking[static_cast<std::size_t>(found - ids.begin())];
-        if (slot >= 0.0) raise<RecipeError>("{}: material {} is given twice", where, id);
+        if (slot >= 0.0) throw RecipeError("{}: material {} is given twice", where, id);
         slot = value;
     }
     for (std::size_t i = 0; i < ids.size(); ++i)
         if (sticking[i] < 0.0)
-            raise<RecipeError>("--sticking {}: material {} of {} is missing", text, ids[i], path);
+            throw RecipeError("--sticking {}: material {} of {} is missing", text, ids[i], path);
     return sticking;
 }
 
@@ -63,26 +61,18 @@ void set_attribute(std::vector<Attribute>& attributes, const std::string& name, 
     attributes.push_back({name, 1, Scalar::float64, std::move(values)});
 }
 
-void add_rates(Json& json, std::uint64_t rays, std::uint64_t segments, double seconds) {
-    json["rays"] = rays;
-    json["segments"] = segments;
-    json["seconds"]["trace"] = seconds;
-    json["rays_per_second"] = static_cast<double>(rays) / seconds;
-    json["segments_per_second"] = static_cast<double>(segments) / seconds;
-}
-
 }  // namespace
 
 FluxMaterials flux_materials(const TriangleMesh& mesh, const std::string& path) {
     const Attribute* attribute = mesh.triangle_attribute("material");
     if (!attribute) return {{0}, {}};
     if (attribute->components != 1 || attribute->values.size() != mesh.triangles.size())
-        raise<FileError>("{}: attribute material must be one integer a triangle", path);
+        throw FileError("{}: attribute material must be one integer a triangle", path);
     FluxMaterials materials;
     for (std::size_t t = 0; t < attribute->values.size(); ++t) {
         const double value = attribute->values[t];
         if (!(std::abs(value) <= 2147483647.0) || value != std::floor(value))
-            raise<FileError>("{}: triangle {} has material {}: must be an integer", path, t, value);
+            throw FileError("{}: triangle {} has material {}: must be an integer", path, t, value);
         materials.of_triangle.push_back(static_cast<std::int32_t>(value));
     }
     materials.ids = materials.of_triangle;
@@ -102,7 +92,7 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
     constexpr double kLeast = 1e-3;  // of the surface's size
     const double least = kLeast * bounding_box(mesh).size().norm();
     if (!(*source.mean_free_path >= least))
-        raise<RecipeError>(
+        throw RecipeError(
             "--mean-free-path {:g}: particles would collide too often to be followed: give a length of "
             "{:.3g} or more, a thousandth of the surface's size",
             *source.mean_free_path, least);
@@ -111,7 +101,7 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
 }
 
 void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result) {
-    if (std::filesystem::path(path).extension() == ".csv") return write_file(path, csv_text(mesh, result));
+    if (fs::path(path).extension() == ".csv") return write_file(path, csv_text(mesh, result));
     std::vector<double> area(mesh.triangles.size());
     for (std::size_t t = 0; t < area.size(); ++t) area[t] = triangle_area(mesh, t);
     set_attribute(mesh.triangle_attributes, "flux", result.triangle.flux);
@@ -122,34 +112,39 @@ void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlu
     surface::write_mesh(path, mesh);
 }
 
-Json traced_json(const flux::FluxResult& result) {
+Json found_json(const flux::FoundFlux& found) {
+    const double seconds = found.seconds - found.solve_seconds;
     Json json;
-    json["method"] = "monte-carlo";
-    add_rates(json, result.emitted, result.segments, result.seconds);
-    json["arrivals"] = result.arrivals;
-    json["absorbed"] = result.absorbed;
-    json["escaped"] = result.escaped;
-    json["escaped_fraction"] = static_cast<double>(result.escaped) / static_cast<double>(result.emitted);
-    json["leaked"] = result.leaked;
-    json["rescued"] = result.rescued;
-    json["relative_error"] = result.relative_error;
-    return json;
-}
-
-Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& result) {
-    Json json;
-    json["method"] = "radiosity";
-    add_rates(json, exchange.rays(), exchange.segments(), exchange.seconds());
-    json["seconds"]["solve"] = result.seconds;
-    json["unknowns"] = exchange.unknowns();
-    json["nonzeros"] = exchange.samples();
-    json["iterations"] = result.iterations;
-    json["escaped_fraction"] = result.escaped;
-    json["leaked"] = exchange.leaked();
-    json["relative_error"] = result.relative_error;
-    json["statistical_error"] = result.statistical_error;
-    json["discretisation_error"] = result.discretisation_error;
-    json["residual_rays"] = exchange.residual_rays();
+    json["method"] = found.radiosity ? "radiosity" : "monte-carlo";
+    json["rays"] = found.emitted;
+    json["segments"] = found.segments;
+    json["seconds"]["trace"] = seconds;
+    json["rays_per_second"] = static_cast<double>(found.emitted) / seconds;
+    json["segments_per_second"] = static_cast<double>(found.segments) / seconds;
+    if (found.radiosity) {
+        json["seconds"]["solve"] = found.solve_seconds;
+        json["unknowns"] = found.unknowns;
+        json["nonzeros"] = found.samples;
+        json["iterations"] = found.iterations;
+    } else {
+        json["arrivals"] = found.arrivals;
+        json["absorbed"] = found.absorbed;
+        json["escaped"] = found.escaped;
+        json["rescued"] = found.rescued;
+    }
+    json["escaped_fraction"] = found.escaped_fraction;
+    json["leaked"] = found.leaked;
+    json["relative_error"] = found.relative_error;
+    if (found.radiosity) {
+        json["statistical_error"] = found.statistical_error;
+        json["discretisation_error"] = found.discretisation_error;
+        json["residual_rays"] = found.residual_rays;
+    }
+    if (found.choice && found.choice->why_not.empty())
+        json["auto"] = {{"relative_error", found.choice->target},
+                        {"monte_carlo_cost", found.choice->monte_carlo_cost},
+                        {"radiosity_cost", found.choice->radiosity_cost},
+                        {"spent", found.choice->spent}};
     return json;
 }
 

@@ -6,10 +6,8 @@
 #include <vector>
 
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
-#include "flux/radiosity/radiosity.hpp"
-#include "flux/species.hpp"
-#include "flux/tracer/tracer.hpp"
+#include "flux/radiosity/single_flux.hpp"
+#include "surface/error.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // The species that `sidewall flux` traces, from its options and the mesh's materials.
@@ -22,7 +20,7 @@ Number parse_number(const std::string& text, const std::string& where) {
     Number value{};
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (failure != std::errc{} || end != text.data() + text.size())
-        raise<RecipeError>("{}: \"{}\" is not a number", where, text);
+        throw RecipeError("{}: \"{}\" is not a number", where, text);
     return value;
 }
 
@@ -52,9 +50,8 @@ flux::Species species_of(const FluxSource& source, const TriangleMesh& mesh, con
 /// \throws IoError if \p path cannot be written.
 void write_flux(const std::string& path, TriangleMesh mesh, const flux::TallyFlux& result);
 
-/// Summaries of `sidewall flux` by Monte Carlo and by radiosity.
-Json traced_json(const flux::FluxResult& result);
-Json solved_json(const flux::Exchange& exchange, const flux::RadiosityFlux& result);
+/// What the summary of `sidewall flux` says of how the flux was found.
+Json found_json(const flux::FoundFlux& found);
 
 /// Prints a summary as text.
 void print_flux_summary(const Json& json);

@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/figure_names.hpp"
-#include "app/recipe/sections.hpp"
 #include "app/results/metrology.hpp"
 #include "app/results/result.hpp"
 #include "surface/files/file.hpp"
@@ -30,7 +27,7 @@ Json vector_json(const Vec3& v) {
 }
 
 Json attribute_json(const Attribute& attribute, const char* where) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double low = kInfinity, high = -low;
     std::size_t odd = 0;
     for (const double v : attribute.values) {
         if (!std::isfinite(v)) {
@@ -179,13 +176,13 @@ void print_summary(const Json& summary) {
 Json measured(const Result& result, const std::string& input, const WaferChoice& choice,
               const std::vector<std::string>& names) {
     if (!result.folder)
-        raise<RecipeError>("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input);
-    const std::filesystem::path folder = input;
+        throw RecipeError("{}: --measure needs the folder that `run` wrote, with its checkpoint.vdb", input);
+    const fs::path folder = input;
     Recipe recipe = load_frame(folder / "recipe.toml");
     if (!names.empty()) recipe.metrology.measures.clear();
     for (const std::string& name : names) {
         if (word_of(recipe, name) == "")
-            raise<RecipeError>(
+            throw RecipeError(
                 "--measure {}: is found while a run goes on; inspect prints it under "
                 "metrology",
                 name);

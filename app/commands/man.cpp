@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <boost/algorithm/string/replace.hpp>
+
 #include "app/commands/cli_options.hpp"
 #include "app/common/version.hpp"
 #include "app/recipe/sections.hpp"
@@ -24,13 +26,6 @@ std::string roff(const std::string& text) {
     return out;
 }
 
-// Lets lines break after the commas of a list without blanks.
-std::string breakable(const std::string& list) {
-    std::string result;
-    for (const char c : list) result += c == ',' ? std::string(",\\:") : std::string(1, c);
-    return result;
-}
-
 /// Prints a paragraph under a tag, which is roff already.
 void print_tagged(const std::string& tag, const std::string& text) {
     fmt::print(".TP\n{}\n{}\n", tag, roff(text));
@@ -46,7 +41,7 @@ std::string tag_of(const CLI::Option& option) {
     // A positional's type repeats its name, unless it lists words.
     const std::string type = option.get_items_expected_max() == 0 ? "" : option.get_type_name();
     if (!type.empty() && (!option.get_positional() || type.find('{') != std::string::npos))
-        tag += " \\fI" + breakable(roff(type)) + "\\fR";
+        tag += " \\fI" + boost::replace_all_copy(roff(type), ",", ",\\:") + "\\fR";  // lines may break there
     return tag;
 }
 

@@ -3,7 +3,6 @@
 #include <memory>
 
 #include "app/commands/cli_options.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/step_materials.hpp"
@@ -37,8 +36,8 @@ void print_documentation(const std::string& name) {
         found = true;
     }
     if (!found) {
-        raise<RecipeError>("models {}: no model or recipe section of that name{} `sidewall models` lists all",
-                           name, did_you_mean(": ", name, names, ";"));
+        throw RecipeError("models {}: no model or recipe section of that name{} `sidewall models` lists all",
+                          name, did_you_mean(": ", name, names, ";"));
     }
 }
 

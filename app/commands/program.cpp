@@ -22,7 +22,6 @@
 #include "app/common/console.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/schema/keys.hpp"
 #include "surface/files/file.hpp"
@@ -110,7 +109,7 @@ void require_shared_command(int argc, char** argv) {
     const std::string_view name = argc > 1 ? argv[1] : "";
     if (ranks().count == 1 || name.starts_with('-') || name == "run" || name == "sweep" || name == "fit")
         return;
-    raise<RecipeError>(
+    throw RecipeError(
         "{}: is work for one process: start it without mpirun, which shares run, sweep and fit; in a script that mpirun "
         "has started, unset OMPI_COMM_WORLD_SIZE for it",
         surface::printable(std::string(name)));

@@ -5,7 +5,7 @@
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
-#include "app/common/raise.hpp"
+#include "app/common/files.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/film_strip.hpp"
 
@@ -18,7 +18,7 @@ std::array<double, 2> parse_pair(const std::string& option, const std::string& t
     const std::vector<std::string> parts = split(text, separator);
     const auto first = finite_number(parts.front()), second = finite_number(parts.back());
     if (parts.size() != 2 || !first || !second)
-        raise<RecipeError>("{} '{}': must be {}", option, text, wanted);
+        throw RecipeError("{} '{}': must be {}", option, text, wanted);
     return {*first, *second};
 }
 
@@ -36,7 +36,7 @@ RenderOptions parse(const RenderArguments& arguments) {
         const auto [azimuth, elevation] =
             parse_pair("--view", arguments.view, ',', "azimuth,elevation in degrees, such as 25,30");
         if (std::abs(elevation) > 90.0)
-            raise<RecipeError>("--view '{}': elevation must be in [-90, 90]", arguments.view);
+            throw RecipeError("--view '{}': elevation must be in [-90, 90]", arguments.view);
         options.azimuth_deg = std::remainder(azimuth, 360.0);
         options.elevation_deg = elevation;
     }
@@ -45,7 +45,7 @@ RenderOptions parse(const RenderArguments& arguments) {
             parse_pair("--size", arguments.size, 'x', "WIDTHxHEIGHT, such as 1200x900");
         if (!(width >= 64 && height >= 64 && width <= 8192 && height <= 8192) || width != std::floor(width) ||
             height != std::floor(height))
-            raise<RecipeError>("--size '{}': must be 64 to 8192 pixels either way", arguments.size);
+            throw RecipeError("--size '{}': must be 64 to 8192 pixels either way", arguments.size);
         options.width = static_cast<int>(width);
         options.height = static_cast<int>(height);
     }
@@ -53,18 +53,18 @@ RenderOptions parse(const RenderArguments& arguments) {
     if (!arguments.range.empty()) {
         options.range = parse_pair("--range", arguments.range, ',', "LOW,HIGH, such as 0,1");
         if (!((*options.range)[0] < (*options.range)[1]))
-            raise<RecipeError>("--range '{}': LOW must be below HIGH", arguments.range);
+            throw RecipeError("--range '{}': LOW must be below HIGH", arguments.range);
     }
     const bool picture = arguments.output.ends_with(".png");
-    if (!arguments.all && !picture) raise<RecipeError>("-o {}: must end in .png", arguments.output);
+    if (!arguments.all && !picture) throw RecipeError("-o {}: must end in .png", arguments.output);
     if (arguments.all && picture)
-        raise<RecipeError>("-o {}: --all writes many pictures: name a folder", arguments.output);
+        throw RecipeError("-o {}: --all writes many pictures: name a folder", arguments.output);
     return options;
 }
 
 /// Reads a mesh, or a folder's last wafer or that of a choice or number.
 Result read_input(const RenderArguments& arguments) {
-    const std::filesystem::path input = arguments.input;
+    const fs::path input = arguments.input;
     Result result = arguments.frame ? read_saved(input, saved_number(saved_surfaces(input), *arguments.frame))
                                     : read_choice(input, arguments.choice);
     if (!result.folder) result.interfaces = interfaces_beside(input);
@@ -86,10 +86,10 @@ void draw_one(const RenderArguments& arguments, RenderOptions options) {
 
 void run(const RenderArguments& arguments) {
     RenderOptions options = parse(arguments);
-    const bool folder = std::filesystem::is_directory(arguments.input);
-    if (std::filesystem::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
-        raise<RecipeError>("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
-                           arguments.input, arguments.all ? "--all" : "--frame");
+    const bool folder = fs::is_directory(arguments.input);
+    if (fs::exists(arguments.input) && !folder && (arguments.all || arguments.frame))
+        throw RecipeError("{}: {} chooses among the surfaces of a run: name the folder that `run` wrote",
+                          arguments.input, arguments.all ? "--all" : "--frame");
     if (arguments.all && arguments.view.empty()) show_section(read_input(arguments), options);
     if (arguments.all)
         render_all(arguments.input, options, arguments.output, [](const std::string& line) {

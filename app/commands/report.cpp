@@ -5,14 +5,13 @@
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 
 namespace sidewall::app {
 namespace {
 
 void report(const std::string& folder, const std::string& output, const WaferChoice& choice) {
     if (!output.ends_with(".html") && !output.ends_with(".htm"))
-        raise<RecipeError>("-o {}: must end in .html", output);
+        throw RecipeError("-o {}: must end in .html", output);
     std::optional<SavedSurface> only;
     if (choice.named()) only = saved_choice(folder, choice);
     const Report page = make_report(folder, only);

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "app/commands/cli_options.hpp"
 #include "app/common/console.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "surface/curvature.hpp"
@@ -31,7 +29,7 @@ simplify::Weights parse_weights(const std::string& text) {
     for (const std::string& part : parts)
         if (const auto value = finite_number(part)) values.push_back(*value);
     if (values.size() != 3 || parts.size() != 3)
-        raise<RecipeError>("--weights '{}': must be three numbers V,B,S, such as 0.5,0.5,0", text);
+        throw RecipeError("--weights '{}': must be three numbers V,B,S, such as 0.5,0.5,0", text);
     return {values[0], values[1], values[2]};
 }
 
@@ -49,7 +47,7 @@ double feature_parameter(const SimplifyArguments& arguments, const surface::Curv
     if (text == "auto") return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
     const std::optional<double> value = finite_number(text);
     if (!value || !(*value > 0.0))
-        raise<RecipeError>("--feature-parameter {}: must be a positive number or auto", text);
+        throw RecipeError("--feature-parameter {}: must be a positive number or auto", text);
     return *value;
 }
 

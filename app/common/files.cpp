@@ -14,7 +14,6 @@
 #include <ctime>
 #include <thread>
 
-#include "app/common/raise.hpp"
 #include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
@@ -44,32 +43,32 @@ bool still_there(int file, int folder, const char* name) {
 
 }  // namespace
 
-void write_file(const std::filesystem::path& path, std::string_view text) {
+void write_file(const fs::path& path, std::string_view text) {
     surface::write_whole_file(path, text);
 }
 
-void make_folder(const std::filesystem::path& folder, std::string_view advice) {
+void make_folder(const fs::path& folder, std::string_view advice) {
     std::error_code failure;
-    std::filesystem::create_directories(folder, failure);
+    fs::create_directories(folder, failure);
     if (failure)
-        raise<IoError>("{}: cannot make the folder: {}; {}", folder.string(), failure.message(), advice);
+        throw IoError("{}: cannot make the folder: {}; {}", folder.string(), failure.message(), advice);
 }
 
-void refuse_link(const std::filesystem::path& folder) {
+void refuse_link(const fs::path& folder) {
     std::error_code failure;
-    if (std::filesystem::is_symlink(folder, failure))
-        raise<IoError>(
+    if (fs::is_symlink(folder, failure))
+        throw IoError(
             "{}: is a link, where a folder of the program's own belongs: remove it, or choose "
             "another folder with -o",
             folder.string());
 }
 
-bool is_there(const std::filesystem::path& path) {
+bool is_there(const fs::path& path) {
     std::error_code failure;
-    return std::filesystem::exists(path, failure);
+    return fs::exists(path, failure);
 }
 
-FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : folder_(folder), name_(file) {
+FolderLock::FolderLock(const fs::path& folder, const char* file) : folder_(folder), name_(file) {
     constexpr int kMostTries = 100;  // some network file systems give a file another number each time
     constexpr int kAsked = 12;       // lock_holder holds it while it asks, of many ranks one after the other
     for (int tries = 0;; ++tries) {
@@ -83,8 +82,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : 
             errno = EACCES;  // what keeps a new one from being made
         }
         if (file_ < 0)
-            raise<IoError>("{}: cannot write: {}; check space and permissions", (folder / name_).string(),
-                           std::strerror(errno));
+            throw IoError("{}: cannot write: {}; check space and permissions", (folder / name_).string(),
+                          std::strerror(errno));
         const bool locked = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
         if (!locked && errno == EWOULDBLOCK) {
             const std::string who = holder(file_);
@@ -94,9 +93,8 @@ FolderLock::FolderLock(const std::filesystem::path& folder, const char* file) : 
                 continue;
             }
             throw HeldElsewhere(
-                fmt::format("{}: {} is writing there: wait for it, stop it, or choose another "
-                            "folder with -o",
-                            folder.string(), who));
+                "{}: {} is writing there: wait for it, stop it, or choose another folder with -o",
+                folder.string(), who);
         }
         if (!locked || still_there(file_, in, name_) || tries >= kMostTries) break;
         ::close(file_);
@@ -111,7 +109,7 @@ FolderLock::~FolderLock() {
     ::close(file_);
 }
 
-std::optional<std::string> lock_holder(const std::filesystem::path& folder) {
+std::optional<std::string> lock_holder(const fs::path& folder) {
     const int file =
         ::open((folder / FolderLock::kFile).c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (file < 0) return std::nullopt;

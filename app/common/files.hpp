@@ -9,20 +9,22 @@
 
 namespace sidewall::app {
 
+namespace fs = std::filesystem;
+
 /// Writes \p text to \p path through a temporary file that is synced, verified and renamed: a reader never sees
 /// half a file, and the old one stays if anything fails. Missing folders are made.
 /// \throws IoError naming the path and the system's reason.
-void write_file(const std::filesystem::path& path, std::string_view text);
+void write_file(const fs::path& path, std::string_view text);
 
 /// Makes a folder and those above it, where they are missing.
 /// \throws IoError naming it and the system's reason; the message ends with \p advice.
-void make_folder(const std::filesystem::path& folder, std::string_view advice);
+void make_folder(const fs::path& folder, std::string_view advice);
 
 /// \throws IoError if a folder that the program has for itself is a link: what it writes would land elsewhere.
-void refuse_link(const std::filesystem::path& folder);
+void refuse_link(const fs::path& folder);
 
 /// Whether a file or folder exists; false, too, where that cannot be known.
-bool is_there(const std::filesystem::path& path);
+bool is_there(const fs::path& path);
 
 /// Another process holds a lock.
 struct HeldElsewhere : IoError {
@@ -38,7 +40,7 @@ class FolderLock {
     /// \param file  of the lock, in the folder; locks on different files do not exclude each other.
     /// \throws HeldElsewhere naming the process that holds the folder; IoError with the system's reason, or if the lock is
     ///         a link, a device or a pipe.
-    explicit FolderLock(const std::filesystem::path& folder, const char* file = kFile);
+    explicit FolderLock(const fs::path& folder, const char* file = kFile);
     ~FolderLock();
     FolderLock(const FolderLock&) = delete;
     FolderLock& operator=(const FolderLock&) = delete;
@@ -52,6 +54,6 @@ class FolderLock {
 };
 
 /// The process that holds a folder's lock, e.g. "process 7 on host, since ..."; nothing if nobody does.
-std::optional<std::string> lock_holder(const std::filesystem::path& folder);
+std::optional<std::string> lock_holder(const fs::path& folder);
 
 }  // namespace sidewall::app

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <optional>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {
@@ -96,7 +96,7 @@ FreeMemory free_memory(const fs::path& root) {
 
 void require_address_space(double bytes) {
     if (const double left = left_of_address_space(); left < bytes)
-        raise<NumericsError>(
+        throw NumericsError(
             "out of memory: {:.0f} MB are left of the address space that ulimit -v "
             "allows, and {:.0f} MB are needed to begin: raise it, or use fewer --threads",
             1e-6 * left, 1e-6 * bytes);

@@ -1,16 +1,12 @@
 #include "app/common/json.hpp"
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
-#include <string>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -20,8 +16,8 @@ void write_json(const std::string& path, const Json& json) {
     const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     if (path == "-") {
         if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-            raise<IoError>("standard output: cannot write: {}; check space on the device it goes to",
-                           std::strerror(errno));
+            throw IoError("standard output: cannot write: {}; check space on the device it goes to",
+                          std::strerror(errno));
     } else {
         write_file(path, text);
     }
@@ -39,9 +35,9 @@ Json mesh_sizes(const TriangleMesh& mesh) {
     return Json{{"vertices", mesh.vertices.size()}, {"triangles", mesh.triangles.size()}};
 }
 
-Json read_json(const std::filesystem::path& path, const std::string& advice) {
+Json read_json(const fs::path& path, const std::string& advice) {
     Json json = Json::parse(surface::read_whole_file(path), nullptr, false);
-    if (json.is_discarded()) raise<FileError>("{}: is no JSON: {}", path.string(), advice);
+    if (json.is_discarded()) throw FileError("{}: is no JSON: {}", path.string(), advice);
     return json;
 }
 

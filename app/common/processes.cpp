@@ -23,9 +23,9 @@
 #include <utility>
 
 #include "app/common/interrupt.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
+#include "surface/error.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -62,13 +62,13 @@ Ranks read_ranks() {
 template <class Function>
 void load(void* module, const char* name, Function& function) {
     function = reinterpret_cast<Function>(::dlsym(module, name));
-    if (function == nullptr) raise<RecipeError>("{} does not fit this program: install both anew", kModule);
+    if (function == nullptr) throw RecipeError("{} does not fit this program: install both anew", kModule);
 }
 
 Mpi load_mpi() {
     void* module = ::dlopen(kModule, RTLD_NOW | RTLD_GLOBAL);
     if (module == nullptr)
-        raise<RecipeError>(
+        throw RecipeError(
             "mpirun has started {} processes, and this installation cannot join them ({}): build it where "
             "libopenmpi-dev is installed, or start one process",
             ranks().count, ::dlerror());
@@ -197,7 +197,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments) {
     if (process_ > 0) return;
     const std::string reason = std::strerror(errno);
     if (output_ >= 0) ::close(output_);
-    raise<NumericsError>("cannot start a process: {}; use fewer --jobs", reason);
+    throw NumericsError("cannot start a process: {}; use fewer --jobs", reason);
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept

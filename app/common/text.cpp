@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -19,19 +21,12 @@ constexpr std::size_t kMostColumns = 1000, kQuoted = 40;  // characters of a tex
 
 // The text with the minus signs and blanks of other programs as those of ASCII.
 std::string plain(std::string_view text) {
-    constexpr std::pair<std::string_view, char> kSigns[] = {
-        {"\xe2\x88\x92", '-'},  // minus, en dash,
-        {"\xe2\x80\x93", '-'},
-        {"\xc2\xa0", ' '},  // and blanks that do not break
-        {"\xe2\x80\xaf", ' '}};
-    std::string result;
-    result.reserve(text.size());
-    while (!text.empty()) {
-        const auto* const sign =
-            std::ranges::find_if(kSigns, [&](const auto& one) { return text.starts_with(one.first); });
-        result += sign == std::end(kSigns) ? text[0] : sign->second;
-        text.remove_prefix(sign == std::end(kSigns) ? 1 : sign->first.size());
-    }
+    std::string result(text);
+    for (const auto& [sign, ascii] : {std::pair("\xe2\x88\x92", "-"),  // minus, en dash,
+                                      {"\xe2\x80\x93", "-"},
+                                      {"\xc2\xa0", " "},  // and blanks that do not break
+                                      {"\xe2\x80\xaf", " "}})
+        boost::replace_all(result, sign, ascii);
     return result;
 }
 
@@ -114,13 +109,8 @@ std::string words_on(const CsvTable& table, const Style& style) {
 }  // namespace
 
 std::vector<std::string> split(std::string_view text, char separator) {
-    std::vector<std::string> parts(1);
-    for (const char c : text) {
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    }
+    std::vector<std::string> parts;
+    boost::split(parts, text, [&](char c) { return c == separator; });
     return parts;
 }
 
@@ -141,9 +131,7 @@ std::optional<double> finite_number(std::string_view text) {
 
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + "\"";
+    return "\"" + boost::replace_all_copy(text, "\"", "\"\"") + "\"";
 }
 
 std::vector<std::vector<std::string>> csv_rows(std::string_view text) {
@@ -171,9 +159,7 @@ std::string shell_word(const std::string& text) {
                std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
     });
     if (plain) return text;
-    std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
-    return quoted + "'";
+    return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
 }
 
 std::string digest(std::string_view text) {
@@ -184,12 +170,12 @@ std::string digest(std::string_view text) {
 
 CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t most_rows) {
     if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
-        raise<FileError>("{}: is UTF-16: save it as \"CSV UTF-8\"", name);
+        throw FileError("{}: is UTF-16: save it as \"CSV UTF-8\"", name);
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte order mark
     CsvTable table{.file = name};
     Style style;
     std::size_t line = 0;
-    const auto refuse = [&](const std::string& rule) { raise<FileError>("{}:{}: {}", name, line, rule); };
+    const auto refuse = [&](const std::string& rule) { throw FileError("{}:{}: {}", name, line, rule); };
     while (!text.empty()) {
         const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
         const std::string row = plain(text.substr(0, std::min(end, text.substr(0, end).find('#'))));
@@ -223,9 +209,9 @@ CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t m
         }
     }
     if (table.columns.empty() || table.columns[0].values.empty())
-        raise<FileError>("{}: holds no row of numbers", name);
+        throw FileError("{}: holds no row of numbers", name);
     if (style.points && style.commas)
-        raise<FileError>("{}: has decimal points and decimal commas: write all numbers with points", name);
+        throw FileError("{}: has decimal points and decimal commas: write all numbers with points", name);
     table.understood = words_on(table, style);
     return table;
 }
@@ -233,7 +219,7 @@ CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t m
 CsvTable read_csv(const std::filesystem::path& path, std::size_t most_rows) {
     std::error_code failure;
     if (std::filesystem::file_size(path, failure) > kMostBytes && !failure)
-        raise<FileError>("{}: larger than {} MB: give fewer rows", path.string(), kMostBytes / 1'000'000);
+        throw FileError("{}: larger than {} MB: give fewer rows", path.string(), kMostBytes / 1'000'000);
     return parse_csv(surface::read_whole_file(path), path.string(), most_rows);
 }
 
@@ -254,8 +240,8 @@ TextTable read_text_table(const std::filesystem::path& path) {
     rows.pop_back();  // after the last line break: nothing, or half a row
     for (std::size_t r = 1; r < rows.size(); ++r) {
         if (rows[r].size() != table.names.size())
-            raise<FileError>("{}: row {} has {} values under {} names: it is damaged", path.string(), r,
-                             rows[r].size(), table.names.size());
+            throw FileError("{}: row {} has {} values under {} names: it is damaged", path.string(), r,
+                            rows[r].size(), table.names.size());
         table.rows.push_back(std::move(rows[r]));
     }
     return table;

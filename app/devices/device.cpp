@@ -5,15 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
-#include <utility>
 #include <vector>
 
 #include "app/common/free_memory.hpp"
-#include "app/common/raise.hpp"
-#include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
-#include "surface/files/file.hpp"
 #include "surface/tetrahedra/tetrahedralize.hpp"
 
 namespace sidewall::app {
@@ -53,18 +48,15 @@ Regions regions_of(const RenderScene& scene, const Result& result) {
     Regions regions;
     for (const RenderLayer& layer : scene.layers()) {
         if (!layer.body) continue;  // a film that has no thickness yet
-        const auto id = static_cast<std::size_t>(*layer.body);
-        const std::string name = *layer.body >= 0 && id < materials.size()
-                                     ? materials[id].name
-                                     : fmt::format("material {}", *layer.body);
+        const std::string name = material_of(*layer.body, materials).name;
         const auto found = std::find(regions.names.begin(), regions.names.end(), name);
         regions.layers.push_back(&layer);
         regions.of_layer.push_back(static_cast<int>(found - regions.names.begin()));
         if (found == regions.names.end()) regions.names.push_back(name);
     }
     if (regions.layers.empty())
-        raise<GeometryError>("{}: does not say which material lies below the surface: run it again",
-                             result.source.string());
+        throw GeometryError("{}: does not say which material lies below the surface: run it again",
+                            result.source.string());
     return regions;
 }
 
@@ -76,7 +68,7 @@ Box3 box_of(const Result& result, double spacing, const DeviceOptions& options) 
     const double room = std::max(4.0 * spacing, 0.25 * std::max(box.size().x(), box.size().y()));
     box.min.z() = options.bottom.value_or(lowest - room);
     if (!(box.min.z() <= lowest - spacing))
-        raise<RecipeError>(
+        throw RecipeError(
             "--bottom {:.6g}: must be at least a grid spacing below the lowest front: {:.6g} or less",
             box.min.z(), lowest - spacing);
     box.max.z() += options.gas ? room : 2.0 * spacing;
@@ -118,7 +110,7 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     surface::TetOptions tets;
     tets.size = options.size.value_or(kSize * spacing);
     if (!(tets.size > 0.0) || !std::isfinite(tets.size))
-        raise<RecipeError>("--size {}: must be a length above 0", tets.size);
+        throw RecipeError("--size {}: must be a length above 0", tets.size);
     if (options.most == 0) throw RecipeError("--most 0: must be at least 1");
     tets.box = box_of(result, spacing, options);
     const double longest = tets.box.size().maxCoeff();
@@ -137,13 +129,12 @@ surface::TetOptions tet_options(const Result& result, double spacing, const Devi
     const Vec3 extent = tets.box.size();
     constexpr double kDeepest = 100.0;  // of the wafer's width: far below what any device reaches
     if (options.bottom && !(extent.z() < kDeepest * std::max(extent.x(), extent.y())))
-        raise<RecipeError>(
-            "--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
-            *options.bottom, kDeepest);
+        throw RecipeError("--bottom {:.6g}: must lie less than {} times the domain's width below the surface",
+                          *options.bottom, kDeepest);
     const FreeMemory free = free_memory();
     const double count = expected_count(result, tets.box, tets.size);
     if (count * kBytes > free.bytes || count > 1e9)
-        raise<RecipeError>(
+        throw RecipeError(
             "--size {:.4g}: would make about {:.2g} tetrahedra and need about {:.3g} GB, and {:.3g} GB are {}: choose a "
             "larger one",
             tets.size, count, 1e-9 * count * kBytes, 1e-9 * free.bytes, free.limit);
@@ -166,38 +157,18 @@ TetMesh mesh_within(const std::vector<surface::Front>& fronts, surface::TetOptio
         }
 }
 
-/// A face of a tetrahedron, out of it.
-struct Face {
-    Triangle sorted, corners;
-    int region;
-};
-
-std::vector<Face> sorted_faces(const TetMesh& mesh) {
-    constexpr std::size_t kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-    std::vector<Face> faces;
-    faces.reserve(4 * mesh.tetrahedra.size());
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
-        for (const auto& [a, b, c] : kFaces) {
-            const Tetrahedron& tet = mesh.tetrahedra[t];
-            Face face{{}, {tet[a], tet[b], tet[c]}, mesh.region[t]};
-            face.sorted = face.corners;
-            std::sort(face.sorted.begin(), face.sorted.end());
-            faces.push_back(face);
-        }
-    std::sort(faces.begin(), faces.end(), [](const Face& p, const Face& q) {
-        return std::tie(p.sorted, p.region) < std::tie(q.sorted, q.region);
-    });
-    return faces;
+std::vector<TetFace> faces_of(const TetMesh& mesh) {
+    return sorted_faces(mesh.tetrahedra, [&](std::uint32_t t) { return mesh.region[t]; });
 }
 
 /// The side that a face lies on, or "surface".
-std::string outer_name(const TetMesh& mesh, const Face& face, const Box3& box) {
+std::string outer_name(const TetMesh& mesh, const TetFace& face, const Box3& box) {
     constexpr const char* kSides[] = {"x-min", "x-max", "y-min", "y-max", "bottom", "top"};
     for (int axis = 0; axis < 3; ++axis)
         for (const bool high : {false, true}) {
             const double plane = high ? box.max[axis] : box.min[axis];
-            if (std::all_of(face.corners.begin(), face.corners.end(),
-                            [&](std::uint32_t v) { return mesh.vertices[v][axis] == plane; }))
+            if (std::ranges::all_of(face.corners,
+                                    [&](std::uint32_t v) { return mesh.vertices[v][axis] == plane; }))
                 return kSides[2 * axis + (high ? 1 : 0)];
         }
     return "surface";
@@ -206,7 +177,7 @@ std::string outer_name(const TetMesh& mesh, const Face& face, const Box3& box) {
 /// Adds the faces between regions and on the outside.
 /// \param gas  its region; below 0 if it has none.
 void add_boundaries(TetMesh& mesh, const Box3& box, int gas) {
-    const std::vector<Face> faces = sorted_faces(mesh);
+    const std::vector<TetFace> faces = faces_of(mesh);
     std::map<std::string, std::vector<Triangle>> named;
     for (std::size_t i = 0, j = 0; i < faces.size(); i = j) {
         j = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted ? i + 2 : i + 1;
@@ -263,21 +234,6 @@ std::map<Edge, int> named_edges(const TetMesh& mesh) {
     return edges;
 }
 
-// The region behind a face of vertices that are \p marked, by its corners in order.
-std::map<Triangle, int> regions_behind(const TetMesh& mesh, const std::vector<std::uint8_t>& marked) {
-    std::map<Triangle, int> regions;
-    for (std::size_t t = 0; t < mesh.tetrahedra.size(); ++t)
-        for (std::size_t out = 0; out < 4; ++out) {
-            Triangle face{};
-            for (std::size_t k = 0, n = 0; k < 4; ++k)
-                if (k != out) face[n++] = mesh.tetrahedra[t][k];
-            if (std::ranges::any_of(face, [&](std::uint32_t v) { return marked[v] == 0; })) continue;
-            std::sort(face.begin(), face.end());
-            regions[face] = mesh.region[t];
-        }
-    return regions;
-}
-
 }  // namespace
 
 bool is_profile(const Result& result, double spacing) {
@@ -290,8 +246,8 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
     const Result& result = drawn ? *drawn : wafer;
     const RenderScene scene(result, {});
     if (!scene.solid())
-        raise<GeometryError>("{}: encloses no material: its edges do not lie on the sides of a rectangle",
-                             result.source.string());
+        throw GeometryError("{}: encloses no material: its edges do not lie on the sides of a rectangle",
+                            result.source.string());
     Regions regions = regions_of(scene, result);
     surface::TetOptions tets = tet_options(result, spacing, options);
     std::vector<surface::Front> fronts;
@@ -300,7 +256,7 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
 
     if (options.gas) {
         if (std::ranges::find(regions.names, "gas") != regions.names.end())
-            raise<RecipeError>(
+            throw RecipeError(
                 "{}: --gas: a material has the name gas, which the gas's region has: leave --gas out, or give the material "
                 "another name and run it again",
                 result.source.string());
@@ -330,30 +286,13 @@ Device make_device(const Result& wafer, double spacing, const DeviceOptions& opt
     return device;
 }
 
-double grid_spacing_of(const std::filesystem::path& folder) {
-    const std::filesystem::path file = folder / "recipe.toml";
-    const std::string text = surface::read_whole_file(file);
-    constexpr std::string_view kKey = "\ngrid_spacing = ";
-    if (const std::size_t at = text.find(kKey); at != std::string::npos) {
-        const std::size_t begin = at + kKey.size();
-        const std::string_view value =
-            std::string_view(text).substr(begin, text.find_first_of(" #\n", begin) - begin);
-        if (const auto spacing = finite_number(value); spacing && *spacing > 0.0) return *spacing;
-    }
-    raise<FileError>("{}: names no grid_spacing: run the simulation again", file.string());
-}
-
 PlaneMesh plane_of(const TetMesh& mesh) {
     PlaneMesh plane;
     plane.regions = mesh.regions;
     const auto is_side = [&](std::size_t t) {
         return mesh.boundaries[static_cast<std::size_t>(mesh.boundary[t])] == "y-min";
     };
-    std::vector<std::uint8_t> on_side(mesh.vertices.size(), 0);
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-        if (is_side(t))
-            for (const std::uint32_t v : mesh.triangles[t]) on_side[v] = 1;
-    const std::map<Triangle, int> behind = regions_behind(mesh, on_side);
+    const std::vector<TetFace> faces = faces_of(mesh);
     const std::map<Edge, int> named = named_edges(mesh);
     std::map<std::uint32_t, std::uint32_t> numbers;
     std::map<Edge, int> used;
@@ -371,7 +310,7 @@ PlaneMesh plane_of(const TetMesh& mesh) {
         }
         std::sort(sorted.begin(), sorted.end());
         plane.triangles.push_back(corners);
-        plane.region.push_back(behind.at(sorted));
+        plane.region.push_back(std::ranges::lower_bound(faces, sorted, {}, &TetFace::sorted)->region);
     }
     std::map<int, int> kept;  // of the boundaries
     for (const auto& [edge, boundary] : used) {

@@ -40,10 +40,6 @@ bool is_profile(const Result& result, double spacing);
 ///         figures if there is not the memory for what the size asks for; GeometryError if the surfaces enclose no material.
 Device make_device(const Result& result, double spacing, const DeviceOptions& options);
 
-/// The grid spacing of the run that wrote a folder, by its effective recipe.
-/// \throws FileError if there is none.
-double grid_spacing_of(const std::filesystem::path& folder);
-
 /// The triangles in which the tetrahedra of a profile, a wafer that is the same at all y, meet its side of least y: x and
 /// height become x and y of the plane. Regions and boundaries keep their names; edges between materials and gas are
 /// `surface`, others between materials as in `Si/SiO2`.

@@ -41,7 +41,7 @@ double seconds_at_error(const Timing& timing, double error, double target) {
 
 }  // namespace
 
-Json compare_methods(const Recipe& recipe, const std::filesystem::path& output, bool quiet, bool overwrite) {
+Json compare_methods(const Recipe& recipe, const fs::path& output, bool quiet, bool overwrite) {
     const std::vector<Variant> variants{{"none", "none", 0},
                                         {"lindstrom-turk", "lindstrom-turk", 0},
                                         {"region", "region", 0},

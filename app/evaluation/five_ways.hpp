@@ -8,7 +8,6 @@
 #include "app/common/json_fwd.hpp"
 #include "flux/lateral.hpp"
 #include "flux/wedges.hpp"
-#include "surface/infinity.hpp"
 #include "surface/ray_scene.hpp"
 #include "surface/triangle_mesh.hpp"
 

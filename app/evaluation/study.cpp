@@ -11,7 +11,6 @@
 #include "app/common/interrupt.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
 #include "app/evaluation/five_ways.hpp"
@@ -20,7 +19,6 @@
 #include "surface/curvature.hpp"
 #include "surface/distance.hpp"
 #include "surface/files/mesh_io.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -141,8 +139,8 @@ Json measure_set(const Surface& surface, double removal, const StudyOptions& opt
 
 Surface grow(int number, const StudyOptions& options, Json& json) {
     const auto path = options.recipes / fmt::format("surface{}.toml", number);
-    if (!std::filesystem::exists(path))
-        raise<FileError>(
+    if (!fs::exists(path))
+        throw FileError(
             "{}: no such recipe; run from the repository's root or name the folder with "
             "--recipes",
             path.string());
@@ -167,7 +165,36 @@ Surface grow(int number, const StudyOptions& options, Json& json) {
     return surface;
 }
 
-void save(const Json& study, const std::filesystem::path& folder) {
+constexpr const char* kMean = "/original_to_simplified/mean";
+constexpr const char* kTrace = "/trace/seconds/trace";
+
+// Distances and times as comma separated values, a row a method and share of vertices removed.
+std::string study_csv(const Json& study) {
+    constexpr std::pair<const char*, const char*> kColumns[]{
+        {"vertices", "/vertices"},
+        {"triangles", "/triangles"},
+        {"max_distance_dx", "/original_to_simplified/max"},
+        {"mean_distance_dx", kMean},
+        {"back_max_distance_dx", "/simplified_to_original/max"},
+        {"back_mean_distance_dx", "/simplified_to_original/mean"},
+        {"features_s", "/seconds/features"},
+        {"collapse_s", "/seconds/collapse"},
+        {"bvh_s", "/trace/seconds/bvh"},
+        {"trace_s", kTrace}};
+    std::string text = "surface,method,removal";
+    for (const auto& column : kColumns) text += fmt::format(",{}", column.first);
+    for (const Json& surface : study["surfaces"])
+        for (const Json& row : surface["rows"]) {
+            text += fmt::format("\n{},{},{}", surface["surface"], row["method"], row["removal"]);
+            for (const auto& [name, pointer] : kColumns) {
+                const Json value = row.value(Json::json_pointer(pointer), Json());
+                text += value.is_null() ? "," : fmt::format(",{:.9g}", value.get<double>());
+            }
+        }
+    return text + "\n";
+}
+
+void save(const Json& study, const fs::path& folder) {
     write_json((folder / "study.json").string(), study);
     write_file(folder / "study.csv", study_csv(study));
 }
@@ -199,9 +226,6 @@ void study_surface(int number, const StudyOptions& options, Json& study) {
     before_turn("");
     save(study, options.output);
 }
-
-constexpr const char* kMean = "/original_to_simplified/mean";
-constexpr const char* kTrace = "/trace/seconds/trace";
 
 // Mean over the sets of what a method's rows have at a JSON pointer.
 double mean(const Json& surface, const std::string& method, const char* pointer) {
@@ -327,31 +351,6 @@ std::string study_report(const Json& study) {
                hierarchical ? "a grid of several levels, as the chapter's do"
                             : "a uniform grid where the chapter's come from a hierarchical one") +
            "## Verdicts\n\n" + verdicts(study) + five_ways_table(study);
-}
-
-std::string study_csv(const Json& study) {
-    constexpr std::pair<const char*, const char*> kColumns[]{
-        {"vertices", "/vertices"},
-        {"triangles", "/triangles"},
-        {"max_distance_dx", "/original_to_simplified/max"},
-        {"mean_distance_dx", kMean},
-        {"back_max_distance_dx", "/simplified_to_original/max"},
-        {"back_mean_distance_dx", "/simplified_to_original/mean"},
-        {"features_s", "/seconds/features"},
-        {"collapse_s", "/seconds/collapse"},
-        {"bvh_s", "/trace/seconds/bvh"},
-        {"trace_s", kTrace}};
-    std::string text = "surface,method,removal";
-    for (const auto& column : kColumns) text += fmt::format(",{}", column.first);
-    for (const Json& surface : study["surfaces"])
-        for (const Json& row : surface["rows"]) {
-            text += fmt::format("\n{},{},{}", surface["surface"], row["method"], row["removal"]);
-            for (const auto& [name, pointer] : kColumns) {
-                const Json value = row.value(Json::json_pointer(pointer), Json());
-                text += value.is_null() ? "," : fmt::format(",{:.9g}", value.get<double>());
-            }
-        }
-    return text + "\n";
 }
 
 }  // namespace sidewall::app

@@ -29,11 +29,7 @@ struct StudyOptions {
 /// \throws FileError if a recipe is missing, Interrupted after the calculation at hand if the user asked to stop.
 Json run_study(const StudyOptions& options);
 
-// What a study found, from its study.json.
-/// The verdict on each of the chapter's claims, and the table of the five ways, in Markdown.
+/// What a study found, from its study.json: the verdict on each of the chapter's claims, and the table of the five ways, in Markdown.
 std::string study_report(const Json& study);
-
-/// Distances and times as comma separated values, a row a method and share of vertices removed.
-std::string study_csv(const Json& study);
 
 }  // namespace sidewall::app

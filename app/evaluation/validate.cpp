@@ -12,7 +12,6 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/evaluation/validate_cases.hpp"
 #include "app/fit/fit_profile.hpp"
@@ -26,8 +25,6 @@
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kUp = 0.9, kLevel = 0.1;  // of a normal's z: what faces up, what faces sideways
@@ -94,14 +91,11 @@ std::vector<double> run_case(const ValidationCase& one, const char* suffix,
     seconds += run.summary["timing"]["total"].get<double>();  // as rounded as that of a run that was there
     const TriangleMesh start = surface::read_mesh(folder / "surface_0000.vtp");
     std::vector<double> figures;
-    for (const ReferenceFigure& figure : one.figures) {
-        const Json value = run.summary["metrology"].value(figure.figure, Json());
+    for (const ReferenceFigure& figure : one.figures)
         figures.push_back(figure.is_flux() ? flux_figure(start, figure, recipe)
                           : figure.is_profile()
                               ? profile_figure((one.folder / figure.figure).string(), recipe, folder)
-                          : value.is_number() ? value.get<double>()
-                                              : kNone);
-    }
+                              : figure_of(run.summary, figure.figure));
     return figures;
 }
 
@@ -150,8 +144,8 @@ std::vector<ValidationCase> chosen(const std::vector<ValidationCase>& all,
     for (const std::string& name : names) {
         const auto found = std::find(known.begin(), known.end(), name);
         if (found == known.end())
-            raise<RecipeError>("--case {}: there is no such case{}", name,
-                               did_you_mean(": ", name, known, ": `sidewall validate --list` lists all"));
+            throw RecipeError("--case {}: there is no such case{}", name,
+                              did_you_mean(": ", name, known, ": `sidewall validate --list` lists all"));
         list.push_back(all[static_cast<std::size_t>(found - known.begin())]);
     }
     return names.empty() ? all : list;

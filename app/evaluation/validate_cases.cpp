@@ -9,7 +9,6 @@
 #include <tuple>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/fit/fit_profile.hpp"
 #include "app/recipe/figure_names.hpp"
@@ -19,8 +18,6 @@
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Columns of reference.csv and the members they fill.
 const std::vector<std::pair<std::string, std::string ReferenceFigure::*>> kTexts = {
@@ -34,7 +31,7 @@ const std::vector<std::pair<std::string, double ReferenceFigure::*>> kNumbers = 
     {"radius", &ReferenceFigure::radius},       {"opening", &ReferenceFigure::opening}};
 
 [[noreturn]] void refuse(const std::string& place, const std::string& rule) {
-    raise<FileError>("{}: {}", place, rule);
+    throw FileError("{}: {}", place, rule);
 }
 
 void require_known(const std::string& place, const std::string& what, const std::string& name,

@@ -10,7 +10,6 @@
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/fit/fit_report.hpp"
@@ -61,19 +60,14 @@ void require_ranges(const std::vector<Vary>& varied) {
     if (varied.empty())
         throw RecipeError("--vary: missing: name a key and its bounds, e.g. step[0].sticking=0.01:1:log");
     if (varied.size() > kSobolDimensions)
-        raise<RecipeError>("--vary: a fit varies at most {} keys", kSobolDimensions);
+        throw RecipeError("--vary: a fit varies at most {} keys", kSobolDimensions);
     for (const Vary& vary : varied) {
-        if (vary.words)
-            raise<RecipeError>(
-                "--vary {}: holds one of several words, among which a fit cannot go downhill: use sidewall sweep",
-                vary.key);
-        if (vary.whole)
-            raise<RecipeError>(
-                "--vary {}: holds whole numbers, among which a fit cannot go downhill: use sidewall sweep",
-                vary.key);
+        if (vary.words || vary.whole)
+            throw RecipeError("--vary {}: holds {}, among which a fit cannot go downhill: use sidewall sweep",
+                              vary.key, vary.words ? "one of several words" : "whole numbers");
         if (!vary.is_range() || vary.count)
-            raise<RecipeError>("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log",
-                               vary.key, vary.key, vary.key);
+            throw RecipeError("--vary {}: a fit needs bounds alone: {}=LOW:HIGH or {}=LOW:HIGH:log", vary.key,
+                              vary.key, vary.key);
     }
 }
 
@@ -127,8 +121,7 @@ FitRecipe read_part(const FitOptions& options, const std::vector<std::string>& l
                                       part.options.vary[part.keys.size()]) != options.vary.end();
         Vary named = vary;
         if (!shared) named.key = part.label + ":" + vary.key;
-        const auto there =
-            std::find_if(all.begin(), all.end(), [&](const Vary& any) { return any.key == named.key; });
+        const auto there = std::ranges::find(all, named.key, &Vary::key);
         part.places.push_back(static_cast<std::size_t>(there - all.begin()));
         part.keys.push_back(vary.key);
         if (there == all.end()) all.push_back(std::move(named));
@@ -157,7 +150,7 @@ Fit read_fit(const FitOptions& options) {
     Fit fit{.options = options};
     read_parts(options, fit);
     if (fit.varied.size() > kSobolDimensions)
-        raise<RecipeError>("--vary: a fit varies at most {} keys", kSobolDimensions);
+        throw RecipeError("--vary: a fit varies at most {} keys", kSobolDimensions);
     if (fit.parts.size() > 1) fit.columns.emplace_back("recipe");
     for (const Vary& vary : fit.varied) fit.columns.push_back(vary.key);
     fit.start = BoxPoint::Constant(static_cast<Eigen::Index>(fit.varied.size()), 0.5);
@@ -309,13 +302,13 @@ FitSearch find(Fit& fit) {
              .profiles = profiles_of(fit)},
             options.method);
     } catch (const NumericsError& error) {
-        raise<NumericsError>("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing);
+        throw NumericsError("{}: {}: {}", fmt::join(options.recipes, " "), error.what(), fit.missing);
     }
 }
 
 // The best recipes, and their profiles over the measured ones.
 void write_best(const Fit& fit, const FitEnd& end) {
-    const std::filesystem::path& folder = fit.options.output;
+    const fs::path& folder = fit.options.output;
     for (const FittedRecipe& fitted : end.recipes) {
         const std::string label = fitted.label.empty() ? "" : "_" + fitted.label;
         write_file(folder / fmt::format("best{}.toml", label), fitted.best_run.recipe);
@@ -330,8 +323,8 @@ void write_best(const Fit& fit, const FitEnd& end) {
 
 Json run_fit(const FitOptions& options) {
     if (options.max_runs < options.recipes.size() || options.max_runs > kMostRuns)
-        raise<RecipeError>("--max-runs {}: must be from {} to {}", options.max_runs, options.recipes.size(),
-                           kMostRuns);
+        throw RecipeError("--max-runs {}: must be from {} to {}", options.max_runs, options.recipes.size(),
+                          kMostRuns);
     Fit fit = read_fit(options);
     for (const FitRecipe& part : fit.parts)
         for (const MeasuredProfile& profile : part.targets.profiles)
@@ -344,7 +337,7 @@ Json run_fit(const FitOptions& options) {
     adopt_runs(fit.set);
     json["status"] = "unfinished";
     // A result stands until there is a better one.
-    if (!std::filesystem::exists(path)) write_json(path, json);
+    if (!fs::exists(path)) write_json(path, json);
 
     const FitSearch search = find(fit);
     const LeastSquaresResult& found = search.found;

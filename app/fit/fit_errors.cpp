@@ -11,7 +11,7 @@
 namespace sidewall::app {
 namespace {
 
-using Eigen::MatrixXd, Eigen::VectorXd;
+using Eigen::Index, Eigen::MatrixXd, Eigen::Vector2d, Eigen::VectorXd;
 
 constexpr double kUnbounded = 1e3;  // a standard deviation
 
@@ -46,7 +46,7 @@ struct SimulationNoise {
 // Deviations of the runs with other seeds from their mean: the product with the transpose is the residuals'
 // covariance. No columns without two such runs.
 MatrixXd spread_over_seeds(const LeastSquaresResult& result) {
-    const Eigen::Index runs = result.repeats.cols();
+    const Index runs = result.repeats.cols();
     if (runs < 2) return MatrixXd(result.residuals.size(), 0);
     const VectorXd mean = result.repeats.rowwise().mean();
     return (result.repeats.colwise() - mean) / std::sqrt(static_cast<double>(runs - 1));
@@ -66,8 +66,6 @@ SimulationNoise simulation_noise(const LeastSquaresResult& result, const MatrixX
         basis.transpose() * (result.grid_steps / std::sqrt(3.0)).asDiagonal();
     return noise;
 }
-
-using Eigen::Index, Eigen::MatrixXd, Eigen::Vector2d, Eigen::VectorXd;
 
 double correlation_at(const ErrorCorrelation& correlation, double distance) {
     return correlation.shared * std::exp(-distance / correlation.length);
@@ -120,7 +118,7 @@ double residual_variance(const LeastSquares& problem, double sum, double degrees
 void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     constexpr double kVanishing = 0.005;  // of the strongest slope
     const MatrixXd &slopes = result.slopes, &tested = result.tested;
-    const Eigen::Index count = result.residuals.size(), parameters = slopes.cols();
+    const Index count = result.residuals.size(), parameters = slopes.cols();
     const Eigen::JacobiSVD<MatrixXd> svd(tested.cols() > 0 ? MatrixXd(slopes * tested) : slopes,
                                          Eigen::ComputeThinU | Eigen::ComputeFullV);
     const VectorXd& strengths = svd.singularValues();
@@ -147,7 +145,7 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     MatrixXd unbounded = MatrixXd::Identity(parameters, parameters) - tested * tested.transpose();
     MatrixXd inverse = MatrixXd::Zero(parameters, strengths.size());  // of the slopes that do not vanish
     result.free_directions.clear();
-    for (Eigen::Index k = 0; k < tested.cols(); ++k) {
+    for (Index k = 0; k < tested.cols(); ++k) {
         const VectorXd direction = tested * svd.matrixV().col(k);
         const double slope = k < strengths.size() ? strengths[k] : 0.0;
         const bool vanishes = slope <= std::max(hidden, kVanishing * strengths[0]);
@@ -170,7 +168,7 @@ void add_intervals(const LeastSquares& problem, LeastSquaresResult& result) {
     unbounded *= kUnbounded * kUnbounded;
     result.covariance = variance * of_targets + of_noise + unbounded;
     result.half_interval.resize(parameters);
-    for (Eigen::Index k = 0; k < parameters; ++k)
+    for (Index k = 0; k < parameters; ++k)
         result.half_interval[k] =
             half(of_targets(k, k), of_noise(k, k)) + std::sqrt(std::max(0.0, unbounded(k, k)));  // rounding
 }

@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
-#include "app/recipe/figure_names.hpp"
 #include "app/recipe/profile_csv.hpp"
 #include "app/results/result.hpp"
 #include "surface/cut.hpp"
@@ -22,13 +19,13 @@ constexpr std::size_t kMostProfilePoints = 5000;
 
 // Signed distance from the nearest piece and the direction in which it grows.
 struct Nearest {
-    double distance = std::numeric_limits<double>::infinity();
+    double distance = kInfinity;
     Vector2d normal = Vector2d::Zero();
 };
 
 Nearest nearest_on(const Contour& contour, const Vector2d& p) {
     Nearest nearest;
-    double best = std::numeric_limits<double>::infinity(), steepest = 0.0;
+    double best = kInfinity, steepest = 0.0;
     for (const auto& [a, b] : contour) {
         const Vector2d along = b - a, to = p - a;
         const double length2 = along.squaredNorm();
@@ -94,7 +91,7 @@ Vector2d find_offset(const Contour& contour, const std::vector<Vector2d>& points
             few.push_back(points[i]);
     const double reach = kReach * bounds_of(points).sizes().maxCoeff();
     Vector2d best = Vector2d::Zero();
-    double least = std::numeric_limits<double>::infinity();
+    double least = kInfinity;
     for (const int i : {0, -1, 1})
         for (const int j : {0, -1, 1}) {
             if ((i != 0 && !free.x) || (j != 0 && !free.z)) continue;
@@ -138,14 +135,14 @@ MeasuredProfile read_measured_profile(const std::string& name, const std::string
         file = name.substr(0, at);
         profile.time = finite_number(name.substr(at + 1));
         if (!profile.time || *profile.time < 0.0)
-            raise<RecipeError>("--target-profile {}: after @ stands a process time, e.g. {}@2.5", name, file);
+            throw RecipeError("--target-profile {}: after @ stands a process time, e.g. {}@2.5", name, file);
     }
     const ProfileTable table = read_points(file, length_unit, kMostProfilePoints);
     profile.understood = table.understood;
     for (const auto& [x, z] : table.points) profile.points.emplace_back(x, z);
     if (profile.points.size() < 3)
-        raise<FileError>("{}: has {} points: a profile has 3 to {} rows x,z", file, profile.points.size(),
-                         kMostProfilePoints);
+        throw FileError("{}: has {} points: a profile has 3 to {} rows x,z", file, profile.points.size(),
+                        kMostProfilePoints);
     return profile;
 }
 
@@ -170,7 +167,7 @@ void require_saved_time(const MeasuredProfile& profile, const Recipe& recipe) {
     if (every > 0.0) times = {0.0, every * std::round(asked / every), total};
     const auto is_it = [&](double time) { return std::abs(time - asked) <= slack && time <= total + slack; };
     if (std::none_of(times.begin(), times.end(), is_it))
-        raise<RecipeError>(
+        throw RecipeError(
             "--target-profile {}: runs save no surface at time {:g}, of {:g} {}: set [output] every so that they do, e.g. "
             "--set output.every={:g}",
             profile.name, asked, total, recipe.domain.time_unit, asked);
@@ -182,7 +179,7 @@ void require_wafer_size(const MeasuredProfile& profile, const Recipe& recipe) {
     const double wafer = recipe.domain.extent[along];
     constexpr double kWithBeyond = 3.0;  // contour_of
     if (span.x() <= kWithBeyond * wafer && span.maxCoeff() >= recipe.domain.grid_spacing) return;
-    raise<FileError>(
+    throw FileError(
         "{0}: its points span {1:.4g} by {2:.4g}, the wafer is {3:.4g} {4} wide: are "
         "they in another unit? Give them in {4}, the recipe's length_unit",
         profile.name, span.x(), span.y(), wafer, recipe.domain.length_unit);

@@ -13,7 +13,6 @@
 #include "app/fit/fit_search.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/schema/units.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {

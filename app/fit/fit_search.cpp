@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <limits>
 #include <nlopt.hpp>
 #include <stdexcept>
 
-#include "app/common/raise.hpp"
 #include "app/fit/fit_errors.hpp"
+#include "surface/error.hpp"
 #include "surface/infinity.hpp"
 
 namespace sidewall::app {
@@ -36,17 +35,13 @@ class Trials {
     }
 
     const FitTrial& at(const BoxPoint& x) {
-        const auto known =
-            std::find_if(all_.begin(), all_.end(), [&](const FitTrial& trial) { return trial.x == x; });
+        const auto known = std::ranges::find(all_, x, &FitTrial::x);
         if (known != all_.end()) return *known;
         evaluate({x});
         return all_.back();
     }
 
-    const FitTrial& best() const {
-        return *std::min_element(all_.begin(), all_.end(),
-                                 [](const FitTrial& a, const FitTrial& b) { return a.cost() < b.cost(); });
-    }
+    const FitTrial& best() const { return *std::ranges::min_element(all_, {}, &FitTrial::cost); }
 
     // Least squares from the best of these points, or from the start, with the runs that are left.
     LeastSquaresResult fit(std::vector<FitTrial> known, std::optional<double> noise, bool descends = true) {
@@ -141,8 +136,8 @@ void require_runs_for_crs(const LeastSquares& problem) {
     const std::size_t fewest = count_first(problem.start.size()) + fewest_at_random(problem.start.size()),
                       repeats = count_repeats(problem);
     if (problem.max_runs - repeats < fewest)
-        raise<RecipeError>("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
-                           problem.start.size(), fewest + (problem.repeat ? kRepeats : 0), problem.max_runs);
+        throw RecipeError("--method crs with {} keys takes at least {} runs: raise --max-runs, now {}",
+                          problem.start.size(), fewest + (problem.repeat ? kRepeats : 0), problem.max_runs);
 }
 
 // A random search by NLopt. False if too few runs are left for it.

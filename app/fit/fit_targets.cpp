@@ -6,9 +6,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/figure_names.hpp"
+#include "app/results/result.hpp"
 #include "app/schema/keys.hpp"
 
 namespace sidewall::app {
@@ -17,7 +17,7 @@ namespace {
 MeasureTarget read_target(const std::string& text) {
     constexpr const char* kForm = "write NAME=VALUE or NAME=VALUE+-SIGMA, e.g. depth=2.1+-0.05";
     const std::size_t equals = text.find('='), error = text.find("+-");
-    if (equals == std::string::npos || equals == 0) raise<RecipeError>("--target {}: {}", text, kForm);
+    if (equals == std::string::npos || equals == 0) throw RecipeError("--target {}: {}", text, kForm);
     MeasureTarget target{.name = text.substr(0, equals)};
     const std::string_view values = std::string_view(text).substr(equals + 1);
     const std::size_t split = error == std::string::npos ? values.size() : error - equals - 1;
@@ -25,17 +25,11 @@ MeasureTarget read_target(const std::string& text) {
     if (split < values.size()) {
         target.sigma = finite_number(values.substr(split + 2));
         if (!target.sigma || *target.sigma <= 0.0)
-            raise<RecipeError>("--target {}: SIGMA must be greater than 0: {}", text, kForm);
+            throw RecipeError("--target {}: SIGMA must be greater than 0: {}", text, kForm);
     }
-    if (!asked) raise<RecipeError>("--target {}: VALUE is no number: {}", text, kForm);
+    if (!asked) throw RecipeError("--target {}: VALUE is no number: {}", text, kForm);
     target.asked = *asked;
     return target;
-}
-
-std::optional<double> figure(const SetRun& run, const std::string& name) {
-    if (!run.summary.contains("metrology")) return std::nullopt;
-    const Json value = run.summary["metrology"].value(name, Json());
-    return value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
 }  // namespace
@@ -51,7 +45,7 @@ FitTargets read_targets(const FitOptions& options, const Recipe& recipe) {
         want_figure(asked, target.name, "--target", text);
         for (const MeasureTarget& other : targets.measures)
             if (other.name == target.name)
-                raise<RecipeError>("--target {}: {} is asked for twice", text, target.name);
+                throw RecipeError("--target {}: {} is asked for twice", text, target.name);
         known += target.sigma ? 1 : 0;
         targets.measures.push_back(std::move(target));
     }
@@ -103,12 +97,12 @@ std::optional<Eigen::VectorXd> residuals_of(const FitTargets& targets, const Rec
                                             std::string& missing) {
     std::vector<double> all;
     for (const MeasureTarget& target : targets.measures) {
-        const auto got = figure(run, target.name);
-        if (!got) {
+        const double got = figure_of(run.summary, target.name);
+        if (std::isnan(got)) {
             missing = target.name;
             return std::nullopt;
         }
-        all.push_back((*got - target.asked) / scale_of(target));
+        all.push_back((got - target.asked) / scale_of(target));
     }
     for (std::size_t k = 0; k < targets.profiles.size(); ++k) {
         const auto found = profile_residual(targets, k, recipe, folder);
@@ -128,7 +122,7 @@ std::vector<std::string> labels_of(const std::vector<std::string>& files) {
     for (const std::string& file : files) {
         labels.push_back(std::filesystem::path(file).stem().string());
         if (std::count(labels.begin(), labels.end(), labels.back()) > 1)
-            raise<RecipeError>(
+            throw RecipeError(
                 "{}: two recipes are called {}: their targets could not be told apart: "
                 "rename one",
                 file, labels.back());
@@ -158,9 +152,9 @@ void require_labels(const char* option, const std::vector<std::string>& texts,
             const std::size_t colon = text.find(':');
             const std::string before = text.substr(0, colon);
             if (label.empty() || std::find(labels.begin(), labels.end(), before) != labels.end()) break;
-            raise<RecipeError>("{} {}: does not say of which recipe: write {}:{}{}", option, text, label,
-                               colon == std::string::npos ? text : text.substr(colon + 1),
-                               colon == std::string::npos ? "" : did_you_mean(": ", before, labels, ""));
+            throw RecipeError("{} {}: does not say of which recipe: write {}:{}{}", option, text, label,
+                              colon == std::string::npos ? text : text.substr(colon + 1),
+                              colon == std::string::npos ? "" : did_you_mean(": ", before, labels, ""));
         }
 }
 

@@ -8,7 +8,6 @@
 #include "app/fit/fit_errors.hpp"
 #include "app/sweep/vary.hpp"
 #include "surface/error.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -87,9 +86,8 @@ class Fitter {
     }
 
     std::size_t lowest() const {
-        std::vector<double> costs;
-        for (const FitTrial& sample : samples_) costs.push_back(sample.cost());
-        return static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
+        const auto least = std::ranges::min_element(samples_, {}, &FitTrial::cost);
+        return static_cast<std::size_t>(least - samples_.begin());
     }
 
     // The number of residuals.

@@ -7,7 +7,6 @@
 
 #include "app/common/files.hpp"
 #include "app/common/text.hpp"
-#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -21,7 +20,7 @@ std::string time_text(const Result& result) {
 
 /// The scale that all pictures share. \p options get the attribute's full name, so that `flux` is the same species'
 /// flux in every picture.
-PictureScale common_scale(const std::filesystem::path& run, const std::vector<SavedSurface>& saved,
+PictureScale common_scale(const fs::path& run, const std::vector<SavedSurface>& saved,
                           RenderOptions& options) {
     PictureScale common;
     bool found = false;
@@ -49,14 +48,14 @@ PictureScale common_scale(const std::filesystem::path& run, const std::vector<Sa
 constexpr const char* kList = "pictures.txt";
 
 /// Removes the pictures of an earlier call that this one will not replace, and lists those that it will write.
-void begin_pictures(const std::filesystem::path& folder, const std::vector<std::string>& names) {
+void begin_pictures(const fs::path& folder, const std::vector<std::string>& names) {
     std::error_code failure;
-    if (std::filesystem::exists(folder / kList, failure))
+    if (fs::exists(folder / kList, failure))
         for (const std::string& name : split(surface::read_whole_file(folder / kList), '\n')) {
-            const std::filesystem::path file(name);
+            const fs::path file(name);
             if (file.filename() == file && file.extension() == ".png" &&
                 std::find(names.begin(), names.end(), name) == names.end())
-                std::filesystem::remove(folder / file, failure);
+                fs::remove(folder / file, failure);
         }
     std::string text;
     for (const std::string& name : names) text += name + "\n";
@@ -117,8 +116,8 @@ std::string name_and_time(const Result& result) {
     return result.source.filename().string() + (time.empty() ? "" : ", time " + time);
 }
 
-void render_all(const std::filesystem::path& run, const RenderOptions& options,
-                const std::filesystem::path& output, const std::function<void(const std::string&)>& done) {
+void render_all(const fs::path& run, const RenderOptions& options, const fs::path& output,
+                const std::function<void(const std::string&)>& done) {
     const std::vector<SavedSurface> saved = saved_surfaces(run);
     RenderOptions own = options;
     const PictureScale scale = common_scale(run, saved, own);

@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <csetjmp>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -26,10 +24,6 @@ std::u32string characters(std::string_view text) {
         result += byte < 0x80 ? char32_t(byte) : text.substr(i, 2) == "\u00b5" ? U'\u00b5' : U'\ufffd';
     }
     return result;
-}
-
-void append_bytes(png_structp png, png_bytep data, png_size_t size) {
-    static_cast<std::string*>(png_get_io_ptr(png))->append(reinterpret_cast<const char*>(data), size);
 }
 
 struct Glyph {
@@ -163,6 +157,32 @@ std::string number_text(double value, double step) {
     return fmt::format("{:.{}f}", value, digits);
 }
 
+// Draws a round-ended line, anti-aliased over one pixel.
+void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
+                 const Colour& colour) {
+    const auto low = [&](double a, double b) {
+        return static_cast<int>(std::floor(std::min(a, b) - radius - 1.0));
+    };
+    const auto high = [&](double a, double b) {
+        return static_cast<int>(std::ceil(std::max(a, b) + radius + 1.0));
+    };
+    const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
+    for (int y = std::max(0, low(y0, y1)); y <= std::min(picture.height - 1, high(y0, y1)); ++y)
+        for (int x = std::max(0, low(x0, x1)); x <= std::min(picture.width - 1, high(x0, x1)); ++x) {
+            const double px = x + 0.5 - x0, py = y + 0.5 - y0;
+            const double t = square > 0.0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
+            const double distance = std::hypot(px - t * dx, py - t * dy);
+            const double cover = std::clamp(radius + 0.5 - distance, 0.0, 1.0);
+            if (cover > 0.0) picture.at(x, y) += cover * (colour - picture.at(x, y));
+        }
+}
+
+// Width in pixels that draw_text() takes.
+double text_width(double size, std::string_view text) {
+    const auto count = static_cast<double>(characters(text).size());
+    return std::max(0.0, count * kAdvance - 2.0) * size / kCapital;
+}
+
 /// Width of a key, in heights of a capital.
 double key_width(const PictureKey& key) {
     double width = 0.0;
@@ -210,58 +230,24 @@ void draw_legend(Picture& picture, const std::vector<LegendEntry>& entries, doub
 
 }  // namespace
 
-void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
-                 const Colour& colour) {
-    const auto low = [&](double a, double b) {
-        return static_cast<int>(std::floor(std::min(a, b) - radius - 1.0));
-    };
-    const auto high = [&](double a, double b) {
-        return static_cast<int>(std::ceil(std::max(a, b) + radius + 1.0));
-    };
-    const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
-    for (int y = std::max(0, low(y0, y1)); y <= std::min(picture.height - 1, high(y0, y1)); ++y)
-        for (int x = std::max(0, low(x0, x1)); x <= std::min(picture.width - 1, high(x0, x1)); ++x) {
-            const double px = x + 0.5 - x0, py = y + 0.5 - y0;
-            const double t = square > 0.0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0.0;
-            const double distance = std::hypot(px - t * dx, py - t * dy);
-            const double cover = std::clamp(radius + 0.5 - distance, 0.0, 1.0);
-            if (cover > 0.0) picture.at(x, y) += cover * (colour - picture.at(x, y));
-        }
-}
-
-void write_png(const std::filesystem::path& path, const Picture& picture) {
-    std::vector<std::uint8_t> row(3 * static_cast<std::size_t>(picture.width));
-    std::string bytes;
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-    png_infop info = png ? png_create_info_struct(png) : nullptr;
-    // libpng reports errors by longjmp: make nothing with a destructor between here and the writes.
-    if (!info || setjmp(png_jmpbuf(png))) {
-        png_destroy_write_struct(&png, &info);
-        raise<IoError>("{}: cannot encode the picture: choose a smaller --size", path.string());
+void write_png(const fs::path& path, const Picture& picture) {
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(3 * picture.pixels.size());
+    for (const Colour& pixel : picture.pixels) {
+        const auto bytes = to_srgb(pixel);
+        rgb.insert(rgb.end(), bytes.begin(), bytes.end());
     }
-    png_set_write_fn(png, &bytes, append_bytes, nullptr);
-    png_set_IHDR(png, info, static_cast<png_uint_32>(picture.width), static_cast<png_uint_32>(picture.height),
-                 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
-    png_set_sRGB(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-    png_write_info(png, info);
-    for (int y = 0; y < picture.height; ++y) {
-        for (int x = 0; x < picture.width; ++x) {
-            const auto rgb =
-                to_srgb(picture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
-                                       static_cast<std::size_t>(x)]);
-            std::copy(rgb.begin(), rgb.end(), row.begin() + std::ptrdiff_t{3} * x);
-        }
-        png_write_row(png, row.data());
-    }
-    png_write_end(png, nullptr);
-    png_destroy_write_struct(&png, &info);
-    write_file(path, bytes);
-}
-
-double text_width(double size, std::string_view text) {
-    const auto count = static_cast<double>(characters(text).size());
-    return std::max(0.0, count * kAdvance - 2.0) * size / kCapital;
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = static_cast<png_uint_32>(picture.width);
+    image.height = static_cast<png_uint_32>(picture.height);
+    image.format = PNG_FORMAT_RGB;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+    std::string file(size, '\0');
+    if (png_image_write_to_memory(&image, file.data(), &size, 0, rgb.data(), 0, nullptr) == 0)
+        throw IoError("{}: cannot encode the picture: choose a smaller --size", path.string());
+    file.resize(size);
+    write_file(path, file);
 }
 
 void draw_text(Picture& picture, double x, double y, double size, std::string_view text,

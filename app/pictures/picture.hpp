@@ -49,17 +49,10 @@ struct Picture {
 /// \throws IoError.
 void write_png(const std::filesystem::path& path, const Picture& picture);
 
-/// Draws a round-ended line, anti-aliased over one pixel.
-void draw_stroke(Picture& picture, double x0, double y0, double x1, double y1, double radius,
-                 const Colour& colour);
-
 /// Draws text in strokes, anti-aliased. \p x, \p y: left end of the baseline in pixels; \p size: height of a
 /// capital. ASCII and the micro sign; other characters become boxes.
 void draw_text(Picture& picture, double x, double y, double size, std::string_view text,
                const Colour& colour);
-
-/// Width in pixels that draw_text() takes.
-double text_width(double size, std::string_view text);
 
 /// Fills the pixels of a rectangle, clipped to the picture.
 void fill_rectangle(Picture& picture, double x, double y, double width, double height, const Colour& colour);

@@ -7,8 +7,6 @@
 #include <limits>
 #include <numbers>
 
-#include "app/common/raise.hpp"
-#include "app/pictures/render_scene.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
@@ -96,8 +94,8 @@ Box3 drawn_box(Box3 box, const RenderScene& scene, const RenderOptions& options)
     if (axis < 0) throw RecipeError("--cut: must be x, y or z = a number, such as y=0");
     const double at = options.cut->offset * options.cut->normal[axis];
     if (!(at > box.min[axis] && at < box.max[axis]))
-        raise<RecipeError>("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis], at,
-                           box.min[axis], box.max[axis]);
+        throw RecipeError("--cut {}={}: misses the surface, which spans {} to {}", "xyz"[axis], at,
+                          box.min[axis], box.max[axis]);
     (to_viewer(options)[axis] >= 0.0 ? box.max : box.min)[axis] = at;
     return box;
 }
@@ -242,9 +240,7 @@ bool is_strip(const TriangleMesh& surface) {
 }
 
 void PictureScale::extend(const Result& result) {
-    const Box3 own = bounding_box(result.surface);
-    box.extend(own.min);
-    box.extend(own.max);
+    box.extend(bounding_box(result.surface));
     for (const TriangleMesh& mesh : result.interfaces)
         box.min.z() = std::min(box.min.z(), bounding_box(mesh).min.z());
     materials.merge(materials_on(result));

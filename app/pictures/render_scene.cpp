@@ -8,7 +8,6 @@
 #include <map>
 #include <numbers>
 
-#include "app/common/raise.hpp"
 #include "surface/topology.hpp"
 
 namespace sidewall::app {
@@ -17,9 +16,7 @@ namespace {
 constexpr double kThinnest = 0.02;  // of a cell
 
 Colour material_colour(int id, const Materials& materials) {
-    if (id >= 0 && static_cast<std::size_t>(id) < materials.size())
-        return colour_from_hex(materials[static_cast<std::size_t>(id)].colour);
-    return colour_from_hex("#aab4c0");
+    return colour_from_hex(material_of(id, materials).colour);
 }
 
 /// Values of an attribute; vectors by their length.
@@ -72,10 +69,9 @@ std::optional<int> uppermost(const TriangleMesh& surface, const std::vector<int>
     std::map<int, std::size_t> count;
     for (std::size_t t = 0; t < apart.size(); ++t) count[material[t]] += apart[t];
     if (!below && count.size() > 1) return std::nullopt;
-    const auto most = std::max_element(count.begin(), count.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (most->second == 0) return std::nullopt;
-    return most->first;
+    const auto [most, number] =
+        *std::ranges::max_element(count, {}, &std::pair<const int, std::size_t>::second);
+    return number > 0 ? std::optional(most) : std::nullopt;
 }
 
 double thin_layer(const Result& result) {
@@ -117,6 +113,12 @@ Front front_of(const surface::DistanceSample& sample, int axis, double outline, 
 }
 
 }  // namespace
+
+Material material_of(int id, const Materials& materials) {
+    const auto index = static_cast<std::size_t>(id);
+    return index < materials.size() ? materials[index]
+                                    : Material{.name = fmt::format("material {}", id), .colour = "#aab4c0"};
+}
 
 std::vector<int> triangle_materials(const TriangleMesh& mesh) {
     std::vector<int> ids(mesh.triangles.size(), -1);
@@ -189,12 +191,12 @@ Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range) {
     if (auto found = find_colouring(result, name, range)) return *std::move(found);
     if (name == "material")
-        raise<RecipeError>("--color material: {} carries no material", result.source.string());
+        throw RecipeError("--color material: {} carries no material", result.source.string());
     std::string known = "height";
     for (const auto* attributes : {&result.surface.triangle_attributes, &result.surface.vertex_attributes})
         for (const Attribute& a : *attributes) known += ", " + a.name;
-    raise<RecipeError>("--color {}: {} has no such attribute; choose one of: {}", name,
-                       result.source.string(), known);
+    throw RecipeError("--color {}: {} has no such attribute; choose one of: {}", name, result.source.string(),
+                      known);
 }
 
 std::set<int> materials_on(const Result& result) {
@@ -211,11 +213,7 @@ std::set<int> materials_on(const Result& result) {
 std::vector<LegendEntry> legend(const std::set<int>& ids, const Materials& materials) {
     std::vector<LegendEntry> entries;
     for (const int id : ids)
-        if (id >= 0)
-            entries.push_back({static_cast<std::size_t>(id) < materials.size()
-                                   ? materials[static_cast<std::size_t>(id)].name
-                                   : fmt::format("material {}", id),
-                               material_colour(id, materials)});
+        if (id >= 0) entries.push_back({material_of(id, materials).name, material_colour(id, materials)});
     return entries;
 }
 

@@ -40,6 +40,9 @@ std::optional<Colouring> find_colouring(const Result& result, const std::string&
 Colouring choose_colouring(const Result& result, const std::string& name,
                            const std::optional<std::array<double, 2>>& range);
 
+/// The material of an id; one called "material 7" if the table ends before it.
+Material material_of(int id, const Materials& materials);
+
 /// Material of each triangle, -1 where the mesh says none.
 std::vector<int> triangle_materials(const TriangleMesh& mesh);
 

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <cmath>
-
 namespace sidewall::python {
 namespace {
 
@@ -23,7 +21,7 @@ std::string shape_of(const py::array& array) {
 
 void require_rows_of_three(const py::array& array, const char* name) {
     if (array.ndim() != 2 || array.shape(1) != 3)
-        raise<GeometryError>("{} has the shape {}: must be (n, 3)", name, shape_of(array));
+        throw GeometryError("{} has the shape {}: must be (n, 3)", name, shape_of(array));
 }
 
 // Refuses floats, whose fractions would be lost.
@@ -85,15 +83,15 @@ std::shared_ptr<TriangleMesh> mesh_of(const py::object& points, const py::object
     for (py::ssize_t i = 0; i < p.shape(0); ++i) {
         mesh->vertices.emplace_back(p(i, 0), p(i, 1), p(i, 2));
         if (!mesh->vertices.back().allFinite())
-            raise<GeometryError>("points[{}] = ({}, {}, {}): must be finite", i, p(i, 0), p(i, 1), p(i, 2));
+            throw GeometryError("points[{}] = ({}, {}, {}): must be finite", i, p(i, 0), p(i, 1), p(i, 2));
     }
     const auto t = corners.unchecked<2>();
     mesh->triangles.resize(static_cast<std::size_t>(t.shape(0)));
     for (py::ssize_t i = 0; i < t.shape(0); ++i)
         for (py::ssize_t k = 0; k < 3; ++k) {
             if (t(i, k) < 0 || t(i, k) >= p.shape(0))
-                raise<GeometryError>("triangles[{}] = ({}, {}, {}): there are {} points, counted from 0", i,
-                                     t(i, 0), t(i, 1), t(i, 2), p.shape(0));
+                throw GeometryError("triangles[{}] = ({}, {}, {}): there are {} points, counted from 0", i,
+                                    t(i, 0), t(i, 1), t(i, 2), p.shape(0));
             mesh->triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] =
                 static_cast<std::uint32_t>(t(i, k));
         }
@@ -104,13 +102,13 @@ std::vector<std::int32_t> material_ids(const py::object& materials, const Triang
     if (materials.is_none()) return {};
     const auto ids = whole_numbers(array_of(materials, "material"), "material");
     if (ids.ndim() != 1 || static_cast<std::size_t>(ids.shape(0)) != mesh.triangles.size())
-        raise<GeometryError>("material has the shape {}: must be ({},), one a triangle", shape_of(ids),
-                             mesh.triangles.size());
+        throw GeometryError("material has the shape {}: must be ({},), one a triangle", shape_of(ids),
+                            mesh.triangles.size());
     std::vector<std::int32_t> list;
     for (py::ssize_t i = 0; i < ids.shape(0); ++i) {
         if (ids.at(i) < std::numeric_limits<std::int32_t>::min() ||
             ids.at(i) > std::numeric_limits<std::int32_t>::max())
-            raise<GeometryError>("material[{}] = {}: must fit 32 bits", i, ids.at(i));
+            throw GeometryError("material[{}] = {}: must fit 32 bits", i, ids.at(i));
         list.push_back(static_cast<std::int32_t>(ids.at(i)));
     }
     return list;

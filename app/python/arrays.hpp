@@ -2,17 +2,15 @@
 #include <pybind11/numpy.h>
 
 #include <memory>
-#include <optional>
 #include <vector>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 #include "surface/triangle_mesh.hpp"
 
 // Conversions between NumPy arrays and meshes.
 namespace sidewall::python {
 
 namespace py = pybind11;
-using app::raise;
 
 /// Copies arrays or nested lists into a mesh: points of shape (n, 3), triangles of shape (m, 3).
 /// \throws TypeError for arrays of another type, GeometryError for a shape, a coordinate that is not finite or an

@@ -7,7 +7,6 @@
 
 #include "app/python/arrays.hpp"
 #include "app/python/interruptible.hpp"
-#include "levelset/layers/make_stack.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "simplify/simplify.hpp"
 #include "surface/curvature.hpp"
@@ -22,10 +21,10 @@ using FeatureParameter = std::variant<double, std::string>;
 double value_of(const FeatureParameter& parameter, const surface::Curvature& curvature, double spacing) {
     if (const double* value = std::get_if<double>(&parameter)) {
         if (*value > 0.0 && std::isfinite(*value)) return *value;
-        raise<RecipeError>("feature_parameter = {}: must be a positive number or \"auto\"", *value);
+        throw RecipeError("feature_parameter = {}: must be a positive number or \"auto\"", *value);
     }
     if (const auto& word = std::get<std::string>(parameter); word != "auto")
-        raise<RecipeError>("feature_parameter = \"{}\": must be a positive number or \"auto\"", word);
+        throw RecipeError("feature_parameter = \"{}\": must be a positive number or \"auto\"", word);
     return surface::auto_feature_parameter(curvature.mean, curvature.gaussian, spacing);
 }
 
@@ -102,10 +101,10 @@ void require_distance(const Field& phi, double spacing) {
             for (py::ssize_t k = 0; k < nz; ++k) {
                 const double here = phi.at(i, j, k);
                 if (!std::isfinite(here))
-                    raise<GeometryError>("phi[{}, {}, {}] = {}: must be finite", i, j, k, here);
+                    throw GeometryError("phi[{}, {}, {}] = {}: must be finite", i, j, k, here);
                 for (const double next : {phi.at(i + 1, j, k), phi.at(i, j + 1, k), phi.at(i, j, k + 1)})
                     if (std::abs(next - here) > kSlope * spacing)
-                        raise<GeometryError>(
+                        throw GeometryError(
                             "phi[{}, {}, {}] = {:.4g} and a neighbour {:.4g} differ by more than spacing = {:.4g}: "
                             "phi must be a signed distance, at least near its zero, and may be clipped elsewhere",
                             i, j, k, here, next, spacing);
@@ -120,7 +119,7 @@ void require_distance(const Field& phi, double spacing) {
 std::shared_ptr<TriangleMesh> extracted(const Samples& samples, double spacing,
                                         const std::array<double, 3>& origin) {
     if (!(spacing > 0.0) || !std::isfinite(spacing))
-        raise<RecipeError>("spacing = {}: must be positive", spacing);
+        throw RecipeError("spacing = {}: must be positive", spacing);
     if (samples.ndim() != 3 || samples.shape(0) < 2 || samples.shape(1) < 2 || samples.shape(2) < 2)
         throw GeometryError("phi must have three axes x, y, z of two nodes or more");
     for (const double o : origin)

@@ -40,8 +40,7 @@ py::array_t<double> normals_of(std::span<const SurfacePoint> points) {
 
 py::array_t<bool> visibility(std::span<const SurfacePoint> points) {
     py::array_t<bool> values(static_cast<py::ssize_t>(points.size()));
-    std::transform(points.begin(), points.end(), values.mutable_data(),
-                   [](const SurfacePoint& point) { return point.visible; });
+    std::ranges::transform(points, values.mutable_data(), &SurfacePoint::visible);
     return values;
 }
 
@@ -77,7 +76,7 @@ StepObject::StepObject(std::shared_ptr<Simulation> simulation, const app::Moment
 
 const app::Moment& StepObject::moment(const char* asked) const {
     if (moment_ == nullptr)
-        raise<RecipeError>(
+        throw RecipeError(
             "{} of the time step at {:g} {}: the simulation has gone on; ask before the next time step",
             asked, time, simulation_->recipe().domain.time_unit);
     return *moment_;
@@ -278,12 +277,10 @@ It keeps what it was asked for; anything else is available only until the next t
     py::class_<Simulation, std::shared_ptr<Simulation>>(module, "Run")
         .def(py::init([](std::shared_ptr<app::Recipe> recipe, const std::filesystem::path& output,
                          bool resume, bool overwrite, py::object law, py::object folder) {
-                 app::RunOptions options;
-                 options.output = output;
-                 options.resume = resume;
-                 options.overwrite = overwrite;
-                 return std::make_shared<Simulation>(std::move(recipe), std::move(options), std::move(law),
-                                                     std::move(folder));
+                 return std::make_shared<Simulation>(
+                     std::move(recipe),
+                     app::RunOptions{.output = output, .resume = resume, .overwrite = overwrite},
+                     std::move(law), std::move(folder));
              }),
              py::arg("recipe"), py::arg("output"), py::arg("resume"), py::arg("overwrite"), py::arg("law"),
              py::arg("folder"))
@@ -308,7 +305,7 @@ app::CallerLaw speeds_by(const py::object& law, const app::Recipe& recipe) {
         const auto speeds = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(answer);
         if (!speeds || speeds.ndim() != 1 || static_cast<std::size_t>(speeds.shape(0)) != points.size()) {
             PyErr_Clear();
-            raise<RecipeError>(
+            throw RecipeError(
                 "step {}: the law for the speed must return an array of {} numbers, one a point", step.name,
                 points.size());
         }

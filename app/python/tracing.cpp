@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <string>
-#include <utility>
 #include <variant>
 
 #include "app/python/arrays.hpp"
@@ -23,8 +23,7 @@ using flux::Boundary;
 using Words = std::variant<std::string, std::array<std::string, 2>>;
 using Sticking = std::variant<double, std::map<std::int32_t, double>>;
 
-struct Traced {
-    flux::FluxResult result;
+struct Traced : flux::FluxResult {
     std::vector<double> area;
 };
 
@@ -33,7 +32,7 @@ std::array<Boundary, 2> boundary_of(const Words& words) {
         if (word == "reflective") return Boundary::reflective;
         if (word == "periodic") return Boundary::periodic;
         if (word == "open") return Boundary::open;
-        raise<RecipeError>(
+        throw RecipeError(
             "boundary = \"{}\": must be reflective, periodic or open, or a pair of these for x and y", word);
     };
     if (const auto* word = std::get_if<std::string>(&words)) return {one(*word), one(*word)};
@@ -62,7 +61,7 @@ flux::LateralBox box_of(const TriangleMesh& mesh, const std::optional<Words>& bo
 std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32_t>& materials) {
     const auto checked = [](double value, const std::string& where) {
         if (value >= 0.0 && value <= 1.0) return value;
-        raise<RecipeError>("{} = {}: must be in [0, 1]", where, value);
+        throw RecipeError("{} = {}: must be in [0, 1]", where, value);
     };
     std::vector<std::int32_t> ids = materials;
     if (ids.empty()) ids.push_back(0);
@@ -77,10 +76,10 @@ std::vector<double> sticking_of(const Sticking& sticking, std::vector<std::int32
     std::vector<double> values;
     for (const auto& [id, value] : by_id)
         if (!std::binary_search(ids.begin(), ids.end(), id))
-            raise<RecipeError>("sticking[{}]: no triangle has material {}; there are {}", id, id,
-                               fmt::join(ids, ", "));
+            throw RecipeError("sticking[{}]: no triangle has material {}; there are {}", id, id,
+                              fmt::join(ids, ", "));
     for (const std::int32_t id : ids) {
-        if (!by_id.contains(id)) raise<RecipeError>("sticking: material {} is missing", id);
+        if (!by_id.contains(id)) throw RecipeError("sticking: material {} is missing", id);
         values.push_back(checked(by_id.at(id), fmt::format("sticking[{}]", id)));
     }
     return values;
@@ -91,36 +90,8 @@ std::uint64_t rays_of(std::optional<double> rays, bool to_error) {
                      kMost = 1e10;  // with relative_error and without rays
     const double value = rays.value_or(to_error ? kMost : kDefault);
     if (!(value >= 1.0 && value <= 1e12) || value != std::floor(value))
-        raise<RecipeError>("rays = {}: must be a whole number from 1 to 1e12", value);
+        throw RecipeError("rays = {}: must be a whole number from 1 to 1e12", value);
     return static_cast<std::uint64_t>(value);
-}
-
-flux::FluxResult solved(const flux::SingleFlux& asked, const flux::MethodChoice& choice,
-                        flux::Exchange& exchange) {
-    flux::RadiosityFlux found = flux::solve(asked, choice, exchange);
-    flux::FluxResult result;
-    result.emitted = exchange.rays();
-    const auto of_rays = [&](double share) {
-        return static_cast<std::uint64_t>(share * static_cast<double>(result.emitted) + 0.5);
-    };
-    result.absorbed = of_rays(found.absorbed);
-    result.escaped = result.emitted - result.absorbed;
-    result.leaked = exchange.leaked();
-    result.segments = exchange.segments();
-    result.seconds = exchange.seconds() + found.seconds;
-    result.relative_error = found.relative_error;
-    result.discretisation_error = found.discretisation_error;
-    static_cast<flux::TallyFlux&>(result) = std::move(static_cast<flux::TallyFlux&>(found));
-    return result;
-}
-
-flux::FluxResult find(const std::string& method, const flux::SingleFlux& asked) {
-    if (method == "monte-carlo") return flux::follow(asked);
-    flux::Exchange exchange = flux::exchange_of(asked);
-    const flux::MethodChoice choice =
-        method == "auto" ? flux::choose_method(exchange, asked.species, asked.materials, asked.options, true)
-                         : flux::as_asked(asked);
-    return choice.radiosity ? solved(asked, choice, exchange) : flux::follow(asked);
 }
 
 Traced trace(const py::object& points, const py::object& triangles, const Sticking& sticking,
@@ -128,7 +99,7 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
              std::optional<double> relative_error, const std::optional<Words>& boundary, std::uint64_t seed,
              const std::string& method) {
     if (method != "monte-carlo" && method != "radiosity" && method != "auto")
-        raise<RecipeError>("method = \"{}\": must be monte-carlo, radiosity or auto", method);
+        throw RecipeError("method = \"{}\": must be monte-carlo, radiosity or auto", method);
     const auto mesh = mesh_of(points, triangles);
     std::vector<std::int32_t> materials = material_ids(material, *mesh);
     const flux::Species species{"flux", source_exponent, sticking_of(sticking, materials)};
@@ -141,20 +112,18 @@ Traced trace(const py::object& points, const py::object& triangles, const Sticki
         const flux::Wedges wedges = flux::make_wedges(*mesh, materials);
         const flux::SingleFlux asked{*mesh, materials, box,     wedges,
                                      scene, species,   options, rays.has_value()};
-        Traced done;
-        done.result = find(method, asked);
+        Traced done{flux::find_flux(method, asked), {}};
         for (std::size_t t = 0; t < mesh->triangles.size(); ++t) done.area.push_back(triangle_area(*mesh, t));
         return done;
     });
-    const flux::FluxResult& result = traced.result;
-    if (flux::leaks_too_much(result.leaked, result.emitted))
-        raise<NumericsError>(
+    if (flux::leaks_too_much(traced.leaked, traced.emitted))
+        throw NumericsError(
             "{} of {} particles went through the surface: it has holes, overlaps, pieces turned inside out that are "
             "hidden from above or, with periodic sides, opposite ends that do not match; mend() repairs what it can",
-            result.leaked, result.emitted);
-    if (relative_error && !(result.relative_error <= *relative_error))
+            traced.leaked, traced.emitted);
+    if (relative_error && !(traced.relative_error <= *relative_error))
         warn(fmt::format("relative error {:.3g} after {} rays, above the {:.3g} asked for: allow more rays",
-                         result.relative_error, result.emitted, *relative_error));
+                         traced.relative_error, traced.emitted, *relative_error));
     return traced;
 }
 
@@ -165,11 +134,11 @@ std::shared_ptr<TriangleMesh> repaired(const py::object& points, const py::objec
     return mesh;
 }
 
-// A property that returns a view of the result's numbers.
+// A property that is a view of numbers that the result has.
 template <class Member>
 auto numbers(Member member) {
     return [member](const py::object& self) {
-        const std::vector<double>& values = member(self.cast<const Traced&>());
+        const std::vector<double>& values = std::invoke(member, self.cast<const Traced&>());
         return view(values.data(), values.size(), 1, self);
     };
 }
@@ -182,36 +151,25 @@ void add_tracing(py::module_& module) {
                        R"(What arrives on a mesh, relative to an open flat plane, where it is 1.
 
 Its arrays are read-only views of it: nothing is copied, and they keep it alive.)")
-        .def_property_readonly("flux",
-                               numbers([](const Traced& t) -> auto& { return t.result.triangle.flux; }),
+        .def_property_readonly("flux", numbers([](const Traced& t) -> auto& { return t.triangle.flux; }),
                                "arrivals per area of each triangle")
         .def_property_readonly("flux_error",
-                               numbers([](const Traced& t) -> auto& { return t.result.triangle.error; }),
+                               numbers([](const Traced& t) -> auto& { return t.triangle.error; }),
                                "its standard error")
-        .def_property_readonly("point_flux",
-                               numbers([](const Traced& t) -> auto& { return t.result.vertex.flux; }),
+        .def_property_readonly("point_flux", numbers([](const Traced& t) -> auto& { return t.vertex.flux; }),
                                "flux at each point, linear in between")
         .def_property_readonly("point_flux_error",
-                               numbers([](const Traced& t) -> auto& { return t.result.vertex.error; }),
+                               numbers([](const Traced& t) -> auto& { return t.vertex.error; }),
                                "its standard error")
-        .def_property_readonly("area", numbers([](const Traced& t) -> auto& { return t.area; }),
-                               "of each triangle")
-        .def_property_readonly(
-            "relative_error", [](const Traced& t) { return t.result.relative_error; },
-            "sum(area * standard error) / sum(area * flux) over the points")
-        .def_property_readonly(
-            "rays", [](const Traced& t) { return t.result.emitted; }, "that left the source")
-        .def_property_readonly(
-            "absorbed", [](const Traced& t) { return t.result.absorbed; }, "of them")
-        .def_property_readonly(
-            "escaped", [](const Traced& t) { return t.result.escaped; }, "of them")
-        .def_property_readonly(
-            "leaked", [](const Traced& t) { return t.result.leaked; },
-            "of them, through the surface: none but for rounding")
-        .def_property_readonly(
-            "segments", [](const Traced& t) { return t.result.segments; }, "straight flights")
-        .def_property_readonly(
-            "seconds", [](const Traced& t) { return t.result.seconds; }, "of tracing");
+        .def_property_readonly("area", numbers(&Traced::area), "of each triangle")
+        .def_readonly("relative_error", &Traced::relative_error,
+                      "sum(area * standard error) / sum(area * flux) over the points")
+        .def_readonly("rays", &Traced::emitted, "that left the source")
+        .def_readonly("absorbed", &Traced::absorbed, "of them")
+        .def_readonly("escaped", &Traced::escaped, "of them")
+        .def_readonly("leaked", &Traced::leaked, "of them, through the surface: none but for rounding")
+        .def_readonly("segments", &Traced::segments, "straight flights")
+        .def_readonly("seconds", &Traced::seconds, "of tracing");
 
     module.def("flux", &trace, "points"_a, "triangles"_a, py::kw_only(), "sticking"_a = 1.0,
                "material"_a = py::none(), "source_exponent"_a = 1.0, "rays"_a = py::none(),

@@ -71,8 +71,4 @@ std::string page_html(const std::string& title, const std::string& data) {
     return html + "</body>\n</html>\n";
 }
 
-std::size_t page_assets_size() {
-    return page_html("", "").size();
-}
-
 }  // namespace sidewall::app

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstddef>
 #include <string>
 
 namespace sidewall::app {
@@ -8,8 +7,5 @@ namespace sidewall::app {
 /// \param title  escaped for HTML.
 /// \param data   JSON that is safe in a script element.
 std::string page_html(const std::string& title, const std::string& data);
-
-/// Bytes of a page without title and data.
-std::size_t page_assets_size();
 
 }  // namespace sidewall::app

@@ -1,6 +1,6 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cctype>
 #include <set>
 
@@ -11,15 +11,11 @@
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/report/parts.hpp"
-#include "app/report/view_mesh.hpp"
 #include "surface/error.hpp"
-#include "surface/files/file.hpp"
 
 // Pages of folders with many runs: sweeps, fits and studies.
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Keys of --vary texts, which are KEY=LO:HI... or KEY=V1,V2.
 std::vector<std::string> varied_keys(const Json& plan) {
@@ -119,10 +115,7 @@ void add_table(const TextTable& table, const Json& plan, const Json& units, cons
 }
 
 std::string joined(const Json& list) {
-    std::string text;
-    if (list.is_array())
-        for (const Json& item : list) text += (text.empty() ? "" : ", ") + item.get<std::string>();
-    return text;
+    return list.is_array() ? fmt::format("{}", fmt::join(list.get<std::vector<std::string>>(), ", ")) : "";
 }
 
 std::size_t failures(const TextTable& table) {
@@ -226,7 +219,7 @@ void add_fit_result(const fs::path& folder, const Json& fit, Page& page) {
 }  // namespace
 
 Page sweep_page(const fs::path& folder, std::size_t bytes) {
-    Page page("sweep", folder_name(folder));
+    Page page{.kind = "sweep", .title = folder_name(folder), .notes{}};
     const Json plan = read_json(folder / "sweep.json", "make the sweep again");
     Json units = plan.value("units", Json::object());
     page.fact("Recipe", text_at(plan, "recipe"));
@@ -255,7 +248,7 @@ Page sweep_page(const fs::path& folder, std::size_t bytes) {
 }
 
 Page fit_page(const fs::path& folder, std::size_t bytes) {
-    Page page("fit", folder_name(folder));
+    Page page{.kind = "fit", .title = folder_name(folder), .notes{}};
     const Json fit = read_json(folder / "fit.json", "make the fit again");
     page.fact("Recipe", text_at(fit, "recipe"));
     page.fact("Status", text_at(fit, "status"));

@@ -5,12 +5,9 @@
 #include <algorithm>
 
 #include "app/common/files.hpp"
-#include "app/common/json.hpp"
-#include "app/common/text.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/recipe.hpp"
 #include "app/recipe/step_materials.hpp"
-#include "app/report/view.hpp"
 #include "surface/cut.hpp"
 #include "surface/error.hpp"
 #include "surface/files/file.hpp"
@@ -42,7 +39,7 @@ std::string differing_lines(const std::string& text, const std::string& other) {
 }
 
 // Up to four planes that a recipe asks to be cut.
-std::vector<surface::Plane> planes_of(const std::filesystem::path& effective) {
+std::vector<surface::Plane> planes_of(const fs::path& effective) {
     constexpr std::size_t kMost = 4;
     std::vector<surface::Plane> planes;
     try {
@@ -58,22 +55,15 @@ std::vector<surface::Plane> planes_of(const std::filesystem::path& effective) {
 
 }  // namespace
 
-Page::Page(std::string kind_of_folder, std::string title_of_page)
-    : kind(std::move(kind_of_folder)),
-      title(std::move(title_of_page)),
-      facts(Json::array()),
-      sections(Json::array()) {}
-
 void Page::fact(const std::string& name, const std::string& value) {
     if (!value.empty()) facts.push_back(Json::array({name, value}));
 }
 
-Json recipe_section(const std::string& title, const std::filesystem::path& effective,
-                    const std::string& source) {
+Json recipe_section(const std::string& title, const fs::path& effective, const std::string& source) {
     Json section{{"type", "recipe"}, {"title", title}};
     std::error_code failure;
     std::string text;
-    if (std::filesystem::is_regular_file(effective, failure)) {
+    if (fs::is_regular_file(effective, failure)) {
         text = surface::read_whole_file(effective);
         section["effective"] = page_text(text);
         try {
@@ -83,7 +73,7 @@ Json recipe_section(const std::string& title, const std::filesystem::path& effec
     }
     if (source.empty()) return section;
     section["source_name"] = source;
-    if (!std::filesystem::is_regular_file(source, failure)) {
+    if (!fs::is_regular_file(source, failure)) {
         section["note"] = "The recipe's own file is not there any more: its comments are missing.";
         return section;
     }
@@ -98,7 +88,7 @@ Json recipe_section(const std::string& title, const std::filesystem::path& effec
     return section;
 }
 
-void add_view(std::vector<ViewFrame> frames, const std::filesystem::path& effective, std::size_t bytes,
+void add_view(std::vector<ViewFrame> frames, const fs::path& effective, std::size_t bytes,
               const std::string& title, const std::string& profiles_title, Page& page) {
     if (frames.empty()) return;
     View view = make_view(std::move(frames), planes_of(effective), bytes);
@@ -118,7 +108,7 @@ Json plain_table(const std::string& title, const std::vector<std::string>& colum
     return section;
 }
 
-std::optional<ViewFrame> last_frame(const std::filesystem::path& run, const std::string& label) {
+std::optional<ViewFrame> last_frame(const fs::path& run, const std::string& label) {
     if (!is_there(run / "surface.pvd")) return std::nullopt;
     return ViewFrame{label, run, saved_surfaces(run).back()};
 }
@@ -143,8 +133,8 @@ Json table_section(const std::string& title, const TextTable& table, const Json&
     return section;
 }
 
-std::string folder_name(const std::filesystem::path& folder) {
-    const std::filesystem::path whole = std::filesystem::absolute(folder).lexically_normal();
+std::string folder_name(const fs::path& folder) {
+    const fs::path whole = fs::absolute(folder).lexically_normal();
     return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
 }
 

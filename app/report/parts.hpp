@@ -14,12 +14,11 @@ namespace sidewall::app {
 /// A page of results before it becomes HTML: its sections in their order, and what stands at its top.
 struct Page {
     std::string kind, title;
-    Json facts;                      ///< [[name, value], ...]
+    Json facts = Json::array();      ///< [[name, value], ...]
     std::vector<std::string> notes;  ///< on what is unfinished or left out
-    Json sections;
+    Json sections = Json::array();
     std::size_t surfaces = 0;
 
-    Page(std::string kind_of_folder, std::string title_of_page);
     void fact(const std::string& name, const std::string& value);
 };
 

@@ -3,32 +3,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <nlohmann/json.hpp>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/version.hpp"
 #include "app/report/assets.hpp"
 #include "app/report/parts.hpp"
+#include "surface/files/vtk_writer.hpp"
 
 namespace sidewall::app {
 
 // Pages by what a folder holds; each takes the bytes that its 3-D view may have.
-Page run_page(const std::filesystem::path& folder, std::size_t bytes,
-              const std::optional<SavedSurface>& only);                        // run_page.cpp
-Page comparison_page(const std::filesystem::path& folder, std::size_t bytes);  // comparison_page.cpp
-Page sweep_page(const std::filesystem::path& folder, std::size_t bytes);       // batch_page.cpp
-Page fit_page(const std::filesystem::path& folder, std::size_t bytes);
-Page study_page(const std::filesystem::path& folder, std::size_t bytes);  // study_page.cpp
+Page run_page(const fs::path& folder, std::size_t bytes,
+              const std::optional<SavedSurface>& only);           // run_page.cpp
+Page comparison_page(const fs::path& folder, std::size_t bytes);  // evaluation_page.cpp
+Page study_page(const fs::path& folder, std::size_t bytes);
+Page sweep_page(const fs::path& folder, std::size_t bytes);  // batch_page.cpp
+Page fit_page(const fs::path& folder, std::size_t bytes);
 
 namespace {
-
-namespace fs = std::filesystem;
 
 // Room for the 3-D view, beside scripts and style, and charts and tables at their largest.
 std::size_t view_bytes() {
     constexpr std::size_t kTables = 700'000;
-    return kMostPageBytes - page_assets_size() - kTables;
+    return kMostPageBytes - page_html("", "").size() - kTables;
 }
 
 Page whole_run_page(const fs::path& folder, std::size_t bytes) {
@@ -44,37 +43,22 @@ Page page_of(const fs::path& folder, std::size_t bytes, const std::optional<Save
         {"timeline.csv", whole_run_page}};
     for (const auto& [file, page] : kPages)
         if (is_there(folder / file)) return page(folder, bytes);
-    raise<FileError>(
+    throw FileError(
         "{}: holds no results: name a folder that `run`, `sweep`, `fit`, `compare` or `study` wrote, which has a "
         "summary.json, surface.pvd, sweep.json, fit.json, compare.json or study.json",
         folder.string());
 }
 
-// Escapes text for HTML, between tags and in quoted attributes.
-std::string escaped(const std::string& text) {
-    std::string html;
-    for (const char c : text)
-        html += c == '&'   ? "&amp;"
-                : c == '<' ? "&lt;"
-                : c == '>' ? "&gt;"
-                : c == '"' ? "&quot;"
-                           : std::string(1, c);
-    return html;
-}
-
 // JSON for a script element, which "</script>" or "<!--" in a string must not end. Invalid UTF-8, as in a
 // file's name, is replaced.
 std::string script_json(const Json& json) {
-    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    std::string safe;
-    for (const char c : text) safe += c == '<' ? "\\u003c" : std::string(1, c);
-    return safe;
+    return boost::replace_all_copy(json.dump(-1, ' ', false, Json::error_handler_t::replace), "<", "\\u003c");
 }
 
 std::string html_of(const Page& page) {
     const Json data{{"kind", page.kind},   {"title", page.title},       {"version", version()},
                     {"facts", page.facts}, {"notes", Json(page.notes)}, {"sections", page.sections}};
-    return page_html(escaped(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
+    return page_html(surface::xml_escape(fmt::format("{}: {}", page.kind, page.title)), script_json(data));
 }
 
 Report report_within(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
@@ -85,10 +69,10 @@ Report report_within(const fs::path& folder, std::size_t bytes, const std::optio
 }  // namespace
 
 Report make_report(const fs::path& folder, const std::optional<SavedSurface>& only) {
-    if (!is_there(folder)) raise<FileError>("{}: no such folder: check the path", folder.string());
+    if (!is_there(folder)) throw FileError("{}: no such folder: check the path", folder.string());
     std::error_code failure;
     if (!fs::is_directory(folder, failure))
-        raise<FileError>("{}: is a file: name the folder of results that holds it", folder.string());
+        throw FileError("{}: is a file: name the folder of results that holds it", folder.string());
     try {
         Report report = report_within(folder, view_bytes(), only);
         // Texts and tables may take more than expected: then the view gets less.
@@ -96,11 +80,11 @@ Report make_report(const fs::path& folder, const std::optional<SavedSurface>& on
             report =
                 report_within(folder, view_bytes() - std::min(view_bytes(), size - kMostPageBytes), only);
         if (report.html.size() > kMostPageBytes)
-            raise<FileError>("{}: its page would take {} bytes, over {}: report one of its runs",
-                             folder.string(), report.html.size(), kMostPageBytes);
+            throw FileError("{}: its page would take {} bytes, over {}: report one of its runs",
+                            folder.string(), report.html.size(), kMostPageBytes);
         return report;
     } catch (const nlohmann::json::exception& error) {
-        raise<FileError>(
+        throw FileError(
             "{}: its JSON is not what this program writes ({}): it is damaged or of another "
             "version; make the results again",
             folder.string(), error.what());

@@ -6,15 +6,12 @@
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/report/parts.hpp"
 #include "app/results/result.hpp"
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPoints = 1000;  // of a curve
 
@@ -24,8 +21,7 @@ class Timeline {
     Timeline(const fs::path& path, const Json& summary) : summary_(summary) {
         if (is_there(path)) table_ = read_text_table(path);
         if (!table_.names.empty() && !table_.column("time"))
-            raise<FileError>("{}: has no column time, it is damaged: run the simulation again",
-                             path.string());
+            throw FileError("{}: has no column time, it is damaged: run the simulation again", path.string());
         time_ = table_.column("time").value_or(0);
     }
 
@@ -139,6 +135,17 @@ Json phases_section(const Json& timing) {
         {"type", "bars"}, {"title", "Time by phase"}, {"unit", "s"}, {"names", {"seconds"}}, {"rows", rows}};
 }
 
+// A row for each item of what it has at the fields.
+template <class Fields>
+Json rows_of(const Json& items, const Fields& fields) {
+    Json rows = Json::array();
+    for (const Json& item : items) {
+        Json& row = rows.emplace_back(Json::array());
+        for (const auto& field : fields) row.push_back(item.value(field, Json()));
+    }
+    return rows;
+}
+
 // What every step was asked for, how it ended, and the measures at its end, if the run took them.
 Json steps_section(const Json& summary, const Json& units, const std::string& time) {
     std::vector<std::string> columns{
@@ -167,13 +174,7 @@ Json steps_section(const Json& summary, const Json& units, const std::string& ti
                 fields.push_back(Json::json_pointer("/measures") / name);
             }
     }
-    Json rows = Json::array();
-    for (const Json& step : summary["steps"]) {
-        Json row = Json::array();
-        for (const auto& field : fields) row.push_back(step.value(field, Json()));
-        rows.push_back(std::move(row));
-    }
-    return plain_table("Steps", columns, std::move(rows));
+    return plain_table("Steps", columns, rows_of(summary["steps"], fields));
 }
 
 void add_summary_tables(const Json& summary, Page& page) {
@@ -188,14 +189,8 @@ void add_summary_tables(const Json& summary, Page& page) {
                       volume = shown_unit(text_at(summary, "volume_unit"));
     const auto list = [&](const char* key, const std::string& title, const std::vector<std::string>& columns,
                           const std::vector<std::string>& names) {
-        if (!summary.contains(key) || summary[key].empty()) return;
-        Json all = Json::array();
-        for (const Json& item : summary[key]) {
-            Json row = Json::array();
-            for (const std::string& name : names) row.push_back(item.value(name, Json()));
-            all.push_back(std::move(row));
-        }
-        page.sections.push_back(plain_table(title, columns, std::move(all)));
+        if (summary.contains(key) && !summary[key].empty())
+            page.sections.push_back(plain_table(title, columns, rows_of(summary[key], names)));
     };
     if (summary.contains("steps") && !summary["steps"].empty())
         page.sections.push_back(steps_section(summary, units, time));
@@ -234,7 +229,7 @@ void add_facts(const Json& summary, Page& page) {
 }  // namespace
 
 Page run_page(const fs::path& folder, std::size_t bytes, const std::optional<SavedSurface>& only) {
-    Page page("run", folder_name(folder));
+    Page page{.kind = "run", .title = folder_name(folder), .notes{}};
     Json summary = Json::object();
     if (is_there(folder / "summary.json")) {
         summary = read_summary(folder);

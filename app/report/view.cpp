@@ -4,15 +4,21 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <boost/geometry/algorithms/simplify.hpp>
+#include <boost/geometry/geometries/register/linestring.hpp>
+#include <boost/geometry/geometries/register/point.hpp>
+#include <boost/geometry/strategies/cartesian/distance_projected_point.hpp>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <set>
 
-#include "app/common/json.hpp"
 #include "app/common/text.hpp"
 #include "app/pictures/render_scene.hpp"
 #include "app/report/view_mesh.hpp"
+
+BOOST_GEOMETRY_REGISTER_POINT_3D(sidewall::Vec3, double, boost::geometry::cs::cartesian, x(), y(), z())
+BOOST_GEOMETRY_REGISTER_LINESTRING(std::vector<sidewall::Vec3>)
 
 namespace sidewall::app {
 namespace {
@@ -78,35 +84,6 @@ std::vector<std::string> attributes_of(const std::vector<ViewFrame>& frames) {
     return names;
 }
 
-// Simplifies a line within a distance, by the algorithm of Douglas and Peucker (1973).
-std::vector<Vec3> straightened(const std::vector<Vec3>& line, double distance) {
-    std::vector<std::uint8_t> kept(line.size(), 0);
-    std::vector<std::pair<std::size_t, std::size_t>> open{{0, line.size() - 1}};
-    kept.front() = kept.back() = 1;
-    while (!open.empty()) {
-        const auto [a, b] = open.back();
-        open.pop_back();
-        std::size_t farthest = a;
-        double most = distance;
-        const Vec3 along = line[b] - line[a];
-        for (std::size_t k = a + 1; k < b; ++k) {
-            const Vec3 to = line[k] - line[a];
-            const double share =
-                along.isZero(0.0) ? 0.0 : std::clamp(to.dot(along) / along.squaredNorm(), 0.0, 1.0);
-            const double far = (to - share * along).norm();
-            if (far > most) most = far, farthest = k;
-        }
-        if (farthest == a) continue;
-        kept[farthest] = 1;
-        open.emplace_back(a, farthest);
-        open.emplace_back(farthest, b);
-    }
-    std::vector<Vec3> points;
-    for (std::size_t k = 0; k < line.size(); ++k)
-        if (kept[k]) points.push_back(line[k]);
-    return points;
-}
-
 std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const surface::Plane& plane,
                                              double cell) {
     constexpr double kOff = 0.02;  // of a cell
@@ -115,7 +92,8 @@ std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const sur
         std::vector<Vec3> points = polyline.points;
         if (points.size() < 2) continue;
         if (polyline.closed) points.push_back(points.front());
-        lines.push_back(straightened(points, kOff * cell));
+        // Within a distance, by the algorithm of Douglas and Peucker (1973).
+        boost::geometry::simplify(points, lines.emplace_back(), kOff * cell);
     }
     return lines;
 }
@@ -123,8 +101,7 @@ std::vector<std::vector<Vec3>> drawn_profile(const TriangleMesh& mesh, const sur
 int most_frequent_material(const TriangleMesh& mesh) {
     std::map<int, std::size_t> count;
     for (const int id : triangle_materials(mesh)) ++count[std::clamp(id, 0, 255)];
-    const auto most = std::max_element(count.begin(), count.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    const auto most = std::ranges::max_element(count, {}, &std::pair<const int, std::size_t>::second);
     return most == count.end() ? 0 : most->first;
 }
 
@@ -221,10 +198,7 @@ Json scene_json(const std::vector<ViewFrame>& sources, const Scene& scene) {
     const std::string length = metadata_text(scene.metadata, "length_unit", ""),
                       time = metadata_text(scene.metadata, "time_unit", "");
     Box3 box;
-    for (const Frame& frame : scene.frames) {
-        box.extend(frame.box.min);
-        box.extend(frame.box.max);
-    }
+    for (const Frame& frame : scene.frames) box.extend(frame.box);
     Json json{{"type", "view"},
               {"title", "Surface and materials"},
               {"length_unit", shown_unit(length)},
@@ -260,11 +234,8 @@ Json scene_json(const std::vector<ViewFrame>& sources, const Scene& scene) {
     }
     json["materials"] = Json::array();
     for (const int id : shown) {
-        const bool known = static_cast<std::size_t>(id) < table.size();
-        json["materials"].push_back(
-            Json{{"id", id},
-                 {"name", known ? table[static_cast<std::size_t>(id)].name : fmt::format("material {}", id)},
-                 {"colour", known ? table[static_cast<std::size_t>(id)].colour : "#aab4c0"}});
+        const Material material = material_of(id, table);
+        json["materials"].push_back(Json{{"id", id}, {"name", material.name}, {"colour", material.colour}});
     }
     return json;
 }

@@ -1,11 +1,12 @@
 #include "app/report/view_mesh.hpp"
 
 #include <algorithm>
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
-#include <optional>
 
 #include "app/common/json.hpp"
 #include "app/pictures/render_scene.hpp"
@@ -244,17 +245,10 @@ Json encode(const ViewMesh& mesh, const Box3& box, const std::vector<std::array<
 }
 
 std::string base64(const std::string& bytes) {
-    constexpr const char* kLetters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t group = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        for (std::size_t k = 0; k < 4; ++k)
-            text += i + k > bytes.size() ? '=' : kLetters[group >> (18 - 6 * k) & 63u];
-    }
-    return text;
+    namespace iterators = boost::archive::iterators;
+    using Letters = iterators::base64_from_binary<iterators::transform_width<const char*, 6, 8>>;
+    std::string text(Letters(bytes.data()), Letters(bytes.data() + bytes.size()));
+    return text.append((3 - bytes.size() % 3) % 3, '=');
 }
 
 TriangleMesh manifold_parts(const TriangleMesh& mesh) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "levelset/layers/stack.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -25,24 +24,6 @@ Stretches between(const std::vector<double>& crossings, bool solid) {
 // Roughness below this part of a cell counts as flat: a thinner film counts as none elsewhere, too; faces on
 // nodes lie 0.002 of their level's cells off them, which is less on all levels.
 constexpr double kFlat = levelset::kExposed;
-
-struct ProfileSpan {
-    double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
-};
-
-ProfileSpan span_of_profile(const Profile& profile) {
-    ProfileSpan span;
-    profile.each_segment([&](const Vec3& p, const Vec3& q) {
-        for (const Vec3* end : {&p, &q}) {
-            const double at = end->dot(profile.along);
-            span.left = std::min(span.left, at);
-            span.right = std::max(span.right, at);
-            span.floor = std::min(span.floor, end->z());
-            span.crest = std::max(span.crest, end->z());
-        }
-    });
-    return span;
-}
 
 // z of the profile's lowest and highest crossing of the vertical at `along`.
 std::pair<double, double> crossings(const Profile& profile, double along) {
@@ -129,6 +110,20 @@ double measure_flats(const Profile& surface, const Profile& below, double beside
 }
 
 }  // namespace
+
+ProfileSpan span_of_profile(const Profile& profile) {
+    ProfileSpan span;
+    profile.each_segment([&](const Vec3& p, const Vec3& q) {
+        for (const Vec3* end : {&p, &q}) {
+            const double at = end->dot(profile.along);
+            span.left = std::min(span.left, at);
+            span.right = std::max(span.right, at);
+            span.floor = std::min(span.floor, end->z());
+            span.crest = std::max(span.crest, end->z());
+        }
+    });
+    return span;
+}
 
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain) {
     Profile profile{surface::cut_by_plane(mesh, plane), surface::plane_axes(plane)[0], {}, {}};

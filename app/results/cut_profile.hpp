@@ -30,6 +30,12 @@ struct Profile {
     }
 };
 
+/// The ends of a profile, along it and in z; infinite the wrong way round without one.
+struct ProfileSpan {
+    double left = kInfinity, right = -kInfinity, floor = kInfinity, crest = -kInfinity;
+};
+ProfileSpan span_of_profile(const Profile& profile);
+
 Profile profile_of(const TriangleMesh& mesh, const surface::Plane& plane, const levelset::Domain& domain);
 
 /// Stretches of a line, ascending and apart; the first may begin at minus infinity, the last end at infinity.

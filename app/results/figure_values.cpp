@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "app/recipe/recipe_domain.hpp"
 #include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
-#include "surface/infinity.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -47,11 +45,8 @@ double on_walls(WaferCut& cuts, int material, double z) {
 // where an opening begins that is still less than 80 degrees steep, does not count.
 double recess(WaferCut& cuts, int material) {
     const double dx = cuts.stack().domain.spacing, touching = levelset::thinnest_film(cuts.stack().domain);
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    cuts.open().each_segment([&](const Vec3& p, const Vec3& q) {
-        low = std::min({low, p.z(), q.z()});
-        high = std::max({high, p.z(), q.z()});
-    });
+    const ProfileSpan span = span_of_profile(cuts.open());
+    const double low = span.floor, high = span.crest;
     std::vector<double> widths;
     double narrowest = kNone, below = 0.0;
     bool floor = true;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -11,6 +12,7 @@
 
 #include "app/recipe/recipe_domain.hpp"
 #include "app/results/figure_values.hpp"
+#include "app/results/result.hpp"
 #include "levelset/layers/levels.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "levelset/motion/geometric.hpp"
@@ -28,12 +30,6 @@ double mask_opening(const Profile& profile, double bottom, double spacing) {
     return narrowest;
 }
 
-double lowest(const Profile& profile) {
-    double z = std::numeric_limits<double>::infinity();
-    profile.each_segment([&](const Vec3& p, const Vec3& q) { z = std::min({z, p.z(), q.z()}); });
-    return z;
-}
-
 // Openings at equal distances from z = 0 down to the floor, none of them at the ends.
 struct Wall {
     double step = 0.0;
@@ -49,21 +45,26 @@ Wall wall(const Profile& profile, double depth, double spacing) {
     return result;
 }
 
-// Least squares of the half opening over z; NaNs do not count.
-double sidewall_angle(const Wall& wall) {
-    double n = 0.0, sz = 0.0, sw = 0.0, szz = 0.0, szw = 0.0;
-    for (std::size_t k = wall.opening.size() / 4; k < 3 * wall.opening.size() / 4; ++k) {
-        const double z = -(static_cast<double>(k) + 0.5) * wall.step, w = 0.5 * wall.opening[k];
-        if (!std::isfinite(w)) continue;
-        n += 1.0;
-        sz += z;
-        sw += w;
-        szz += z * z;
-        szw += z * w;
+// Slope of y over x by least squares, over the middle half of some numbers; NaN of fewer than \p fewest that
+// are finite.
+template <class Point>
+double slope_of(std::size_t count, double fewest, const Point& point) {
+    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
+    for (std::size_t k = count / 4; k < 3 * count / 4; ++k) {
+        const auto [x, y] = point(k);
+        if (!std::isfinite(y)) continue;
+        n += 1.0, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
-    const double spread = n * szz - sz * sz;
-    if (!(n >= 3.0 && spread > 0.0)) return kNone;
-    return std::atan2(1.0, (n * szw - sz * sw) / spread) * 180.0 / std::numbers::pi;
+    const double spread = n * sxx - sx * sx;
+    return n >= fewest && spread > 0.0 ? (n * sxy - sx * sy) / spread : kNone;
+}
+
+// Of the half opening over z.
+double sidewall_angle(const Wall& wall) {
+    const double slope = slope_of(wall.opening.size(), 3.0, [&](std::size_t k) {
+        return std::pair(-(static_cast<double>(k) + 0.5) * wall.step, 0.5 * wall.opening[k]);
+    });
+    return std::atan2(1.0, slope) * 180.0 / std::numbers::pi;
 }
 
 // The wafer without a material; nothing if it has none of it but its substrate.
@@ -114,7 +115,7 @@ class Metrologist {
     // The profile of the layer below the uppermost one.
     const Profile& below() { return cut_.layer(stack_.layers.size() - 2); }
     double depth() {
-        const double floor = lowest(cut_.open());
+        const double floor = span_of_profile(cut_.open()).floor;
         return std::isfinite(floor) ? -floor : kNone;
     }
     const Wall& openings() {
@@ -213,17 +214,6 @@ std::vector<double> half_wall(std::span<const double> openings, double step) {
     return half;
 }
 
-// Slope of the wall's middle half by least squares.
-double mean_slope(const std::vector<double>& half) {
-    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-    for (std::size_t k = half.size() / 4; k < 3 * half.size() / 4; ++k) {
-        const auto x = static_cast<double>(k);
-        n += 1.0, sx += x, sy += half[k], sxx += x * x, sxy += x * half[k];
-    }
-    const double spread = n * sxx - sx * sx;
-    return spread > 0.0 ? (n * sxy - sx * sy) / spread : 0.0;
-}
-
 // How far the wall goes back from a place, in steps of \p by, until it stands out farther than there.
 double rise(const std::vector<double>& half, std::size_t from, std::ptrdiff_t by) {
     double most = half[from];
@@ -243,7 +233,7 @@ std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
         const double height = std::min(rise(half, k, -1), rise(half, k, 1));
         if (height > least) edges.push_back({k, height});
     }
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.height > b.height; });
+    std::ranges::sort(edges, std::greater(), &Edge::height);
     // Of two or more edges the last one before the largest ratio to the next, which for the last of all is
     // the least.
     std::size_t count = edges.size();
@@ -253,7 +243,7 @@ std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
         if (ratio > widest) widest = ratio, count = k;
     }
     edges.resize(count);
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.at < b.at; });
+    std::ranges::sort(edges, {}, &Edge::at);
     return edges;
 }
 
@@ -265,10 +255,6 @@ double depth_between(const std::vector<double>& half, std::size_t from, std::siz
         most = std::max(most, half[k] - (1.0 - share) * half[from] - share * half[to]);
     }
     return most;
-}
-
-double number_of(const Json& metrology, const char* name) {
-    return metrology.contains(name) && metrology[name].is_number() ? metrology[name].get<double>() : kNone;
 }
 
 // Cycles of all loops: of those within loops, too.
@@ -324,8 +310,10 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack) {
 
 Scallops scallops(std::span<const double> openings, double step, double spacing) {
     std::vector<double> half = half_wall(openings, step);
-    const double slope = mean_slope(half);
-    for (std::size_t k = 0; k < half.size(); ++k) half[k] -= slope * static_cast<double>(k);
+    const double slope =
+        slope_of(half.size(), 2.0, [&](std::size_t k) { return std::pair(static_cast<double>(k), half[k]); });
+    for (std::size_t k = 0; k < half.size() && std::isfinite(slope); ++k)
+        half[k] -= slope * static_cast<double>(k);
     const std::vector<Edge> edges = edges_of(half, 0.05 * spacing);
     if (edges.size() < 2) return {};
     const auto count = static_cast<double>(edges.size() - 1);
@@ -336,8 +324,9 @@ Scallops scallops(std::span<const double> openings, double step, double spacing)
 }
 
 std::string scallop_note(const Recipe& recipe, const Json& metrology) {
-    const double cycles = cycles_of(recipe.steps), pitch = number_of(metrology, "scallop_pitch"),
-                 depth = number_of(metrology, "depth"), product = cycles * pitch;
+    const Json summary{{"metrology", metrology}};
+    const double cycles = cycles_of(recipe.steps), pitch = figure_of(summary, "scallop_pitch"),
+                 depth = figure_of(summary, "depth"), product = cycles * pitch;
     constexpr double kNear = 0.2;
     if (cycles == 0.0 || !(std::abs(product - depth) > kNear * depth)) return {};
     const std::string& length = recipe.domain.length_unit;

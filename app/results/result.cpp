@@ -4,14 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/replace.hpp>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <initializer_list>
 #include <map>
 #include <utility>
 
-#include "app/common/raise.hpp"
+#include "app/common/files.hpp"
 #include "app/common/text.hpp"
 #include "app/common/timing.hpp"
 #include "app/common/version.hpp"
@@ -32,8 +32,7 @@ std::string_view tag_attribute(std::string_view tag, std::string_view name) {
 constexpr std::string_view kSurface = "surface";
 
 /// K if a file is named interface_NNNN_K.vtp after surface_NNNN.vtp.
-std::optional<std::size_t> interface_number(const std::filesystem::path& file,
-                                            const std::filesystem::path& surface) {
+std::optional<std::size_t> interface_number(const fs::path& file, const fs::path& surface) {
     const std::string name = file.stem().string(),
                       start = "interface" + surface.stem().string().substr(kSurface.size()) + "_";
     if (!name.starts_with(start) || file.extension() != surface.extension()) return std::nullopt;
@@ -51,19 +50,11 @@ bool has(const Json& json, const std::string& pointer, Is is) {
     return json.contains(at) && (json.at(at).*is)();
 }
 
-/// A file that a surface.pvd lists.
-struct PvdEntry {
-    double time = 0.0;
-    std::filesystem::path file;  ///< the collection's folder included
-    std::string after;
-};
-
 // The text that the quotes of an attribute hold, from what surface::xml_escape makes of it.
 std::string plain_text(std::string text) {
     for (const auto& [entity, character] :
          {std::pair{"&lt;", "<"}, {"&gt;", ">"}, {"&quot;", "\""}, {"&amp;", "&"}})
-        for (std::size_t at = 0; (at = text.find(entity, at)) != std::string::npos; ++at)
-            text.replace(at, std::strlen(entity), character);
+        boost::replace_all(text, entity, character);
     return text;
 }
 
@@ -74,29 +65,6 @@ bool is_step(const std::string& label, const std::string& wanted) {
     const std::string name = label.substr(blank + 1);
     return label == wanted || label.substr(0, blank) == wanted || name == wanted ||
            name.substr(0, name.rfind(" (cycle ")) == wanted;
-}
-
-// The files of a ParaView collection, in its order.
-std::vector<PvdEntry> read_pvd(const std::filesystem::path& path) {
-    const std::string text = surface::read_whole_file(path);
-    std::vector<PvdEntry> entries;
-    if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
-        raise<FileError>("{}: ends too early, it is damaged: run the simulation again", path.string());
-    for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
-         at = text.find("<DataSet", at + 1)) {
-        const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at);
-        PvdEntry entry;
-        const std::string_view time = tag_attribute(tag, "timestep");
-        std::from_chars(time.data(), time.data() + time.size(), entry.time);
-        const std::string_view file = tag_attribute(tag, "file");
-        if (file.empty())
-            raise<FileError>("{}: a DataSet names no file: run the simulation again", path.string());
-        entry.file = path.parent_path() / std::string(file);
-        entry.after = plain_text(std::string(tag_attribute(tag, "after")));
-        entries.push_back(std::move(entry));
-    }
-    if (entries.empty()) raise<FileError>("{}: lists no surface: has the run saved one yet?", path.string());
-    return entries;
 }
 
 /// Advice about a damaged summary.json.
@@ -145,38 +113,47 @@ std::vector<std::string> metadata_list(const surface::MeshMetadata& metadata, co
 
 }  // namespace
 
-std::vector<SavedSurface> saved_surfaces(const std::filesystem::path& folder) {
-    const std::filesystem::path list = folder / "surface.pvd";
-    if (!std::filesystem::exists(list))
-        raise<FileError>("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
-                         folder.string());
+std::vector<SavedSurface> saved_surfaces(const fs::path& folder) {
+    const fs::path list = folder / "surface.pvd";
+    if (!fs::exists(list))
+        throw FileError("{}: has no surface.pvd: name a mesh or a folder that `sidewall run` wrote",
+                        folder.string());
+    const std::string text = surface::read_whole_file(list);
+    if (text.find("<VTKFile") != std::string::npos && text.find("</VTKFile>") == std::string::npos)
+        throw FileError("{}: ends too early, it is damaged: run the simulation again", list.string());
     // Beside the surface itself, runs list interfaces and the simplified mesh that was traced.
     std::vector<SavedSurface> saved;
-    for (const PvdEntry& entry : read_pvd(list)) {
-        const std::string name = entry.file.stem().string();
+    for (std::size_t at = text.find("<DataSet"); at != std::string::npos;
+         at = text.find("<DataSet", at + 1)) {
+        const std::string_view tag = std::string_view(text).substr(at, text.find('>', at) - at),
+                               time = tag_attribute(tag, "timestep"), name = tag_attribute(tag, "file");
+        if (name.empty())
+            throw FileError("{}: a DataSet names no file: run the simulation again", list.string());
+        SavedSurface entry{.number = saved.size(),
+                           .file = folder / std::string(name),
+                           .after = plain_text(std::string(tag_attribute(tag, "after")))};
+        std::from_chars(time.data(), time.data() + time.size(), entry.time);
+        const std::string stem = entry.file.stem().string();
         if (!saved.empty() && interface_number(entry.file, saved.back().file))
             saved.back().interfaces.push_back(entry.file);
-        if (!name.starts_with(kSurface)) continue;
-        std::size_t number = saved.size();
-        const std::size_t digits = name.find_first_of("0123456789");
+        if (!stem.starts_with(kSurface)) continue;
+        const std::size_t digits = stem.find_first_of("0123456789");
         if (digits != std::string::npos)
-            std::from_chars(name.data() + digits, name.data() + name.size(), number);
-        saved.push_back({number, entry.time, entry.file, entry.after, {}});
+            std::from_chars(stem.data() + digits, stem.data() + stem.size(), entry.number);
+        saved.push_back(std::move(entry));
     }
     if (saved.empty())
-        raise<FileError>("{}: lists no file named surface_*: has the run saved a surface yet?",
-                         list.string());
+        throw FileError("{}: lists no surface, no file named surface_*: has the run saved one yet?",
+                        list.string());
     return saved;
 }
 
 const SavedSurface& saved_at(const std::vector<SavedSurface>& saved, double time) {
-    const auto [first, last] =
-        std::minmax_element(saved.begin(), saved.end(),
-                            [](const SavedSurface& a, const SavedSurface& b) { return a.time < b.time; });
+    const auto [first, last] = std::ranges::minmax_element(saved, {}, &SavedSurface::time);
     // What was not saved yet must not be answered with another time's surface.
     const double slack = 1e-6 * std::max(std::abs(first->time), std::abs(last->time));
     if (!(time >= first->time - slack && time <= last->time + slack))
-        raise<RecipeError>(
+        throw RecipeError(
             "--time {:.9g}: the run saved surfaces from time {:.9g} to {:.9g}: choose one of these", time,
             first->time, last->time);
     const SavedSurface* nearest = &saved.front();
@@ -193,7 +170,7 @@ const SavedSurface& saved_after(const std::vector<SavedSurface>& saved, const st
         if (is_step(surface->after, step)) return *surface;
     constexpr std::size_t kMost = 20;
     if (steps.size() > kMost) steps.erase(steps.begin() + kMost / 2, steps.end() - kMost / 2);
-    raise<RecipeError>(
+    throw RecipeError(
         "--step {}: no surface was saved at the end of such a step; there {}: choose one, or run with "
         "[output] every = \"end\"",
         step, steps.empty() ? "is none" : fmt::format("are {}", fmt::join(steps, ", ")));
@@ -206,26 +183,25 @@ const SavedSurface& saved_number(const std::vector<SavedSurface>& saved, long lo
         least = std::min(least, surface.number);
         most = std::max(most, surface.number);
     }
-    raise<RecipeError>("--frame {}: the run saved the surfaces {} to {}: choose one of these", number, least,
-                       most);
+    throw RecipeError("--frame {}: the run saved the surfaces {} to {}: choose one of these", number, least,
+                      most);
 }
 
-Result read_saved(const std::filesystem::path& folder, const SavedSurface& saved) {
+Result read_saved(const fs::path& folder, const SavedSurface& saved) {
     Result result;
     result.folder = folder;
     result.source = saved.file;
     result.surface = surface::read_mesh(saved.file, &result.metadata);
-    for (const std::filesystem::path& file : saved.interfaces)
-        result.interfaces.push_back(surface::read_mesh(file));
+    for (const fs::path& file : saved.interfaces) result.interfaces.push_back(surface::read_mesh(file));
     return result;
 }
 
-std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface) {
-    const std::filesystem::path folder = surface.has_parent_path() ? surface.parent_path() : ".";
-    std::map<std::size_t, std::filesystem::path> files;
+std::vector<TriangleMesh> interfaces_beside(const fs::path& surface) {
+    const fs::path folder = surface.has_parent_path() ? surface.parent_path() : ".";
+    std::map<std::size_t, fs::path> files;
     std::error_code unreadable;  // the surface alone then
     if (surface.filename().string().starts_with(kSurface))
-        for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
+        for (const auto& entry : fs::directory_iterator(folder, unreadable))
             if (const auto k = interface_number(entry.path(), surface)) files[*k] = entry.path();
     std::vector<TriangleMesh> interfaces;
     interfaces.reserve(files.size());
@@ -233,25 +209,22 @@ std::vector<TriangleMesh> interfaces_beside(const std::filesystem::path& surface
     return interfaces;
 }
 
-Result read_result(const std::filesystem::path& path) {
+Result read_result(const fs::path& path) {
     Result result;
     result.source = path;
-    if (!std::filesystem::exists(path))
-        raise<FileError>("{}: no such file or folder: check the path", path.string());
-    if (!std::filesystem::is_directory(path)) {
+    if (!fs::exists(path)) throw FileError("{}: no such file or folder: check the path", path.string());
+    if (!fs::is_directory(path)) {
         result.surface = surface::read_mesh(path, &result.metadata);
         return result;
     }
-    const auto saved = saved_surfaces(path);
-    const auto last =
-        std::max_element(saved.rbegin(), saved.rend(),
-                         [](const SavedSurface& a, const SavedSurface& b) { return a.time < b.time; });
-    result = read_saved(path, *last);
-    if (std::filesystem::exists(path / "summary.json")) result.summary = read_summary(path);
+    const std::vector<SavedSurface> saved = saved_surfaces(path);
+    result =
+        read_saved(path, *std::ranges::max_element(saved.rbegin(), saved.rend(), {}, &SavedSurface::time));
+    if (fs::exists(path / "summary.json")) result.summary = read_summary(path);
     return result;
 }
 
-Json read_summary(const std::filesystem::path& folder) {
+Json read_summary(const fs::path& folder) {
     return read_json(folder / "summary.json", kSummaryAdvice);
 }
 
@@ -285,32 +258,35 @@ Materials materials_of(const surface::MeshMetadata& metadata) {
     return materials;
 }
 
+double figure_of(const Json& summary, const std::string& name) {
+    const Json::json_pointer at = Json::json_pointer("/metrology") / name;
+    return summary.contains(at) && summary[at].is_number() ? summary[at].get<double>() : std::nan("");
+}
+
 bool has_other_version(const Json& summary) {
     return has(summary, "/version", &Json::is_string) && summary["version"] != version();
 }
 
-std::optional<Json> own_summary(const std::filesystem::path& folder) {
-    std::error_code failure;
-    if (!std::filesystem::exists(folder / "summary.json", failure)) return std::nullopt;
+std::optional<Json> own_summary(const fs::path& folder) {
     try {
         Json summary = read_summary(folder);
         if (missing_in_summary(summary) || has_other_version(summary)) return std::nullopt;
         return summary;
-    } catch (const FileError&) {  // cut off
+    } catch (const FileError&) {  // missing, or cut off
         return std::nullopt;
     }
 }
 
-Json read_whole_summary(const std::filesystem::path& folder) {
+Json read_whole_summary(const fs::path& folder) {
     Json summary = read_summary(folder);
     require_whole(summary, folder);
     return summary;
 }
 
-void require_whole(const Json& summary, const std::filesystem::path& folder) {
+void require_whole(const Json& summary, const fs::path& folder) {
     if (const auto missing = missing_in_summary(summary))
-        raise<FileError>("{}: is damaged: it lacks {} as a run writes it; {}",
-                         (folder / "summary.json").string(), *missing, kSummaryAdvice);
+        throw FileError("{}: is damaged: it lacks {} as a run writes it; {}",
+                        (folder / "summary.json").string(), *missing, kSummaryAdvice);
 }
 
 }  // namespace sidewall::app

@@ -73,6 +73,9 @@ std::optional<double> metadata_number(const surface::MeshMetadata& metadata, con
 /// built-in table. Control characters in them become `\xNN`.
 Materials materials_of(const surface::MeshMetadata& metadata);
 
+/// A figure of a summary's metrology; NaN if it has none of that name.
+double figure_of(const Json& summary, const std::string& name);
+
 /// Whether a summary says another version than this program's.
 bool has_other_version(const Json& summary);
 

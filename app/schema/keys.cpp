@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/predicate.hpp>
 #include <charconv>
 #include <iterator>
 #include <limits>
@@ -298,8 +299,7 @@ const Materials& default_materials() {
 }
 
 std::optional<int> material_id(const Materials& materials, std::string_view name) {
-    const auto found = std::find_if(materials.begin(), materials.end(),
-                                    [&](const Material& material) { return material.name == name; });
+    const auto found = std::ranges::find(materials, name, &Material::name);
     if (found == materials.end()) return std::nullopt;
     return static_cast<int>(found - materials.begin());
 }
@@ -323,13 +323,8 @@ const std::vector<MaterialWord>& material_words() {
 
 std::optional<int> meant_material(const Materials& materials, std::string_view name) {
     if (const auto id = material_id(materials, name)) return id;
-    const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-    const auto same = [&](std::string_view word) {
-        return std::equal(word.begin(), word.end(), name.begin(), name.end(),
-                          [&](char a, char b) { return a == small(b); });
-    };
     for (const auto& [word, built_in] : material_words())
-        if (same(word)) return material_id(materials, built_in);
+        if (boost::iequals(word, name)) return material_id(materials, built_in);
     return std::nullopt;
 }
 

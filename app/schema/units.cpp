@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <string_view>
 #include <utility>
 
-#include "app/common/raise.hpp"
+#include "surface/error.hpp"
 #include "surface/files/file.hpp"
 
 namespace sidewall::app {
@@ -81,7 +80,7 @@ void convert_columns(CsvTable& table, const Units& units) {
     for (CsvColumn& column : table.columns) {
         const auto size = size_in(units, column.unit);
         if (!size && std::ranges::find(kNeither, column.unit) == kNeither.end())
-            raise<FileError>(
+            throw FileError(
                 "{}: {} [{}]: the unit is unknown: write a length ({}), a time ({}), such as nm/min a quotient of the two, "
                 "or eV, deg, K, Pa or 1, which are taken as they are",
                 table.file, surface::printable(column.name), surface::printable(column.unit),

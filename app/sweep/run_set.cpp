@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -15,9 +14,7 @@
 #include "app/common/files.hpp"
 #include "app/common/free_memory.hpp"
 #include "app/common/interrupt.hpp"
-#include "app/common/json.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/estimate/memory.hpp"
 #include "app/process/record/manifest.hpp"
@@ -28,8 +25,6 @@
 namespace sidewall::app {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kProgram = 1e8;  // bytes of a process before it has a wafer
 constexpr int kCannotWrite = 5, kInterrupted = 130, kSignalled = 128;
 constexpr auto kPause = std::chrono::milliseconds(10), kSharedPause = std::chrono::milliseconds(50);
@@ -37,7 +32,7 @@ constexpr auto kPause = std::chrono::milliseconds(10), kSharedPause = std::chron
 // The folder may have been a run's of other keys.
 void require_own(const fs::path& path, const std::string& recipe) {
     if (surface::read_whole_file(path) != recipe)
-        raise<RecipeError>("{}: is not this run's recipe: choose another folder with -o", path.string());
+        throw RecipeError("{}: is not this run's recipe: choose another folder with -o", path.string());
 }
 
 // A run that has ended well leaves a summary.
@@ -171,8 +166,8 @@ class Pool {
             if (end->exit_code == kCannotWrite && set_.needs_all) {
                 stop_all();
                 const std::string& again = set_.resume_command;  // a helping rank has none
-                raise<IoError>("run {:04}: {}{}{}", number, reason(*end),
-                               again.empty() ? "" : "; then go on with: ", again);
+                throw IoError("run {:04}: {}{}{}", number, reason(*end),
+                              again.empty() ? "" : "; then go on with: ", again);
             }
             if (end->exit_code != 0 || !read_end(set_, number)) {
                 run.status = reason(*end);
@@ -205,8 +200,8 @@ class Pool {
 
     [[noreturn]] void stop() {
         stop_all();
-        raise<Interrupted>("stopped with {} runs made; go on with: {}", count_ended(set_),
-                           set_.resume_command);
+        throw Interrupted("stopped with {} runs made; go on with: {}", count_ended(set_),
+                          set_.resume_command);
     }
 
     RunSet& set_;
@@ -321,24 +316,24 @@ std::size_t read_ended(RunSet& set) {
     return count;
 }
 
-void open_batch_folder(const std::filesystem::path& folder, const std::string& file, const std::string& what,
+void open_batch_folder(const fs::path& folder, const std::string& file, const std::string& what,
                        const Json& plan, bool resume) {
     std::error_code failure;
-    remove_partial_files(folder, {file, std::filesystem::path(file).replace_extension("csv").string()});
-    if (!std::filesystem::exists(folder / file, failure)) {
+    remove_partial_files(folder, {file, fs::path(file).replace_extension("csv").string()});
+    if (!fs::exists(folder / file, failure)) {
         for (const char* other : {"sweep.json", "fit.json", "runs", "manifest.txt", "compare.json"})
-            if (std::filesystem::exists(folder / other, failure))
-                raise<RecipeError>("{}: holds other results ({}): choose another folder with -o",
-                                   folder.string(), other);
+            if (fs::exists(folder / other, failure))
+                throw RecipeError("{}: holds other results ({}): choose another folder with -o",
+                                  folder.string(), other);
         return;
     }
     const Json there = read_json(folder / file, "choose another folder with -o");
     if (!there.is_object() || there.value("digest", Json()) != plan["digest"])
-        raise<RecipeError>("{}: holds another {}, which differs in {}: choose another folder with -o",
-                           folder.string(), what, there.is_object() ? differing(plan, there) : file);
+        throw RecipeError("{}: holds another {}, which differs in {}: choose another folder with -o",
+                          folder.string(), what, there.is_object() ? differing(plan, there) : file);
     if (!resume)
-        raise<RecipeError>("{}: holds this {} already: go on with --resume, or choose another folder with -o",
-                           folder.string(), what);
+        throw RecipeError("{}: holds this {} already: go on with --resume, or choose another folder with -o",
+                          folder.string(), what);
 }
 
 }  // namespace sidewall::app

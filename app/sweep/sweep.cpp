@@ -3,16 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "app/common/files.hpp"
 #include "app/common/json.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/common/version.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "surface/files/file.hpp"
-#include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
 namespace {
@@ -77,6 +74,26 @@ std::string row_of(const std::vector<std::string>& columns, const RunPoint& poin
     return row + fmt::format(",{}\n", csv_field(run.status));
 }
 
+// The names of the figures of any run that has ended, those of the first point's first.
+std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const RunSet& set) {
+    std::vector<std::string> names;
+    for (const RunPoint& point : points) {
+        const SetRun& run = set.runs[point.number - 1];
+        if (!run.summary.contains("metrology")) continue;
+        for (const auto& [name, value] : run.summary["metrology"].items())
+            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    }
+    return names;
+}
+
+// The units of the figures.
+Json units_of(const RunSet& set) {
+    Json units = Json::object();
+    for (const SetRun& run : set.runs)
+        if (run.summary.contains("metrology_units")) units.update(run.summary["metrology_units"]);
+    return units;
+}
+
 }  // namespace
 
 SweepEnd run_sweep(const SweepOptions& options) {
@@ -91,34 +108,22 @@ SweepEnd run_sweep(const SweepOptions& options) {
     const auto before = static_cast<double>(read_ended(sweep.set));
     ProgressBar progress("sweep", static_cast<double>(end.runs), "runs", !options.quiet,
                          {.from = before, .tenths = true});
-    // A row is added for each run; the whole table is written at both ends, at last in the order of the
-    // points.
-    std::vector<std::string> columns;
-    const auto write_table = [&] {
-        columns = figures_of(sweep.points, sweep.set);
+    make_runs(sweep.set, numbers, progress, [&](std::size_t) {
         end.table = run_table(sweep.keys, sweep.points, sweep.set);
         write_file(options.output / "sweep.csv", end.table);
-    };
-    make_runs(sweep.set, numbers, progress, [&](std::size_t number) {
-        const auto rows = number == 0 ? std::nullopt : run_rows(columns, sweep.points, sweep.set, number);
-        if (rows)
-            surface::append_to_file(options.output / "sweep.csv", *rows);
-        else
-            write_table();
     });
-    write_table();
     sweep.plan["units"] = units_of(sweep.set);
     write_plan(options, sweep);
     for (const SetRun& run : sweep.set.runs) end.failed += run.status == "ok" ? 0 : 1;
     if (end.failed == end.runs)
-        raise<NumericsError>("{}: no run ended well: {}", options.recipe, sweep.set.runs[0].status);
+        throw NumericsError("{}: no run ended well: {}", options.recipe, sweep.set.runs[0].status);
     return end;
 }
 
 std::string plan_sweep(const SweepOptions& options) {
     const Sweep sweep = read_sweep(options);
     if (options.output.string().find('\n') != std::string::npos)
-        raise<RecipeError>(
+        throw RecipeError(
             "-o {}: --plan prints a command a line, and this folder's name has a line break: choose another one",
             surface::printable(options.output.string(), true));
     make_folder(options.output, "choose another with -o");
@@ -174,37 +179,6 @@ std::string run_table(const std::vector<std::string>& keys, const std::vector<Ru
         if (run.ended) table += row_of(names, point, run);
     }
     return table;
-}
-
-std::optional<std::string> run_rows(const std::vector<std::string>& columns,
-                                    const std::vector<RunPoint>& points, const RunSet& set,
-                                    std::size_t number) {
-    std::string rows;
-    for (const RunPoint& point : points) {
-        if (point.number != number) continue;
-        for (const std::string& name : figures_of({point}, set))
-            if (std::find(columns.begin(), columns.end(), name) == columns.end()) return std::nullopt;
-        rows += row_of(columns, point, set.runs[number - 1]);
-    }
-    return rows;
-}
-
-std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const RunSet& set) {
-    std::vector<std::string> names;
-    for (const RunPoint& point : points) {
-        const SetRun& run = set.runs[point.number - 1];
-        if (!run.summary.contains("metrology")) continue;
-        for (const auto& [name, value] : run.summary["metrology"].items())
-            if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-    }
-    return names;
-}
-
-Json units_of(const RunSet& set) {
-    Json units = Json::object();
-    for (const SetRun& run : set.runs)
-        if (run.summary.contains("metrology_units")) units.update(run.summary["metrology_units"]);
-    return units;
 }
 
 }  // namespace sidewall::app

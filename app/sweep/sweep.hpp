@@ -60,17 +60,4 @@ Recipe recipe_changed(const std::string& effective, const std::string& file,
 std::string run_table(const std::vector<std::string>& keys, const std::vector<RunPoint>& points,
                       const RunSet& set);
 
-/// The rows of the points of one run that has ended, for the end of a table with its columns; nothing if it has a figure
-/// that these lack.
-/// \param columns  of figures, as figures_of says.
-std::optional<std::string> run_rows(const std::vector<std::string>& columns,
-                                    const std::vector<RunPoint>& points, const RunSet& set,
-                                    std::size_t number);
-
-/// The names of the figures of any run that has ended, those of the first point's first.
-std::vector<std::string> figures_of(const std::vector<RunPoint>& points, const RunSet& set);
-
-/// The units of the figures.
-Json units_of(const RunSet& set);
-
 }  // namespace sidewall::app

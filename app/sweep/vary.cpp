@@ -6,7 +6,6 @@
 #include <boost/random/sobol.hpp>
 #include <cmath>
 
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
@@ -40,7 +39,7 @@ std::vector<std::string> list_of(const std::string& text) {
 
 void read_range(const std::vector<std::string>& parts, const std::string& option, Vary& vary) {
     const auto low = finite_number(parts[0]), high = finite_number(parts[1]);
-    if (!low || !high) raise<RecipeError>("{}: bounds must be numbers: {}", option, kForms);
+    if (!low || !high) throw RecipeError("{}: bounds must be numbers: {}", option, kForms);
     vary.low = *low;
     vary.high = *high;
     for (std::size_t i = 2; i < parts.size(); ++i) {
@@ -49,17 +48,17 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
             vary.log = true;
         } else if (i == 2 && count) {
             if (*count < 2.0 || *count > kMostRuns || *count != std::floor(*count))
-                raise<RecipeError>("{}: the count must be a whole number from 2 to {}", option, kMostRuns);
+                throw RecipeError("{}: the count must be a whole number from 2 to {}", option, kMostRuns);
             vary.count = static_cast<std::size_t>(*count);
         } else {
-            raise<RecipeError>("{}: {} is neither a count nor log: {}", option, parts[i], kForms);
+            throw RecipeError("{}: {} is neither a count nor log: {}", option, parts[i], kForms);
         }
     }
     if (!(*low < *high))
-        raise<RecipeError>("{}: the lower bound {:g} must be below the upper one {:g}{}", option, *low, *high,
-                           *low > *high ? ": swap them" : "");
+        throw RecipeError("{}: the lower bound {:g} must be below the upper one {:g}{}", option, *low, *high,
+                          *low > *high ? ": swap them" : "");
     if (vary.log && *low * *high <= 0.0)  // etch rates are negative
-        raise<RecipeError>("{}: on a logarithmic scale both bounds must be above 0, or both below", option);
+        throw RecipeError("{}: on a logarithmic scale both bounds must be above 0, or both below", option);
 }
 
 }  // namespace
@@ -67,8 +66,7 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
 Vary parse_vary(const std::string& text) {
     const std::string option = "--vary " + text;
     const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0)
-        raise<RecipeError>("{}: names no key: {}", option, kForms);
+    if (equals == std::string::npos || equals == 0) throw RecipeError("{}: names no key: {}", option, kForms);
     Vary vary{.key = text.substr(0, equals)};
     std::vector<std::string> values = list_of(text.substr(equals + 1));
     const std::vector<std::string> parts = split(values[0], ':');
@@ -77,7 +75,7 @@ Vary parse_vary(const std::string& text) {
         return vary;
     }
     for (const std::string& value : values)
-        if (value.empty()) raise<RecipeError>("{}: lacks a value: {}", option, kForms);
+        if (value.empty()) throw RecipeError("{}: lacks a value: {}", option, kForms);
     vary.list = std::move(values);
     return vary;
 }
@@ -92,12 +90,11 @@ std::vector<Vary> parse_vary(const std::vector<std::string>& texts, const Recipe
         try {
             places.push_back(with_place_of_step(vary.key, steps));
         } catch (const RecipeError& error) {
-            raise<RecipeError>("--vary {}: {}", text, error.what());
+            throw RecipeError("--vary {}: {}", text, error.what());
         }
         if (std::find(places.begin(), places.end() - 1, places.back()) != places.end() - 1)
-            raise<RecipeError>("--vary {}: {} is varied twice", text, vary.key);
-        const auto key =
-            std::find_if(keys.begin(), keys.end(), [&](const KeyDoc& any) { return any.name == vary.key; });
+            throw RecipeError("--vary {}: {} is varied twice", text, vary.key);
+        const auto key = std::ranges::find(keys, vary.key, &KeyDoc::name);
         if (key != keys.end()) {
             vary.whole = key->type.starts_with("whole number");
             vary.words = !key->words.empty() && key->type.find("number") == std::string::npos;
@@ -131,7 +128,7 @@ std::vector<RunValues> grid_points(const std::vector<Vary>& varied) {
         RunValues values = vary.list;
         if (vary.is_range()) {
             if (!vary.count)
-                raise<RecipeError>(
+                throw RecipeError(
                     "--vary {0}={1:g}:{2:g}: a grid needs a count of points: {0}={1:g}:{2:g}:5, "
                     "or --design sobol --runs N",
                     vary.key, vary.low, vary.high);
@@ -140,8 +137,8 @@ std::vector<RunValues> grid_points(const std::vector<Vary>& varied) {
                     value_at(vary, static_cast<double>(i) / static_cast<double>(*vary.count - 1)));
         }
         if (points.size() * values.size() > kMostRuns)
-            raise<RecipeError>("--vary {}: makes over {} runs: use fewer points, or --design sobol", vary.key,
-                               kMostRuns);
+            throw RecipeError("--vary {}: makes over {} runs: use fewer points, or --design sobol", vary.key,
+                              kMostRuns);
         std::vector<RunValues> product;
         for (const RunValues& point : points)
             for (const std::string& value : values) {
@@ -155,12 +152,12 @@ std::vector<RunValues> grid_points(const std::vector<Vary>& varied) {
 
 std::vector<RunValues> sobol_points(const std::vector<Vary>& varied, std::size_t count) {
     if (varied.size() > kSobolDimensions)
-        raise<RecipeError>("--design sobol: varies at most {} keys", kSobolDimensions);
+        throw RecipeError("--design sobol: varies at most {} keys", kSobolDimensions);
     if (count < 1 || count > kMostRuns)
-        raise<RecipeError>("--runs {}: must be from 1 to {}", count, kMostRuns);
+        throw RecipeError("--runs {}: must be from 1 to {}", count, kMostRuns);
     for (const Vary& vary : varied)
         if (vary.count)
-            raise<RecipeError>(
+            throw RecipeError(
                 "--vary {}={:g}:{:g}:{}: Sobol points have no count of their own: leave it to "
                 "--runs",
                 vary.key, vary.low, vary.high, *vary.count);

@@ -1,9 +1,10 @@
 #include "flux/radiosity/exchange.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -211,10 +212,6 @@ Exchange::Exchange(const TriangleMesh& mesh, const surface::RayScene& scene, con
         new State{geometry, wedges, std::move(profile), std::move(options), std::move(source_exponents)});
 }
 
-Exchange::~Exchange() = default;
-Exchange::Exchange(Exchange&&) noexcept = default;
-Exchange& Exchange::operator=(Exchange&&) noexcept = default;
-
 void Exchange::gather(std::uint64_t rays) {
     State& s = *state_;
     const std::uint64_t needed = exchange_bytes(s.rays + rays);
@@ -273,33 +270,6 @@ void Exchange::set_residual_error(std::span<const double> error) {
     state_->residual.share = shares_of_edges(*state_->densities, error);
 }
 
-bool Exchange::has_importance() const {
-    return state_->has_importance;
-}
-
-std::uint64_t Exchange::rays() const {
-    return state_->rays;
-}
-std::uint64_t Exchange::residual_rays() const {
-    return state_->residual.rays.size();
-}
-std::uint64_t Exchange::segments() const {
-    return state_->segments;
-}
-std::uint64_t Exchange::leaked() const {
-    return state_->leaked;
-}
-double Exchange::seconds() const {
-    return state_->seconds;
-}
-std::size_t Exchange::unknowns() const {
-    return state_->profile.unknowns.count();
-}
-
-std::uint64_t Exchange::fewest_rays() const {
-    return static_cast<std::uint64_t>(kFirstRays) * unknowns();
-}
-
 std::uint64_t Exchange::samples() const {
     std::uint64_t samples = 0;
     for (const SampleGroup& group : state_->groups) samples += group.pairs.size() + group.exits.size();
@@ -309,6 +279,24 @@ std::uint64_t Exchange::samples() const {
 std::uint64_t Exchange::rays_left() const {
     const std::uint64_t most = state_->options.most_bytes / (2 * sizeof(PairSample));
     return most > state_->rays ? most - state_->rays : 0;
+}
+
+double Exchange::State::scale(std::uint32_t bits) const {
+    return 1.0 / (static_cast<double>(group_rays) * std::popcount(bits));
+}
+
+const BalancedSamples& Exchange::State::balanced(std::uint32_t bits) const {
+    const std::lock_guard lock(mutex_);
+    const auto found = balanced_.find(bits);
+    if (found != balanced_.end()) return found->second;
+    std::vector<const SampleGroup*> chosen;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        if ((bits >> g & 1u) != 0) chosen.push_back(&groups[g]);
+    // Isolated: while it waits for its own tasks, this thread must not take one that comes here, too.
+    const auto make = [&] {
+        return balanced_.try_emplace(bits, profile.unknowns, std::move(chosen), scale(bits)).first;
+    };
+    return tbb::this_task_arena::isolate(make)->second;
 }
 
 }  // namespace sidewall::flux

@@ -3,9 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include "surface/parallel.hpp"

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "flux/radiosity/exchange_state.hpp"
+#include "flux/radiosity/exchange.hpp"
 #include "flux/random.hpp"
 #include "flux/tracer/packets.hpp"
 

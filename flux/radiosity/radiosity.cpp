@@ -3,7 +3,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 #include "flux/radiosity/solver.hpp"
 #include "surface/error.hpp"
@@ -75,7 +74,7 @@ double statistical_error(const Wedges& wedges, const FluxField& vertex) {
             error += wedges.area[w] * vertex.error[v];
             flux += wedges.area[w] * vertex.flux[v];
         }
-    return flux > 0.0 ? error / flux : error > 0.0 ? std::numeric_limits<double>::infinity() : 0.0;
+    return flux > 0.0 ? error / flux : error > 0.0 ? kInfinity : 0.0;
 }
 
 // Error of the linear elements relative to the flux. \p one, other: from two halves of the rays.

@@ -1,6 +1,5 @@
 #include "flux/radiosity/ray_densities.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 

@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "flux/radiosity/exchange_state.hpp"
 #include "flux/radiosity/radiosity.hpp"
 
 namespace sidewall::flux {

@@ -379,17 +379,13 @@ void LayerDepths::at(const Vec3& point, const Eigen::Vector3i& node, std::span<f
     reader_->at(point, openvdb::Coord(node.x(), node.y(), node.z()), depth);
 }
 
-std::size_t exposed_layer(const MaterialStack& levels, const Vec3& point) {
+int exposed_material(const MaterialStack& levels, const Vec3& point) {
     const MaterialStack& stack = level_at(levels, point);
     std::vector<float> depth(stack.layers.size() - 1);
     LayerDepths(stack).at(stack.domain.to_index(point), depth);
-    for (std::size_t k = 0; k < depth.size(); ++k)
-        if (static_cast<double>(depth[k]) <= thinnest_film(stack.domain)) return k;
-    return stack.layers.size() - 1;
-}
-
-int exposed_material(const MaterialStack& stack, const Vec3& point) {
-    return stack.layers[exposed_layer(stack, point)].material;
+    std::size_t k = 0;
+    while (k < depth.size() && static_cast<double>(depth[k]) > thinnest_film(stack.domain)) ++k;
+    return stack.layers[k].material;
 }
 
 }  // namespace sidewall::levelset

@@ -31,10 +31,7 @@ class LayerDepths {
     std::shared_ptr<Reader> reader_;  // by copies, too
 };
 
-/// Index of the layer exposed at a world point on the surface.
-std::size_t exposed_layer(const MaterialStack& stack, const Vec3& point);
-
-/// Material of a triangle whose centroid is \p point on the surface (see exposed_layer).
+/// Material of a triangle whose centroid is \p point on the surface, world units: that of the layer exposed there.
 int exposed_material(const MaterialStack& stack, const Vec3& point);
 
 }  // namespace sidewall::levelset

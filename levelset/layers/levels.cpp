@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "levelset/grid.hpp"
 #include "levelset/layers/level_features.hpp"
 #include "levelset/layers/make_stack.hpp"
 #include "levelset/layers/prolongation.hpp"

@@ -1,7 +1,6 @@
 #include "levelset/layers/make_stack.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "levelset/layers/cut_layers.hpp"
 #include "levelset/openvdb_grid.hpp"
@@ -49,8 +48,7 @@ struct Union {
         double low = 0.0, high = 0.0;  // of the values so far
         for (const std::size_t k : parts) {
             // On the sides of an open mesh its sign may change at any distance.
-            const double reach =
-                bodies[k].second.kind == ShapeKind::mesh ? std::numeric_limits<double>::infinity() : radius;
+            const double reach = bodies[k].second.kind == ShapeKind::mesh ? kInfinity : radius;
             const double value = part(k, centre), least = value - reach, most = value + reach;
             const bool cuts = bodies[k].second.subtract;
             if (!result.parts.empty() && (cuts ? most < low : least > high)) continue;
@@ -78,7 +76,7 @@ MaterialStack sample_stack(const Domain& domain, const Bodies& bodies, const std
     for (const auto& [material, shape] : bodies) body.push_back(make_body(shape, domain));
     if (bodies.front().second.subtract)
         throw GeometryError("the first layer cannot be cut out of what lies below: there is nothing");
-    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double low = kInfinity, high = -low;
     const auto reaches = [&](const Body& other) {
         low = std::min(low, other.low);
         high = std::max(high, other.high);

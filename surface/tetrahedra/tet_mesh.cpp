@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 namespace sidewall {
 
@@ -23,6 +24,27 @@ double widest_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d)
         for (int j = i + 1; j < 4; ++j)
             widest = std::max(widest, -n[i].dot(n[j]) / std::sqrt(squared[i] * squared[j]));
     return std::isfinite(widest) ? widest : 2.0;
+}
+
+std::vector<TetFace> sorted_faces(const std::vector<Tetrahedron>& tetrahedra,
+                                  const std::function<int(std::uint32_t)>& region_of) {
+    constexpr std::size_t kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+    std::vector<TetFace> faces;
+    faces.reserve(4 * tetrahedra.size());
+    for (std::uint32_t t = 0; t < tetrahedra.size(); ++t) {
+        const Tetrahedron& tet = tetrahedra[t];
+        const int region = region_of(t);
+        for (const auto& [a, b, c] : kFaces) {
+            if (region < 0) continue;
+            TetFace& face = faces.emplace_back(TetFace{{}, {tet[a], tet[b], tet[c]}, region});
+            face.sorted = face.corners;
+            std::ranges::sort(face.sorted);
+        }
+    }
+    std::ranges::sort(faces, [](const TetFace& p, const TetFace& q) {
+        return std::tie(p.sorted, p.region) < std::tie(q.sorted, q.region);
+    });
+    return faces;
 }
 
 TetQuality measure_tets(const TetMesh& mesh) {

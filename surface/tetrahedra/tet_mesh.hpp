@@ -2,6 +2,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,17 @@ double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 /// Cosine of the smallest angle between two faces of a tetrahedron; 2 unless its volume is positive.
 double widest_cosine(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
+
+/// A face of a tetrahedron, out of it.
+struct TetFace {
+    Triangle sorted, corners;
+    int region;  ///< of the tetrahedron
+};
+
+/// The faces of all tetrahedra of a region that is not negative, by their sorted corners, then by region: the two of
+/// neighbours follow each other.
+std::vector<TetFace> sorted_faces(const std::vector<Tetrahedron>& tetrahedra,
+                                  const std::function<int(std::uint32_t)>& region_of);
 
 /// What a mesh for simulations is judged by.
 struct TetQuality {

@@ -23,35 +23,18 @@ struct Facet {
 };
 
 std::vector<Facet> facets_of(const TetComplex& mesh, const std::vector<int>& material, int unmeshed) {
-    struct Face {
-        Triangle sorted, corners;
-        int material;
-    };
-    constexpr std::size_t kFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-    std::vector<Face> faces;
-    faces.reserve(4 * mesh.count());
-    for (std::uint32_t t = 0; t < mesh.tet.size(); ++t) {
-        if (!mesh.alive(t)) continue;
-        const Tetrahedron& tet = mesh.tet[t];
-        for (const auto& [a, b, c] : kFaces) {
-            Face face{{}, {tet[a], tet[b], tet[c]}, material[static_cast<std::size_t>(mesh.region[t])]};
-            face.sorted = face.corners;
-            std::sort(face.sorted.begin(), face.sorted.end());
-            faces.push_back(face);
-        }
-    }
-    std::sort(faces.begin(), faces.end(), [](const Face& p, const Face& q) {
-        return p.sorted != q.sorted ? p.sorted < q.sorted : p.material < q.material;
+    const std::vector<TetFace> faces = sorted_faces(mesh.tet, [&](std::uint32_t t) {
+        return mesh.alive(t) ? material[static_cast<std::size_t>(mesh.region[t])] : -1;
     });
     std::vector<Facet> facets;
     for (std::size_t i = 0, j = 0; i < faces.size(); i = j) {
         const bool shared = i + 1 < faces.size() && faces[i + 1].sorted == faces[i].sorted;
         j = i + (shared ? 2 : 1);
         const auto& [a, b, c] = faces[i].corners;
-        if (shared ? faces[i].material == faces[i + 1].material
+        if (shared ? faces[i].region == faces[i + 1].region
                    : (mesh.side[a] & mesh.side[b] & mesh.side[c]) != 0)
             continue;
-        facets.push_back({faces[i].corners, faces[i].material, shared ? faces[i + 1].material : unmeshed});
+        facets.push_back({faces[i].corners, faces[i].region, shared ? faces[i + 1].region : unmeshed});
     }
     return facets;
 }

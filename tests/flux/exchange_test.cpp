@@ -7,7 +7,6 @@
 #include <numbers>
 #include <utility>
 
-#include "flux/radiosity/exchange_state.hpp"
 #include "flux/radiosity/method_choice.hpp"
 #include "flux/radiosity/single_flux.hpp"
 #include "surface/error.hpp"

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/devices/device.hpp"
+#include "app/recipe/recipe.hpp"
 #include "app/results/result.hpp"
 #include "surface/files/mesh_io.hpp"
 #include "tests/app/report/result_folder.hpp"
@@ -118,7 +119,7 @@ json read_by_vtk(const test::Folder& folder, const std::string& file) {
 }
 
 void check_result(const std::filesystem::path& folder, double spacing, bool gas) {
-    CHECK(app::grid_spacing_of(folder) == spacing);
+    CHECK(app::load_frame(folder / "recipe.toml").domain.grid_spacing == spacing);
     const app::Result result = app::read_result(folder);
     check_device(app::make_device(result, spacing, {.gas = gas}), result, gas);
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "app/common/processes.hpp"
@@ -120,7 +119,7 @@ double speed_to_stop(const Step& step, const levelset::MaterialStack& stack, con
     const auto height = [](const levelset::SurfaceSample& s) {
         return s.node.z() + static_cast<double>(s.foot.z());
     };
-    double lowest = std::numeric_limits<double>::infinity(), speed = 0.0;
+    double lowest = kInfinity, speed = 0.0;
     for (const levelset::SurfaceSample& s : motion.extension.samples) lowest = std::min(lowest, height(s));
     for (std::size_t n = 0; n < motion.extension.samples.size(); ++n)
         if (height(motion.extension.samples[n]) < lowest + 1.0)
@@ -148,7 +147,7 @@ void measure_openings(Estimation& e) {
     if (height < e.state.stack.domain.spacing) return;
     const Profile profile =
         profile_of(surface, surface::parse_plane(e.recipe.metrology.cut), e.state.stack.domain);
-    double narrowest = std::numeric_limits<double>::infinity();
+    double narrowest = kInfinity;
     constexpr int kHeights = 16;
     for (int k = kHeights / 4; k <= 3 * kHeights / 4; ++k)
         for (const auto& [from, to] : openings(profile, box.min.z() + height * k / kHeights))

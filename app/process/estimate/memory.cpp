@@ -8,7 +8,6 @@
 #include <string>
 
 #include "app/common/free_memory.hpp"
-#include "app/common/raise.hpp"
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/recipe/layers.hpp"
 #include "app/recipe/recipe_domain.hpp"
@@ -101,12 +100,12 @@ void require_memory(const Recipe& recipe, const levelset::Domain& domain, std::u
     const double rays = radiosity_memory(recipe.flux);
     if (needed + rays <= available.bytes) return;
     if (needed <= available.bytes)
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: flux.memory = {:g}: besides {:.3g} GB for the surface the rays of "
             "radiosity may take {:.3g} GB, and {:.3g} GB are {}; lower it{}",
             recipe.file, recipe.flux.memory, needed / 1e9, rays / 1e9, available.bytes / 1e9, available.limit,
             recipe.flux.relative_error ? "" : ", or flux.rays");
-    raise<RecipeError>(
+    throw RecipeError(
         "{}: domain.grid_spacing = {:.4g}: the run would need about {:.3g} GB and {:.3g} GB are "
         "{}; use a spacing of {} or more",
         recipe.file, domain.spacing, needed / 1e9, available.bytes / 1e9, available.limit,

@@ -11,7 +11,6 @@
 #include "app/process/arriving/flux_methods.hpp"
 #include "app/process/arriving/radiosity_fluxes.hpp"
 #include "app/process/arriving/trace.hpp"
-#include "flux/radiosity/radiosity.hpp"
 
 namespace sidewall::app {
 namespace {

@@ -4,14 +4,12 @@
 #include <regex>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
+#include "app/common/text.hpp"
 #include "surface/files/file.hpp"
 #include "surface/files/output_file.hpp"
 
 namespace sidewall::app {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::string_view kHeader =
     "# Files that sidewall wrote here. A new run removes these, and no others.\n";
@@ -27,13 +25,10 @@ std::optional<FileNames> read_manifest(const fs::path& folder) {
     if (!fs::exists(folder / kManifest, failure)) return std::nullopt;
     const std::string text = surface::read_whole_file(folder / kManifest);
     if (!text.starts_with(kHeader)) return std::nullopt;
-    FileNames names;
-    for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos;
-         begin = end + 1) {
-        const std::string name = text.substr(begin, end - begin);
-        if (is_plain(name) && name[0] != '#') names.insert(name);
-    }
-    return names;
+    std::vector<std::string> lines = split(text, '\n');
+    lines.pop_back();  // nothing, or cut off
+    std::erase_if(lines, [](const std::string& line) { return !is_plain(line) || line[0] == '#'; });
+    return FileNames(lines.begin(), lines.end());
 }
 
 void write_manifest(const fs::path& folder, const FileNames& names) {
@@ -72,7 +67,7 @@ std::optional<std::size_t> saved_number(std::string_view name) {
 void remove_file(const fs::path& path) {
     std::error_code failure;
     fs::remove(path, failure);
-    if (failure) raise<IoError>("{}: cannot remove: {}; check permissions", path.string(), failure.message());
+    if (failure) throw IoError("{}: cannot remove: {}; check permissions", path.string(), failure.message());
 }
 
 void remove_partial_files(const fs::path& folder, const FileNames& names) {

@@ -4,18 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <string_view>
 
-#include "app/common/files.hpp"
 #include "app/common/json.hpp"
 #include "app/common/processes.hpp"
-#include "app/common/raise.hpp"
 #include "app/common/text.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/process/record/summary.hpp"
 #include "app/recipe/effective_recipe.hpp"
-#include "app/results/metrology.hpp"
 #include "levelset/meshes/extract.hpp"
 #include "surface/cut.hpp"
 #include "surface/files/file.hpp"
@@ -25,13 +20,11 @@
 namespace sidewall::app {
 namespace {
 
-namespace fs = std::filesystem;
-
 // The user's own recipe must not be replaced by the effective one, which has no comments.
 void spare_recipe(const std::string& file, const fs::path& copy, const std::string& effective) {
     std::error_code failure;
     if (fs::equivalent(file, copy, failure) && surface::read_whole_file(copy) != effective)
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: the run would write its effective recipe over this file: choose another folder with -o",
             file);
 }
@@ -92,8 +85,8 @@ void RunFolder::claim() {
     surface::place_of(options_.output / kManifest);
     std::error_code failure;
     if (fs::equivalent(options_.output, recipe_.start.from, failure))
-        raise<RecipeError>("{}: start.from is the folder to write to: choose another with -o",
-                           options_.output.string());
+        throw RecipeError("{}: start.from is the folder to write to: choose another with -o",
+                          options_.output.string());
     spare_recipe(recipe_.file, options_.output / "recipe.toml", effective_);
     const std::optional<FileNames> listed = read_manifest(options_.output);
     if (listed) names_ = *listed;
@@ -131,7 +124,7 @@ void RunFolder::refuse_foreign_files(bool has_manifest) const {
         if (foreign.empty() || name < foreign) foreign = name;
     }
     if (!foreign.empty())
-        raise<RecipeError>(
+        throw RecipeError(
             "{}: the run would write over this file, which is in no list of what a "
             "run wrote there ({}): choose another folder with -o, or --overwrite it",
             (options_.output / foreign).string(), kManifest);
@@ -160,9 +153,9 @@ void RunFolder::refuse_other_runs() const {
         ways = (held == Held::run ? "go on with --resume, "
                                   : "go on from it with --resume, where the recipes agree, ") +
                ways;
-    raise<RecipeError>("{}: holds {} of {} recipe: {}", options_.output.string(),
-                       held == Held::other_result ? "the result" : "an unfinished run",
-                       held == Held::run ? "this" : "another", ways);
+    throw RecipeError("{}: holds {} of {} recipe: {}", options_.output.string(),
+                      held == Held::other_result ? "the result" : "an unfinished run",
+                      held == Held::run ? "this" : "another", ways);
 }
 
 void RunFolder::begin(RunState& state) {
@@ -218,7 +211,7 @@ fs::path RunFolder::timeline() const {
 }
 
 void RunFolder::refuse_changed(const char* name) const {
-    raise<FileError>(
+    throw FileError(
         "{}: is not what the run wrote before its checkpoint: bring it back, or remove it to go on without",
         (options_.output / name).string());
 }
@@ -265,8 +258,8 @@ void RunFolder::revise(RunState& state) {
 void RunFolder::require_there() const {
     for (const char* name : {"recipe.toml", kManifest})
         if (!is_there(options_.output / name))
-            raise<IoError>("{}: was removed while the run went on: start it again",
-                           (options_.output / name).string());
+            throw IoError("{}: was removed while the run went on: start it again",
+                          (options_.output / name).string());
 }
 
 // Lists files in the manifest, before they are made.

@@ -60,7 +60,7 @@ class RunFolder {
     [[noreturn]] void refuse_changed(const char* name) const;
     std::string digest_of_names(std::size_t saved) const;
     void require_there() const;
-    std::filesystem::path timeline() const;
+    fs::path timeline() const;
     void cut_timeline(RunState& state) const;
     void list(std::vector<std::string> names);
     void append_row(const RunState& state, const std::string& row,
@@ -80,6 +80,6 @@ class RunFolder {
 };
 
 /// Whether a folder's recipe.toml is \p effective, byte by byte.
-bool holds_recipe(const std::filesystem::path& folder, const std::string& effective);
+bool holds_recipe(const fs::path& folder, const std::string& effective);
 
 }  // namespace sidewall::app

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "app/results/metrology.hpp"
 #include "surface/error.hpp"
 
 namespace sidewall::app {

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include "app/common/files.hpp"
-#include "app/common/raise.hpp"
 #include "app/process/arriving/line_of_sight.hpp"
 #include "app/process/arriving/rates.hpp"
 #include "app/process/wafer.hpp"
@@ -129,7 +128,7 @@ TriangleMesh interface_mesh(TriangleMesh mesh, int material) {
     return mesh;
 }
 
-std::optional<Result> wafer_of_checkpoint(const std::filesystem::path& folder) {
+std::optional<Result> wafer_of_checkpoint(const fs::path& folder) {
     if (!is_there(folder / "checkpoint.vdb")) return std::nullopt;
     const Recipe recipe = load_frame(folder / "recipe.toml");
     const RunState state = read_checkpoint(folder, recipe, kAgain).state;
@@ -150,7 +149,7 @@ std::optional<Result> wafer_of_checkpoint(const std::filesystem::path& folder) {
     for (const std::size_t layer : meshes.surface.layer)
         material.push_back(state.stack.layers[layer].material);
     result.surface = std::move(meshes.surface.mesh);
-    result.surface.triangle_attributes.push_back({"material", 1, Scalar::int32, std::move(material)});
+    result.surface.triangle_attributes.push_back(material_attribute(std::move(material)));
     for (std::size_t k = 0; k < meshes.interfaces.size(); ++k)
         if (!meshes.interfaces[k].triangles.empty())
             result.interfaces.push_back(
@@ -158,15 +157,15 @@ std::optional<Result> wafer_of_checkpoint(const std::filesystem::path& folder) {
     return result;
 }
 
-std::vector<Measure> measure_saved(const std::filesystem::path& folder, const Recipe& recipe,
+std::vector<Measure> measure_saved(const fs::path& folder, const Recipe& recipe,
                                    const std::optional<SavedSurface>& saved, bool anew) {
     const RunState state = read_checkpoint(folder, recipe, kAgain).state;
     // The last checkpoint of a run comes before its last surface.
     const bool last = saved && saved->number == state.stacks.size() && saved->time == state.process_time();
     if (!saved || last) return measure(recipe, state.stack, levelset::extract_surface(state.stack));
     if (saved->number >= state.stacks.size())
-        raise<FileError>("{}: was saved after the last checkpoint: go on with the run first",
-                         saved->file.string());
+        throw FileError("{}: was saved after the last checkpoint: go on with the run first",
+                        saved->file.string());
     const SavedStack& stack = state.stacks[saved->number];
     const std::vector<StepEnd>& ends = state.history.ends;
     if (!anew && !saved->after.empty() && stack.step > 0 && stack.step <= ends.size())
