@@ -8,6 +8,7 @@
 
 #include "app/common/raise.hpp"
 #include "app/common/text.hpp"
+#include "app/recipe/node_path.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
 
@@ -66,7 +67,7 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
 
 Vary parse_vary(const std::string& text) {
     const std::string option = "--vary " + text;
-    const std::size_t equals = text.find('=');
+    const std::size_t equals = end_of_key(text);
     if (equals == std::string::npos || equals == 0)
         raise<RecipeError>("{}: names no key: {}", option, kForms);
     Vary vary{.key = text.substr(0, equals)};
