@@ -180,8 +180,16 @@ std::string shell_word(const std::string& text) {
                std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
     });
     if (plain) return text;
+    // What a terminal would obey is written as printf's octal digits.
+    const bool obeyed = surface::printable(text) != text;
     std::string quoted = "'";
-    for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (obeyed && c != '\n' && (byte < 0x20 || byte >= 0x7f))
+            quoted += fmt::format("'\"$(printf '\\{:03o}')\"'", byte);
+        else
+            quoted += c == '\'' ? "'\\''" : std::string(1, c);
+    }
     return quoted + "'";
 }
 

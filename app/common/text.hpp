@@ -23,7 +23,7 @@ std::string csv_field(const std::string& text);
 /// The rows of a CSV text (RFC 4180) as fields without their quotes; after a last line break comes one more, of an empty field.
 std::vector<std::vector<std::string>> csv_rows(std::string_view text);
 
-/// A word of a command line: in quotes if a shell would read it otherwise.
+/// A word of a command line: in quotes if a shell would read it otherwise, and without characters that a terminal obeys.
 std::string shell_word(const std::string& text);
 
 /// 64 bits of FNV-1a as hexadecimal digits, which differ for different texts.
