@@ -93,6 +93,22 @@ TEST_CASE("overlapping bodies have the volume of their union, those with an open
     CHECK(volume(first.substr(0, first.rfind("f "))) == Approx(volume(first)).epsilon(1e-6));
 }
 
+TEST_CASE(
+    "a body over the corner of a periodic box has the volumes of one in its middle, and the user is told",
+    "[foreign]") {
+    std::string text =
+        recipe(kOnSilicon, "model = \"conformal\"\nthickness = 0.2\nmaterial = \"Si3N4\"\n", "volume_SiO2");
+    text.replace(text.find("reflective"), 10, "periodic");
+    for (const char* figure : {"volume_SiO2", "added_volume_Si3N4"}) {
+        const MeshWafer middle = run_wafer(block(0.2, 1), text, figure),
+                        corner = run_wafer(block(2.2, 1), text, figure);
+        CHECK(corner.figure == Approx(middle.figure).epsilon(1e-6));
+        CHECK(middle.outcome.output.find("note") == std::string::npos);
+        CHECK_THAT(corner.outcome.output,
+                   Contains("layer[1].file: 1 of its bodies reach over periodic sides"));
+    }
+}
+
 TEST_CASE("a body of loose faces whose corners rounding put apart is the whole one, and the user is told",
           "[foreign]") {
     const auto loose = [](double noise) {
