@@ -153,6 +153,18 @@ TEST_CASE("a mesh that cannot be mended is refused with file, layer and place", 
     CHECK(outcome.exit_code == 2);
     CHECK_THAT(outcome.output,
                Contains("r.toml:10: layer[1].file = \"w.obj\": the surface has one side only: around"));
+    // An L whose caps another program has cut into fans from a corner that does not see all of them.
+    const double x[] = {1.03, 0.03, 0.03, -0.97, -0.97, 1.03}, y[] = {0.03, 0.03, 1.03, 1.03, -0.97, -0.97};
+    std::string fans;
+    for (const char* z : {"-0.52", "0.98"})
+        for (int k = 0; k < 6; ++k) fans += fmt::format("v {} {} {}\n", x[k], y[k], z);
+    for (int k = 1; k < 5; ++k) fans += fmt::format("f 1 {} {}\nf 7 {} {}\n", k + 2, k + 1, k + 7, k + 8);
+    for (int k = 0; k < 6; ++k)
+        fans += fmt::format("f {} {} {} {}\n", k + 1, (k + 1) % 6 + 1, (k + 1) % 6 + 7, k + 7);
+    std::ofstream(folder.path / "w.obj") << fans;
+    const Outcome folded = run_program(folder.path, "run r.toml -o out --quiet");
+    CHECK(folded.exit_code == 3);
+    CHECK_THAT(folded.output, Contains("w.obj: the wafer of this mesh has no closed surface"));
 }
 
 TEST_CASE("simplify welds triangles with vertices of their own and says so, and inspect tells what is mended",
