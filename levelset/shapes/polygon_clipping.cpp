@@ -354,17 +354,18 @@ std::vector<Polygon> path_polygons(const Polygon& points, const PathStyle& style
             polygons.push_back({{left, y - half}, {right, y - half}, {right, y + half}, {left, y + half}});
         return polygons;
     }
-    draw_back(line, -style.begin);
+    const double begin = style.round ? 0.0 : style.begin, end = style.round ? 0.0 : style.end;
+    draw_back(line, -begin);
     std::reverse(line.begin(), line.end());
-    draw_back(line, -style.end);
+    draw_back(line, -end);
     std::reverse(line.begin(), line.end());
     if (line.empty()) return polygons;
     const std::vector<Polygon> pieces = pieces_of(line, style.half_width);
     for (const Polygon& piece : pieces) {
         Polygon outline;
         PathStyle left = style;
-        left.begin = &piece == &pieces.front() ? std::max(0.0, style.begin) : 0.0;
-        left.end = &piece == &pieces.back() ? std::max(0.0, style.end) : 0.0;
+        left.begin = &piece == &pieces.front() ? std::max(0.0, begin) : 0.0;
+        left.end = &piece == &pieces.back() ? std::max(0.0, end) : 0.0;
         left.round = style.round && &piece == &pieces.back();
         PathStyle right = left;
         std::swap(right.begin, right.end);
