@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "app/common/console.hpp"
 #include "app/common/files.hpp"
 #include "app/common/processes.hpp"
 #include "app/common/text.hpp"
+#include "app/process/estimate/blanket.hpp"
 #include "app/process/record/saved_meshes.hpp"
 #include "app/recipe/notes.hpp"
 #include "app/schema/keys.hpp"
@@ -60,8 +64,9 @@ std::shared_ptr<RecipeOptions> add_recipe_options(CLI::App& command) {
 
 Recipe read_recipe(const RecipeOptions& options) {
     Recipe recipe = load_recipe(options.file, options.overrides);
-    for (const std::string& note : notes_on(recipe))
-        print_warning(fmt::format("{}: note: {}", options.file, note));
+    std::vector<std::string> notes = notes_on(recipe);
+    std::ranges::move(unmet_stops(recipe), std::back_inserter(notes));
+    for (const std::string& note : notes) print_warning(fmt::format("{}: note: {}", options.file, note));
     return recipe;
 }
 

@@ -48,6 +48,15 @@ std::vector<std::string> fields_of(std::string_view row, char delimiter) {
     return fields;
 }
 
+// The delimiter that a row `sep=;`, which Excel writes and reads before a table, names; 0 for other rows.
+char delimiter_in(std::string row) {
+    std::erase(row, '"');
+    for (char& c : row) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const bool names = row.size() == 5 && row.starts_with("sep=") &&
+                       std::string_view(",;\t").find(row[4]) != std::string_view::npos;
+    return names ? row[4] : '\0';
+}
+
 // Whether a field begins as a number does, or is one that is not finite: it is no heading then.
 bool begins_as_number(std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -159,7 +168,17 @@ std::string shell_word(const std::string& text) {
                std::string_view("_-./=+,:@%").find(static_cast<char>(c)) != std::string_view::npos;
     });
     if (plain) return text;
-    return "'" + boost::replace_all_copy(text, "'", "'\\''") + "'";
+    // What a terminal would obey is written as printf's octal digits.
+    const bool obeyed = surface::printable(text) != text;
+    std::string quoted = "'";
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (obeyed && c != '\n' && (byte < 0x20 || byte >= 0x7f))
+            quoted += fmt::format("'\"$(printf '\\{:03o}')\"'", byte);
+        else
+            quoted += c == '\'' ? "'\\''" : std::string(1, c);
+    }
+    return quoted + "'";
 }
 
 std::string digest(std::string_view text) {
@@ -182,6 +201,7 @@ CsvTable parse_csv(std::string_view text, const std::string& name, std::size_t m
         text.remove_prefix(std::min(text.size(), end + (text.substr(end).starts_with("\r\n") ? 2 : 1)));
         ++line;
         if (row.find_first_not_of(" \t,;\"") == std::string::npos) continue;
+        if (style.delimiter == 0 && (style.delimiter = delimiter_in(row)) != 0) continue;
         if (style.delimiter == 0)
             for (const char c : {' ', ',', '\t', ';'})
                 if (c == ' ' || row.find(c) != std::string::npos) style.delimiter = c;

@@ -23,7 +23,7 @@ std::string csv_field(const std::string& text);
 /// The rows of a CSV text (RFC 4180) as fields without their quotes; after a last line break comes one more, of an empty field.
 std::vector<std::vector<std::string>> csv_rows(std::string_view text);
 
-/// A word of a command line: in quotes if a shell would read it otherwise.
+/// A word of a command line: in quotes if a shell would read it otherwise, and without characters that a terminal obeys.
 std::string shell_word(const std::string& text);
 
 /// 64 bits of FNV-1a as hexadecimal digits, which differ for different texts.
@@ -45,8 +45,8 @@ struct CsvTable {
     std::string understood;  ///< how it was read, in words
 };
 
-/// Reads rows of finite numbers. Commas, semicolons, tabs or blanks separate them, whichever the first row has; beside
-/// semicolons and tabs a decimal comma is read, too. The first row has headings, such as `x [nm]`, if no field of it begins as
+/// Reads rows of finite numbers. Commas, semicolons, tabs or blanks separate them, whichever the first row has or Excel's
+/// `sep=;` before it names; beside semicolons and tabs a decimal comma is read, too. The first row has headings, such as `x [nm]`, if no field of it begins as
 /// a number does. Fields may stand in quotes, and a Unicode minus is one. Byte order marks, empty rows and what follows a # are left out.
 /// \param name  of the file, for messages.
 /// \throws FileError naming file and line, for rows of several lengths, over \p most_rows of them or none, and what is no number

@@ -16,7 +16,7 @@ namespace {
 
 MeasureTarget read_target(const std::string& text) {
     constexpr const char* kForm = "write NAME=VALUE or NAME=VALUE+-SIGMA, e.g. depth=2.1+-0.05";
-    const std::size_t equals = text.find('='), error = text.find("+-");
+    const std::size_t equals = text.rfind('='), error = text.rfind("+-");
     if (equals == std::string::npos || equals == 0) throw RecipeError("--target {}: {}", text, kForm);
     MeasureTarget target{.name = text.substr(0, equals)};
     const std::string_view values = std::string_view(text).substr(equals + 1);

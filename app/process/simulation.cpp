@@ -361,6 +361,7 @@ RunResult run_recipe(const Recipe& began_with, const RunOptions& options) {
     RunState state = folder.goes_on() ? resume_state(options.output, recipe) : built_wafer(recipe, options);
     flux::of_first(options.shares, 0);  // all have read what rank 0 is about to change
     if (folder.goes_on() && folder.finished() && state.step >= steps.size()) {
+        folder.require_unchanged(state);
         const Json summary = read_whole_summary(options.output);
         return {levelset::extract_surface(state.stack), summary.at("timing").get<Timing>(), summary};
     }

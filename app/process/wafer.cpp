@@ -40,6 +40,18 @@ void give_levels(const Recipe& recipe, levelset::MaterialStack& stack) {
     if (levels > 1) levelset::make_levels(stack, levels, margin_of(recipe));
 }
 
+// A mesh may pass all checks and still tell no inside from outside: where faces lie flat on others.
+void refuse_folded(const levelset::MaterialStack& stack, const std::string& file) {
+    try {
+        levelset::extract_surface(stack);
+    } catch (const NumericsError&) {
+        raise<GeometryError>(
+            "{}: the wafer of this mesh has no closed surface: faces that fold over one another do that, as of polygons "
+            "that are not convex cut into a fan; export it with its polygons, or triangulated anew",
+            file);
+    }
+}
+
 levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::function<bool()>& stop) {
     std::vector<std::pair<int, levelset::Shape>> bodies;
     for (const MaterialLayer& layer : expanded_layers(recipe))
@@ -52,6 +64,8 @@ levelset::MaterialStack stack_of_layers(const Recipe& recipe, const std::functio
     if (levels > 1) return levelset::make_levels(domain, levels, margin_of(recipe), sample);
     levelset::MaterialStack stack = sample(domain, {});
     levelset::make_distances(stack);
+    for (const auto& [material, shape] : bodies)
+        if (shape.kind == levelset::ShapeKind::mesh) refuse_folded(stack, shape.file);
     return stack;
 }
 

@@ -196,7 +196,7 @@ std::optional<StopRule> bare_rule(const Recipe& recipe, const Step& step) {
 }
 
 StopRule stop_rule(const Recipe& recipe, const std::string& text) {
-    const std::size_t sign = text.find_first_of("<>");
+    const std::size_t sign = text.find_last_of("<>");
     if (sign == std::string::npos)
         throw KeyError("stop", "must be a measure, > or <, and a number, such as \"depth > 2.0\"");
     const bool equal = sign + 1 < text.size() && text[sign + 1] == '=';

@@ -215,8 +215,7 @@ void check_edges(const Layer& layer) {
 }
 
 // Whether a mesh reaches no farther than \p most from z = 0 and meets the domain.
-void check_mesh_place(const TriangleMesh& mesh, const levelset::Domain& domain, double most) {
-    const Box3 bounds = bounding_box(mesh);
+void check_mesh_place(const Box3& bounds, const levelset::Domain& domain, double most) {
     if (std::max(std::abs(bounds.min.z()), std::abs(bounds.max.z())) > most)
         raise_key("file",
                   "reaches from z = {:g} to {:g}, beyond +-{:g}; check its unit, or use "
@@ -251,9 +250,14 @@ void check_mesh(const Layer& layer, const levelset::Domain& domain, double most,
                 std::vector<std::string>& notes) {
     try {
         const levelset::ImportedMesh imported = levelset::import_mesh(layer.file, domain);
-        check_mesh_place(imported.mesh, domain, most);
+        check_mesh_place(imported.bounds, domain, most);
         if (const std::string words = surface::words_on(imported.repairs); !words.empty())
             notes.push_back(fmt::format("{}.file: {}", path, words));
+        if (imported.over > 0)
+            notes.push_back(
+                fmt::format("{}.file: {} of its bodies reach over periodic sides, and go on at the "
+                            "opposite ones",
+                            path, imported.over));
     } catch (const GeometryError& error) {
         throw KeyError("file", error.what());
     }

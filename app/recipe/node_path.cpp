@@ -55,7 +55,23 @@ toml::node* child(toml::node& node, const PathPart& part, std::size_t indices, c
     return found;
 }
 
+// The position behind the quotes that open at \p from: in double ones \\ and \" stand for \ and ".
+std::size_t end_of_quoted(std::string_view text, std::size_t from) {
+    for (std::size_t k = from + 1; k < text.size(); ++k) {
+        if (text[k] == text[from]) return k + 1;
+        if (text[from] == '"' && text[k] == '\\') ++k;
+    }
+    return std::string_view::npos;
+}
+
 }  // namespace
+
+std::size_t end_of_key(std::string_view setting) {
+    std::size_t k = 0;
+    while (k < setting.size() && setting[k] != '=')
+        k = setting[k] == '"' || setting[k] == '\'' ? end_of_quoted(setting, k) : k + 1;
+    return k < setting.size() ? k : std::string_view::npos;
+}
 
 std::vector<PathPart> split_path(std::string_view path) {
     std::vector<PathPart> parts;
@@ -63,10 +79,11 @@ std::vector<PathPart> split_path(std::string_view path) {
     while (true) {
         PathPart part;
         if (i < path.size() && (path[i] == '"' || path[i] == '\'')) {
-            const std::size_t end = path.find(path[i], i + 1);
+            const std::size_t end = end_of_quoted(path, i);
             if (end == std::string_view::npos) return {};
-            part.key = path.substr(i + 1, end - i - 1);
-            i = end + 1;
+            for (std::size_t k = i + 1; k + 1 < end; ++k)
+                part.key += path[i] == '"' && path[k] == '\\' ? path[++k] : path[k];
+            i = end;
         } else {
             while (i < path.size() && key_character(path[i])) part.key += path[i++];
         }
@@ -94,9 +111,7 @@ std::vector<NamedStep> named_steps(const toml::table& root) {
 }
 
 std::string path_by_name(const std::string& name) {
-    if (key_text(name) == name) return "step." + name;
-    const char quote = name.find('"') == std::string::npos ? '"' : '\'';
-    return fmt::format("step.{}{}{}", quote, name, quote);
+    return "step." + key_text(name);
 }
 
 std::string with_place_of_step(std::string_view path, std::span<const NamedStep> steps) {
@@ -141,7 +156,7 @@ void apply_override(toml::table& root, const std::string& setting) {
     constexpr std::size_t kShown = 200;
     const std::string source =
         fmt::format("--set {}{}", setting.substr(0, kShown), setting.size() > kShown ? "..." : "");
-    const std::size_t equals = setting.find('=');
+    const std::size_t equals = end_of_key(setting);
     std::vector<PathPart> parts;
     try {
         if (equals != std::string::npos)

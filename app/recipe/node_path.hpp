@@ -32,6 +32,9 @@ std::string path_by_name(const std::string& name);
 /// The recipe's steps that have names, those in loops too.
 std::vector<NamedStep> named_steps(const toml::table& root);
 
+/// Where the key of `key=value` ends: at the first = that is not in quotes; npos if there is none.
+std::size_t end_of_key(std::string_view setting);
+
 /// Parts of a path; empty if it is not one or has more than kMostKeyParts of them (recipe/reader.hpp).
 std::vector<PathPart> split_path(std::string_view path);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/common/raise.hpp"
+#include "app/common/text.hpp"
 #include "app/recipe/effective_recipe.hpp"
 #include "app/recipe/figure_names.hpp"
 #include "app/recipe/layer_reader.hpp"
@@ -65,10 +66,8 @@ void read_material_tables(const toml::table& root, Recipe& recipe) {
         Material material = id ? materials[static_cast<std::size_t>(*id)] : Material();
         read_keys(*tables[i], path, "[[material]]", keys_of(material), reading_for(recipe));
         located(*tables[i], path, [&] {
-            const bool plain =
-                std::all_of(name.begin(), name.end(), [](unsigned char c) { return c > 0x20 && c != '"'; });
-            if (name == "default" || !plain)
-                throw KeyError("name", "must be a word without blanks or quotes, other than default");
+            if (name == "default" || trimmed(name) != name)
+                throw KeyError("name", "must be a name without blanks at its ends, other than default");
             if (std::find(seen.begin(), seen.end(), name) != seen.end())
                 throw KeyError("name", "is defined twice; drop one [[material]]");
             const bool hex =

@@ -247,6 +247,27 @@ std::vector<Edge> edges_of(const std::vector<double>& half, double least) {
     return edges;
 }
 
+// The median of the distances between neighbouring edges.
+double usual_distance(const std::vector<Edge>& edges) {
+    std::vector<double> distances;
+    for (std::size_t k = 0; k + 1 < edges.size(); ++k)
+        distances.push_back(static_cast<double>(edges[k + 1].at - edges[k].at));
+    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    return *middle;
+}
+
+// Of edges less than a distance apart keeps the one that stands out most: the others are rests of film at it.
+void drop_beside(std::vector<Edge>& edges, double distance) {
+    std::vector<Edge> kept;
+    for (const Edge& edge : edges)
+        if (kept.empty() || static_cast<double>(edge.at - kept.back().at) >= distance)
+            kept.push_back(edge);
+        else if (edge.height > kept.back().height)
+            kept.back() = edge;
+    edges = std::move(kept);
+}
+
 // The deepest place between two edges, behind the line through them.
 double depth_between(const std::vector<double>& half, std::size_t from, std::size_t to) {
     double most = 0.0;
@@ -314,12 +335,17 @@ Scallops scallops(std::span<const double> openings, double step, double spacing)
         slope_of(half.size(), 2.0, [&](std::size_t k) { return std::pair(static_cast<double>(k), half[k]); });
     for (std::size_t k = 0; k < half.size() && std::isfinite(slope); ++k)
         half[k] -= slope * static_cast<double>(k);
-    const std::vector<Edge> edges = edges_of(half, 0.05 * spacing);
+    std::vector<Edge> edges = edges_of(half, 0.05 * spacing);
     if (edges.size() < 2) return {};
-    const auto count = static_cast<double>(edges.size() - 1);
-    Scallops found{static_cast<double>(edges.back().at - edges.front().at) * step / count, 0.0};
+    const double usual = usual_distance(edges);
+    drop_beside(edges, 0.5 * usual);
+    double pitches = 0.0;
     for (std::size_t k = 0; k + 1 < edges.size(); ++k)
-        found.depth += depth_between(half, edges[k].at, edges[k + 1].at) / count;
+        pitches += std::round(static_cast<double>(edges[k + 1].at - edges[k].at) / usual);
+    Scallops found{static_cast<double>(edges.back().at - edges.front().at) * step / pitches, 0.0};
+    for (std::size_t k = 0; k + 1 < edges.size(); ++k)
+        found.depth +=
+            depth_between(half, edges[k].at, edges[k + 1].at) / static_cast<double>(edges.size() - 1);
     return found;
 }
 

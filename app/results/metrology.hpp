@@ -58,14 +58,15 @@ std::vector<double> layer_volumes(const levelset::MaterialStack& stack);
 
 /// Scallops that the cycles of an etch have left in a wall; kNone where there are fewer than two edges between them.
 struct Scallops {
-    double pitch = kNone;  ///< mean distance of neighbouring edges
+    double pitch = kNone;  ///< mean distance of the edges of neighbouring scallops
     double depth = kNone;  ///< peak to valley: of each scallop its deepest place behind the line through its
                            ///< two edges, mean
 };
 
 /// Finds scallops by the edges between them, where the wall stands out into the opening. A place that stands out is an edge if
 /// it does so by more than 0.05 grid spacings and is not told from noise by a gap: of the heights by which places stand out, put in
-/// order, edges are those above the largest ratio of two neighbours.
+/// order, edges are those above the largest ratio of two neighbours. Of edges nearer than half the usual distance the one that
+/// stands out more counts, and where one is missing its scallop still does.
 /// \param openings  at equal distances down the wall; NaN where there is none. A slope of the wall does not count.
 /// \param step      between them.
 /// \param spacing   of the grid.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "app/common/text.hpp"
+#include "app/recipe/node_path.hpp"
 #include "app/recipe/sections.hpp"
 #include "app/recipe/steps.hpp"
 
@@ -65,8 +66,9 @@ void read_range(const std::vector<std::string>& parts, const std::string& option
 
 Vary parse_vary(const std::string& text) {
     const std::string option = "--vary " + text;
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0) throw RecipeError("{}: names no key: {}", option, kForms);
+    const std::size_t equals = end_of_key(text);
+    if (equals == std::string::npos || equals == 0)
+        throw RecipeError("{}: names no key: {}", option, kForms);
     Vary vary{.key = text.substr(0, equals)};
     std::vector<std::string> values = list_of(text.substr(equals + 1));
     const std::vector<std::string> parts = split(values[0], ':');

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -16,6 +17,9 @@ namespace {
 
 // Bodies that touch others reach so much farther, in dx: no gas is left between them.
 constexpr double kContact = 1e-3;
+
+constexpr double kNearSide = 5.0;  // in dx: no grid is banded wider
+constexpr double kWhole = 1e-6;    // of a period, by which a body from side to side may be shorter
 
 // Whether an opening lies off the domain's sides. One that reaches all four is the rim of a surface over the
 // domain, and one in a single side the end of a body there.
@@ -59,6 +63,56 @@ std::vector<MeshPart> connected_parts(const TriangleMesh& mesh) {
     }
     std::erase_if(parts, [](const MeshPart& part) { return part.triangles.empty(); });
     return parts;
+}
+
+// Whether a part comes again a period away along an axis: a wall from side to side is cut there instead.
+bool is_repeated(const MeshPart& part, const Domain& domain, std::size_t axis) {
+    const double length = domain.max[axis] - domain.min[axis];
+    return !part.open && domain.side[axis] == Side::periodic &&
+           part.bounds.size()[static_cast<Eigen::Index>(axis)] < length * (1.0 - kWhole);
+}
+
+// The bodies that reach over periodic sides.
+std::size_t bodies_over_sides(const TriangleMesh& mesh, const Domain& domain) {
+    std::size_t over = 0;
+    for (const MeshPart& part : connected_parts(mesh)) {
+        bool reaches = false;
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+            const auto a = static_cast<Eigen::Index>(axis);
+            const double tiny = kContact * domain.spacing;
+            reaches |= is_repeated(part, domain, axis) && part.volume > 0.0 &&
+                       (part.bounds.min[a] < domain.min[axis] - tiny ||
+                        part.bounds.max[a] > domain.max[axis] + tiny);
+        }
+        over += reaches ? 1 : 0;
+    }
+    return over;
+}
+
+// Adds copies of closed parts a period away, where that puts some of them in the domain or near it.
+void repeat_over_sides(TriangleMesh& mesh, const Domain& domain) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<Eigen::Index>(axis);
+        const double period = domain.max[axis] - domain.min[axis], near = kNearSide * domain.spacing;
+        if (domain.side[axis] != Side::periodic) continue;
+        for (const MeshPart& part : connected_parts(mesh))
+            for (const double by : {-period, period}) {
+                if (!is_repeated(part, domain, axis) || part.bounds.max[a] + by < domain.min[axis] - near ||
+                    part.bounds.min[a] + by > domain.max[axis] + near)
+                    continue;
+                std::map<std::uint32_t, std::uint32_t> copies;  // by vertex
+                for (const std::uint32_t t : part.triangles) {
+                    Triangle copy = mesh.triangles[t];
+                    for (std::uint32_t& v : copy) {
+                        const auto [at, is_new] =
+                            copies.emplace(v, static_cast<std::uint32_t>(mesh.vertices.size()));
+                        if (is_new) mesh.vertices.push_back(mesh.vertices[v] + by * Vec3::Unit(a));
+                        v = at->second;
+                    }
+                    mesh.triangles.push_back(copy);
+                }
+            }
+    }
 }
 
 void add(MeshPart& to, const MeshPart& part) {
@@ -135,9 +189,12 @@ struct GroupDistance {
 }  // namespace
 
 ImportedMesh import_mesh(const std::string& file, const Domain& domain) {
-    ImportedMesh imported{surface::read_mesh(file), {}};
+    ImportedMesh imported{surface::read_mesh(file)};
     imported.repairs = surface::repair(
         imported.mesh, {.closes = [&](const Box3& opening) { return is_off_sides(opening, domain); }});
+    imported.bounds = bounding_box(imported.mesh);
+    imported.over = bodies_over_sides(imported.mesh, domain);
+    repeat_over_sides(imported.mesh, domain);
     return imported;
 }
 

@@ -10,8 +10,10 @@ namespace sidewall::levelset {
 
 /// A surface from a mesh file that tells gas from material within the domain.
 struct ImportedMesh {
-    TriangleMesh mesh;
-    surface::Repairs repairs;  ///< what was mended, openings that lie off the domain's sides among it
+    TriangleMesh mesh;  ///< with copies of closed bodies over and near periodic sides, a period away
+    surface::Repairs repairs = {};  ///< what was mended, openings that lie off the domain's sides among it
+    Box3 bounds;                    ///< of the file's own triangles
+    std::size_t over = 0;           ///< closed parts that reach over a periodic side
 };
 
 /// Reads a mesh file and mends it (surface/repair.hpp).

@@ -1,7 +1,9 @@
 #include "levelset/shapes/polygon_clipping.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <polyclipping/clipper.hpp>
 
 #include "surface/error.hpp"
@@ -13,10 +15,11 @@ using ClipperLib::IntPoint, ClipperLib::IntRect, ClipperLib::Paths;
 
 constexpr int kLatticeBits = 50;        // less than a double's 53, in which Clipper computes crossings
 constexpr std::size_t kFewParts = 16;   // are united at once
-constexpr std::size_t kChunk = 64;      // segments of a path that are drawn together
+constexpr std::size_t kChunk = 64;      // points of a path that are outlined together
 constexpr double kArcTolerance = 1e-3;  // of a round end's radius
 constexpr double kTouching = 1e-9;      // of a polygon's size
-constexpr double kPathOverlap = 1e-6;   // of half a path's width, of what is drawn by itself
+constexpr double kPathOverlap = 1e-6;   // of half a path's width, of its pieces
+constexpr double kReversal = 1e-12;     // of 1 + cosine of a bend
 constexpr std::size_t kMostPairs = 500'000'000, kMostCrossings = 1'000'000;  // of edges: some seconds of work
 
 // The integers that Clipper works on.
@@ -193,77 +196,99 @@ std::vector<Polygon> outlines_of(const std::vector<Part>& parts, const Lattice& 
     return outlines;
 }
 
-// Moves the first point outward, along the first segment; inward, points that it passes go.
-void extend_start(Polygon& points, double by) {
-    while (points.size() > 1) {
+// Cuts off the first part of a path.
+void draw_back(Polygon& points, double by) {
+    while (by > 0.0 && points.size() > 1) {
         auto& [x, y] = points[0];
-        const double dx = x - points[1][0], dy = y - points[1][1], length = std::hypot(dx, dy);
-        if (by + length > 0.0) {
+        const double dx = points[1][0] - x, dy = points[1][1] - y, length = std::hypot(dx, dy);
+        if (by < length) {
             x += by * dx / length;
             y += by * dy / length;
             return;
         }
-        by += length;
+        by -= length;
         points.erase(points.begin());
     }
-    points.clear();
+    if (points.size() == 1) points.clear();
 }
 
-// The outline of a path whose bends are mitred on both sides, without loops inside of them. Empty if a bend
-// is over 120 degrees, or if the outline crosses where the path begins.
-Polygon mitred_outline(const Polygon& line, double half_width) {
-    Polygon outline, left;
-    double nx = 0.0, ny = 0.0;  // to the left of the segment before
-    for (std::size_t k = 0; k < line.size(); ++k) {
-        double mx = nx, my = ny, along = 1.0;  // the mitre is m / along
-        if (k + 1 < line.size()) {
-            const double dx = line[k + 1][0] - line[k][0], dy = line[k + 1][1] - line[k][1],
-                         length = std::hypot(dx, dy), lx = -dy / length, ly = dx / length;
-            if (k > 0) along += nx * lx + ny * ly;
-            mx += lx, my += ly, nx = lx, ny = ly;
+using Eigen::Vector2d;
+
+// Corners of a polygon around a circle, from the end of \p radius on, clockwise by \p turn.
+void add_arc(const Vector2d& centre, const Vector2d& radius, double turn, Polygon& outline) {
+    const double most = 2.0 * std::acos(1.0 - kArcTolerance);
+    const int pieces = static_cast<int>(std::ceil(turn / most));
+    for (int k = 0; k < pieces; ++k) {
+        const Vector2d p = centre + Eigen::Rotation2Dd(-turn * k / pieces) * radius;
+        outline.push_back({p.x(), p.y()});
+    }
+}
+
+// The corners to the left of a path, as KLayout draws it: where the sides of two pieces meet, but outside of
+// a bend no more than half a width ahead of it, and inside of one by three points if a piece is too short.
+void add_left_side(const Polygon& line, const PathStyle& style, Polygon& outline) {
+    const double half_width = style.half_width;
+    const auto add = [&](const Vector2d& p) { outline.push_back({p.x(), p.y()}); };
+    const auto point = [&](std::size_t k) { return Vector2d(line[k][0], line[k][1]); };
+    const auto to_left = [&](const Vector2d& way) {
+        return Vector2d(-half_width * way.y(), half_width * way.x());
+    };
+    for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+        const Vector2d at = point(k + 1), way = (at - point(k)).normalized(), side = to_left(way);
+        if (k == 0) add(point(0) + side - style.begin * way);
+        if (k + 2 == line.size()) {
+            if (style.round)
+                add_arc(at, side, std::numbers::pi, outline);
+            else
+                add(at + side + style.end * way);
+            return;
         }
-        if (along < 0.5) return {};
-        const double x = half_width * mx / along, y = half_width * my / along;
-        outline.push_back({line[k][0] - x, line[k][1] - y});
-        left.push_back({line[k][0] + x, line[k][1] + y});
+        const Vector2d next = (point(k + 2) - at).normalized(), next_side = to_left(next);
+        const double cosine = way.dot(next), sine = way.x() * next.y() - way.y() * next.x();
+        const double shorter = std::min((at - point(k)).norm(), (point(k + 2) - at).norm());
+        // From the end of the piece on to where the sides meet.
+        const double ahead = 1.0 + cosine > kReversal ? -half_width * sine / (1.0 + cosine) : kInfinity;
+        if (ahead < -half_width - shorter) {
+            add(at + side);
+            add(at);
+            add(at + next_side);
+        } else if (ahead <= half_width * (1.0 + kTouching)) {
+            add(at + side + ahead * way);
+        } else {
+            add(at + side + half_width * way);
+            add(at + next_side - half_width * next);
+        }
     }
-    outline.insert(outline.end(), left.rbegin(), left.rend());
-    const Lattice lattice({&outline, 1});
-    const Part part = make_part({lattice.path(outline)});
-    Effort effort;
-    const std::vector<Part> pieces = clip({&part, 1}, ClipperLib::pftPositive, effort);
-    if (pieces.size() != 1 || pieces[0].paths.size() != 1) return {};
-    ClipperLib::Path path = pieces[0].paths[0];
-    const auto start = std::find(path.begin(), path.end(), part.paths[0].front());
-    std::rotate(path.begin(), start, path.end());
-    return path.front() == part.paths[0].front() && path.back() == part.paths[0].back()
-               ? lattice.polygon(path)
-               : Polygon{};
 }
 
-// Takes the end off a path that bends within its width of it, and outlines that by itself: Clipper, which
-// draws segments, would leave a corner of a long one beyond a short last one.
-void take_bent_end(Polygon& line, double half_width, std::vector<Polygon>& polygons) {
-    double length = 0.0, enough = 2.0 * half_width;
-    for (std::size_t i = line.size() - 1; i-- > 0 && line.size() - i < kChunk;) {
-        const auto &a = line[i], &b = line[i + 1];
-        const double piece = std::hypot(b[0] - a[0], b[1] - a[1]), share = i > 0 ? 0.5 : 0.0;
-        length += piece;
-        if (i > 0 && length - share * piece < enough) continue;
-        if (i + 2 == line.size()) return;
-        Polygon tail(line.begin() + static_cast<std::ptrdiff_t>(i), line.end());
-        for (std::size_t x = 0; x < 2; ++x) tail[0][x] += share * (b[x] - a[x]);
-        const Polygon outline = mitred_outline(tail, half_width);
-        enough = 2.0 * length;
-        if (outline.empty()) continue;
-        polygons.push_back(outline);
-        for (std::size_t x = 0; x < 2; ++x)  // overlaps, so that rounding leaves no gap
-            tail[0][x] += kPathOverlap * half_width * (b[x] - a[x]) / piece;
-        line.resize(i + 1);
-        line.push_back(tail[0]);
-        if (i == 0) line.clear();
-        return;
+// Cuts a path into pieces of up to kChunk points, in the middle of long segments: what Clipper takes grows
+// with the square of the number of edges that share heights.
+std::vector<Polygon> pieces_of(const Polygon& line, double half_width) {
+    std::vector<Polygon> pieces(1);
+    for (std::size_t last = 0; last < line.size(); ++last) {
+        Polygon& piece = pieces.back();
+        piece.push_back(line[last]);
+        if (piece.size() < kChunk || last + 1 == line.size()) continue;
+        const auto length = [&](std::size_t k) {
+            return std::hypot(piece[k + 1][0] - piece[k][0], piece[k + 1][1] - piece[k][1]);
+        };
+        std::size_t longest = kChunk / 2;
+        for (std::size_t k = longest; k + 1 < kChunk; ++k)
+            if (length(k) > length(longest)) longest = k;
+        const double overlap = std::min(0.1, kPathOverlap * half_width / length(longest));
+        std::array<double, 2> end{}, begin{};
+        for (std::size_t a = 0; a < 2; ++a) {
+            const double by = piece[longest + 1][a] - piece[longest][a];
+            end[a] = piece[longest][a] + (0.5 + overlap) * by;
+            begin[a] = piece[longest][a] + 0.5 * by;
+        }
+        Polygon rest(piece.begin() + static_cast<std::ptrdiff_t>(longest), piece.end());
+        rest[0] = begin;
+        piece.resize(longest + 1);
+        piece.push_back(end);
+        pieces.push_back(std::move(rest));
     }
+    return pieces;
 }
 
 }  // namespace
@@ -320,43 +345,47 @@ std::vector<Polygon> path_polygons(const Polygon& points, const PathStyle& style
     line.erase(std::unique(line.begin(), line.end()), line.end());
     std::vector<Polygon> polygons;
     if (line.empty() || !(style.half_width > 0.0)) return polygons;
-    if (!style.round) {
-        if (line.size() == 1) {
-            line = {{line[0][0] - style.begin, line[0][1]}, {line[0][0] + style.end, line[0][1]}};
-            if (!(style.begin + style.end > 0.0)) return polygons;
-        } else {
-            extend_start(line, style.begin);
-            std::reverse(line.begin(), line.end());
-            extend_start(line, style.end);
-            for (int end = 0; end < 2 && !line.empty(); ++end) {
-                take_bent_end(line, style.half_width, polygons);
-                std::reverse(line.begin(), line.end());
-            }
-        }
+    if (line.size() == 1) {
+        const auto [x, y] = line[0];
+        const double left = x - style.begin, right = x + style.end, half = style.half_width;
+        if (style.round)
+            add_arc({x, y}, {0.0, half}, 2.0 * std::numbers::pi, polygons.emplace_back());
+        else if (left < right)
+            polygons.push_back({{left, y - half}, {right, y - half}, {right, y + half}, {left, y + half}});
+        return polygons;
     }
+    const double begin = style.round ? 0.0 : style.begin, end = style.round ? 0.0 : style.end;
+    draw_back(line, -begin);
+    std::reverse(line.begin(), line.end());
+    draw_back(line, -end);
+    std::reverse(line.begin(), line.end());
     if (line.empty()) return polygons;
-    const Lattice lattice(Lattice::farthest({&line, 1}) + style.half_width);
-    ClipperLib::ClipperOffset offset(2.0, kArcTolerance * style.half_width * lattice.scale());
-    // Pieces share a segment, so that each bend lies within one.
-    for (std::size_t first = 0; first == 0 || first + 2 < line.size(); first += kChunk - 1) {
-        const auto begin = line.begin() + static_cast<std::ptrdiff_t>(first);
-        const auto count = std::min(kChunk + 1, line.size() - first);
-        offset.Clear();
-        offset.AddPath(lattice.path({begin, begin + static_cast<std::ptrdiff_t>(count)}),
-                       line.size() == 1 ? ClipperLib::jtRound : ClipperLib::jtMiter,
-                       style.round ? ClipperLib::etOpenRound : ClipperLib::etOpenButt);
-        Paths outlines;
-        offset.Execute(outlines, style.half_width * lattice.scale());
-        // Holes are joined to the first outline by a slit, which does not count in an even-odd polygon.
-        Polygon polygon;
-        for (const ClipperLib::Path& outline : outlines) {
-            const Polygon corners = lattice.polygon(outline);
-            polygon.insert(polygon.end(), corners.begin(), corners.end());
-            polygon.push_back(corners[0]);
-            if (outlines.size() > 1) polygon.push_back(polygon[0]);
+    const std::vector<Polygon> pieces = pieces_of(line, style.half_width);
+    for (const Polygon& piece : pieces) {
+        Polygon outline;
+        PathStyle left = style;
+        left.begin = &piece == &pieces.front() ? std::max(0.0, begin) : 0.0;
+        left.end = &piece == &pieces.back() ? std::max(0.0, end) : 0.0;
+        left.round = style.round && &piece == &pieces.back();
+        PathStyle right = left;
+        std::swap(right.begin, right.end);
+        right.round = style.round && &piece == &pieces.front();
+        add_left_side(piece, left, outline);
+        add_left_side({piece.rbegin(), piece.rend()}, right, outline);
+        const Lattice lattice({&outline, 1});
+        const Part whole = make_part({lattice.path(outline)});
+        Effort effort;
+        // Holes are joined to their outline by a slit, which does not count in an even-odd polygon.
+        for (const Part& part : clip({&whole, 1}, ClipperLib::pftNonZero, effort)) {
+            Polygon& polygon = polygons.emplace_back();
+            for (const ClipperLib::Path& path : part.paths) {
+                const Polygon corners = lattice.polygon(path);
+                polygon.insert(polygon.end(), corners.begin(), corners.end());
+                polygon.push_back(corners[0]);
+                if (part.paths.size() > 1) polygon.push_back(polygon[0]);
+            }
+            polygon.pop_back();
         }
-        if (polygon.size() > 1) polygon.pop_back();
-        if (!polygon.empty()) polygons.push_back(std::move(polygon));
     }
     return polygons;
 }

@@ -33,8 +33,8 @@ struct PathStyle {
     bool round = false;  ///< ends in half discs, instead
 };
 
-/// Polygons whose union is the area of a path. Bends of up to 120 degrees are mitred, sharper ones cut off, and a flat
-/// end close behind such a mitred bend is cut off there. A path of one point is a rectangle along x, or a disc; round ends
+/// Polygons whose union is the area of a path as KLayout draws it: bends of up to 90 degrees are mitred, and
+/// sharper ones cut off half a width ahead of the bend. A path of one point is a rectangle along x, or a disc; round ends
 /// are within a thousandth of their radius. Without width or length there is none.
 /// \throws GeometryError as united().
 std::vector<Polygon> path_polygons(const Polygon& points, const PathStyle& style);

@@ -107,9 +107,10 @@ struct Reader {
     }
 
     void use_material(std::string_view rest) {
-        const std::string word(next_word(rest));
-        const auto [at, is_new] = material_numbers.emplace(word, material_names.size());
-        if (is_new) material_names.push_back(word);
+        skip_space(rest);
+        const std::string of(rest.substr(0, rest.find_last_not_of(" \t\n\v\f\r") + 1));  // may have blanks
+        const auto [at, is_new] = material_numbers.emplace(of, material_names.size());
+        if (is_new) material_names.push_back(of);
         material = at->second;
     }
 
@@ -139,7 +140,8 @@ struct Reader {
     void read() {
         for (std::string line; lines.next(line);) {
             std::string_view rest = line;
-            const std::string_view key = next_word(rest);
+            std::string key(next_word(rest));
+            for (char& c : key) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
             if (key == "v")
                 vertex(rest);
             else if (key == "f")

@@ -40,10 +40,11 @@ int main(int argc, char** argv) {
          "1;0\r\n1;0,25 # here\r\n"},
         {"# a comment\nenergy_from,energy_to,angle_from,angle_to,weight\n50,150,0,6,3\n10, 30,0,20,1\n"},
         {"\"n\"\t\"x (um)\"\tz\na\t1\t2\nb\t3\t4\n"},
+        {"sep=;\r\nx;z\r\n-1,5;0\r\n1;0,25\r\n"},
         {"1 2 3\r 4 5 6\r7\t8 9\r"}};
-    const std::vector<std::string> words{",",   ";",     "\t",           "\"",      "#",   "\n",    "\r",
-                                         "nan", "1e999", "[nm]",         "(",       "1,5", "1.5D0", "+-",
-                                         " ",   "x",     "\xe2\x88\x92", "\xff\xfe"};
+    const std::vector<std::string> words{",",   ";",     "\t",           "\"",       "#",   "\n",    "\r",
+                                         "nan", "1e999", "[nm]",         "(",        "1,5", "1.5D0", "+-",
+                                         " ",   "x",     "\xe2\x88\x92", "\xff\xfe", "sep="};
     return fuzz::run(argc, argv, seeds, words,
                      [](const std::string& bytes, std::size_t) { return attempt(bytes); });
 }

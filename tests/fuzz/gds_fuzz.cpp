@@ -8,7 +8,7 @@ using namespace sidewall;
 int main(int argc, char** argv) {
     const std::string unit =
         test::gds_cell("UNIT", test::gds_boundary(1, 0, {0, 0, 100, 0, 100, 100, 0, 100, 0, 0}) +
-                                   test::gds_path(2, 5, 20, {0, 0, 200, 0, 200, 50}));
+                                   test::gds_path(2, 5, 20, {0, 0, 200, 0, 200, 50, 180, 45, 5, 40}));
     const std::string array = test::gds_array("UNIT", 3, 2, {0, 0, 900, 0, 0, 800}),
                       turned = test::gds_reference("UNIT", {5000, 0}, true, 2.0, 90.0);
     const std::vector<fuzz::Seed> seeds{

@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
         "0\n0 1 0\n4 0 1 2 3 0.5\n",
         "solid part\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0\n  endloop\n "
         "endfacet\nendsolid part\n",
-        "usemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3/1/1 -2//2 \\\n-1\n"};
+        "USEMTL a b \nV 0 0 0\nv 1 0 0\nv 0 1 0\nf -3/1/1 -2//2 \\\n-1\n"};
     files.emplace_back(
         "\xef\xbb\xbfv 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 4 0\nv 2 2 0\nv 0 2 0\nv 0 4 0 1 1 1\nf 1/1/1 2 3 4 5 6\nf 6 5 4 7\n");
     files.emplace_back(

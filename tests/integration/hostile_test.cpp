@@ -104,6 +104,15 @@ TEST_CASE("what a terminal would obey in a name is shown as its code", "[foreign
         CHECK(outcome.output.find('\x1b') == std::string::npos);
         CHECK(outcome.output.find("\\x1b[2J") != std::string::npos);
     }
+    // The commands of a plan hold no such character either, and name the same folder.
+    const Outcome plan =
+        run_program(folder.path, "sweep good.toml --vary 'step[0].rate=-1,-2' --plan -o " + clear + "3");
+    REQUIRE(plan.exit_code == 0);
+    CHECK(plan.output.find('\x1b') == std::string::npos);
+    CHECK(
+        run_command(folder.path, "sidewall() { '" SIDEWALL_PROGRAM "' \"$@\"; }\n" + plan.output).exit_code ==
+        0);
+    CHECK(std::filesystem::exists(folder.path / "a\x1b[2J3/runs/0002/summary.json"));
     check_refused(run_program(folder.path, "sweep good.toml --vary 'step[0].rate=-1,-2' --plan -o 'a\nb'"), 2,
                   "-o a\\x0ab: --plan prints a command a line");
 }

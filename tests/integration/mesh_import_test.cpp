@@ -93,6 +93,22 @@ TEST_CASE("overlapping bodies have the volume of their union, those with an open
     CHECK(volume(first.substr(0, first.rfind("f "))) == Approx(volume(first)).epsilon(1e-6));
 }
 
+TEST_CASE(
+    "a body over the corner of a periodic box has the volumes of one in its middle, and the user is told",
+    "[foreign]") {
+    std::string text =
+        recipe(kOnSilicon, "model = \"conformal\"\nthickness = 0.2\nmaterial = \"Si3N4\"\n", "volume_SiO2");
+    text.replace(text.find("reflective"), 10, "periodic");
+    for (const char* figure : {"volume_SiO2", "added_volume_Si3N4"}) {
+        const MeshWafer middle = run_wafer(block(0.2, 1), text, figure),
+                        corner = run_wafer(block(2.2, 1), text, figure);
+        CHECK(corner.figure == Approx(middle.figure).epsilon(1e-6));
+        CHECK(middle.outcome.output.find("note") == std::string::npos);
+        CHECK_THAT(corner.outcome.output,
+                   Contains("layer[1].file: 1 of its bodies reach over periodic sides"));
+    }
+}
+
 TEST_CASE("a body of loose faces whose corners rounding put apart is the whole one, and the user is told",
           "[foreign]") {
     const auto loose = [](double noise) {
@@ -137,6 +153,18 @@ TEST_CASE("a mesh that cannot be mended is refused with file, layer and place", 
     CHECK(outcome.exit_code == 2);
     CHECK_THAT(outcome.output,
                Contains("r.toml:10: layer[1].file = \"w.obj\": the surface has one side only: around"));
+    // An L whose caps another program has cut into fans from a corner that does not see all of them.
+    const double x[] = {1.03, 0.03, 0.03, -0.97, -0.97, 1.03}, y[] = {0.03, 0.03, 1.03, 1.03, -0.97, -0.97};
+    std::string fans;
+    for (const char* z : {"-0.52", "0.98"})
+        for (int k = 0; k < 6; ++k) fans += fmt::format("v {} {} {}\n", x[k], y[k], z);
+    for (int k = 1; k < 5; ++k) fans += fmt::format("f 1 {} {}\nf 7 {} {}\n", k + 2, k + 1, k + 7, k + 8);
+    for (int k = 0; k < 6; ++k)
+        fans += fmt::format("f {} {} {} {}\n", k + 1, (k + 1) % 6 + 1, (k + 1) % 6 + 7, k + 7);
+    std::ofstream(folder.path / "w.obj") << fans;
+    const Outcome folded = run_program(folder.path, "run r.toml -o out --quiet");
+    CHECK(folded.exit_code == 3);
+    CHECK_THAT(folded.output, Contains("w.obj: the wafer of this mesh has no closed surface"));
 }
 
 TEST_CASE("simplify welds triangles with vertices of their own and says so, and inspect tells what is mended",

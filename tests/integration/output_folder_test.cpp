@@ -150,9 +150,13 @@ void kill_a_run(const test::Folder& folder) {
 
 }  // namespace
 
-TEST_CASE("a byte of the timeline or the manifest that changed before a run goes on is noticed", "[slow]") {
+TEST_CASE(
+    "a byte of the timeline or the manifest that changed before a run goes on, or after its end, is noticed",
+    "[slow]") {
     const test::Folder folder;
     kill_a_run(folder);
+    if (GENERATE(false, true))
+        REQUIRE(test::run_program(folder.path, "run flat.toml -o run --resume --quiet").exit_code == 0);
     for (const char* name : {"timeline.csv", "manifest.txt"})
         for (const double place : {0.1, 0.3, 0.5}) {
             CAPTURE(name, place);

@@ -42,11 +42,11 @@ double from_box(const Vec3& p, const Vec3& low, const Vec3& high) {
     return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0);
 }
 
-Body body_of(const TriangleMesh& mesh) {
+Body body_of(const TriangleMesh& mesh, const Domain& domain = kDomain) {
     const Folder folder;
     Shape shape{.kind = ShapeKind::mesh, .file = (folder.path / "body.vtp").string()};
     surface::write_mesh(shape.file, mesh);
-    return mesh_body(shape, kDomain);
+    return mesh_body(shape, domain);
 }
 
 std::string mended(const TriangleMesh& mesh) {
@@ -205,6 +205,46 @@ TEST_CASE("small openings are closed, those in the domain's sides are not, and l
     flat.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
     flat.triangles = {{0, 1, 2}, {0, 2, 3}};
     CHECK_THROWS_WITH(mended(flat), Contains("around (0, 0, 0) it has an opening, 1 of its area"));
+}
+
+TEST_CASE(
+    "a closed body that reaches over periodic sides goes on at the opposite ones, with the cavity in it") {
+    const Domain both = make_domain({4.0, 4.0}, 0.1, {Side::periodic, Side::periodic}),
+                 along_x = make_domain({4.0, 4.0}, 0.1, {Side::periodic, Side::reflective});
+    const Vec3 low(1.5, 1.7, -0.5), high(2.6, 2.4, 0.5), inner(0.1, 0.1, 0.1);
+    TriangleMesh cavity = box(low + inner, high - inner);
+    turn(cavity);
+    const TriangleMesh mesh = joined({box(low, high), cavity});
+    const auto expected = [&](const Domain& domain) {
+        return [&](const Vec3& p) {
+            double least = 1e9;
+            for (const double x : {0.0, -4.0})
+                for (const double y :
+                     domain.side[1] == Side::periodic ? std::vector{0.0, -4.0} : std::vector{0.0}) {
+                    const Vec3 q = p - Vec3(x, y, 0);
+                    least = std::min(
+                        least, std::max(from_box(q, low, high), -from_box(q, low + inner, high - inner)));
+                }
+            return least;
+        };
+    };
+    for (const Domain& domain : {both, along_x}) {
+        const Body body = body_of(mesh, domain);
+        const auto truth = expected(domain);
+        for (double x = -1.97; x < 2.0; x += 0.1)
+            for (double y = -1.93; y < 2.0; y += 0.1)
+                for (const double z : {-0.45, 0.03, 0.48}) {
+                    INFO(x << " " << y << " " << z);
+                    // Beyond the next period's copies, no nearer than the reach of a grid.
+                    if (std::abs(truth({x, y, z})) < 0.3)
+                        REQUIRE(std::abs(body.distance({x, y, z}) - truth({x, y, z})) < 1.1e-4);
+                    REQUIRE((body.distance({x, y, z}) < 0.0) == (truth({x, y, z}) < 0.0));
+                }
+    }
+    // A wall longer than the domain is cut at its sides, one that ends in it is not.
+    const Vec3 left(-0.3, -5, -0.5), right(0.3, 5, 0.5);
+    const Body wall = body_of(box(left, right), both);
+    for (const double y : {-1.9, 0.0, 1.9}) CHECK(wall.distance({0.5, y, 0.0}) == Approx(0.2).margin(1e-3));
 }
 
 TEST_CASE(

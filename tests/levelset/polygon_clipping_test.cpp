@@ -39,8 +39,10 @@ TEST_CASE("a path with mitred bends and flush ends is as large as its length tim
     CHECK(path_area({{-4, 0}, {0, 0}, {3, 3}}, {.half_width = 1.0}) ==
           Approx(2.0 * (4.0 + 3.0 * std::sqrt(2.0))));
     CHECK(path_area({{0, 0}, {4, 0}, {6, 2 * std::sqrt(3.0)}}, {.half_width = 0.5}) == Approx(8.0));
+    // Over 90 degrees the corner is cut off where it is half a width ahead of the bend.
+    const double turn = std::atan2(4.5, -2.2), cut = 0.25 * (std::tan(0.5 * turn) - 1.0);
     CHECK(path_area({{0, 0}, {5, 0}, {2.8, 4.5}}, {.half_width = 0.25}) ==
-          Approx(0.5 * (5.0 + std::hypot(2.2, 4.5))));
+          Approx(0.5 * (5.0 + std::hypot(2.2, 4.5)) - 0.5 * cut * cut * std::sin(turn)));
     // A half ring of 5-degree pieces that are shorter than half its width.
     const double length = 36 * 2.0 * 3.0 * std::sin(2.5 * kHalfTurn / 180.0);
     CHECK(path_area(arc(3.0, 180, 5), {.half_width = 1.0}) == Approx(2.0 * length));
@@ -65,7 +67,6 @@ TEST_CASE(
     both_ways({{-3, 0.3}, {-3, 0}, {2, 0}, {2, 0.2}}, 0.5, 5.5);
     both_ways({{0, 0.2}, {0, 0}, {1.2, 0}, {1.2, 0.2}}, 0.5, 1.6);                    // the whole as one
     both_ways({{0, 0}, {2, 0}, {2.1, 0.1}, {2.1, 0.2}}, 0.5, 2.1 + std::sqrt(0.02));  // 90 degrees in two
-    both_ways({{-5, 0}, {0, 0}, {-0.15, 0.15 * std::sqrt(3.0)}}, 0.5, 5.3);           // by 120 degrees
     both_ways({{-5, 0}, {0, 0}, {0.3, 0.3 * std::sqrt(3.0)}, {0.4, 0.3 * std::sqrt(3.0)}}, 0.5, 5.7);
     // Inside of the bend the side crosses itself, and the triangle that it goes around twice counts once.
     const double twice = 0.25 - (std::sqrt(0.5) - 0.5);
@@ -74,6 +75,38 @@ TEST_CASE(
     // A square end reaches half the width further: 0.2 is enough beyond it.
     CHECK(path_area({{-3, 0}, {2, 0}, {2, 0.2}}, {.half_width = 0.5, .end = 0.5}) == Approx(5.7));
     CHECK(path_area({{-3, 0}, {2, 0}, {2, 1.2}}, {.half_width = 0.5, .end = -1.0}) == Approx(5.2));
+}
+
+TEST_CASE("a path of sharp bends and short pieces covers what KLayout draws") {
+    // Areas of RBA::Path's polygon, merged, of KLayout 0.28.5.
+    const auto check = [](Polygon points, double half_width, double extension, double area) {
+        for (int way = 0; way < 2; ++way) {
+            CHECK(path_area(points, {.half_width = half_width, .begin = extension, .end = extension}) ==
+                  Approx(area).epsilon(1e-4));
+            std::reverse(points.begin(), points.end());
+        }
+    };
+    check({{0, 0}, {5, 0}, {2.8, 4.5}}, 0.25, 0.0, 4.99433);
+    check({{-5, 0}, {0, 0}, {-0.15, 0.2598}}, 0.5, 0.0, 5.49901);
+    check({{-3, 0}, {0.5, 0}, {0.2, 0.3}}, 0.5, 0.0, 4.05399);
+    check({{-3, 0}, {0.5, 0}, {0.3268, 0.1}}, 0.5, 0.0, 4.03185);
+    check({{-3, 0}, {0.5, 0}, {0.1, 0}}, 0.5, 0.0, 4.0);  // back on itself
+    check({{-3, 0}, {2, 0}, {-0.5981, 1.5}}, 0.5, 0.5, 8.53342);
+    check({{0, 0}, {0.35, 0}, {0.067, 0.198}, {1.502, 0.564}, {1.294, 0.661}, {1.46, 0.726}, {1.355, 0.454}},
+          0.5, 0.3, 3.1633);
+    check({{0, 0}, {0.186, 0}, {0.285, 0.212}, {0.497, 0.247}}, 0.5, 0.0, 0.63483);
+}
+
+TEST_CASE("a long path covers as much as one that is outlined as one piece") {
+    // A comb of 300 teeth: pieces end within its long segments, and none is drawn twice or missing.
+    Polygon comb;
+    for (int k = 0; k < 300; ++k)
+        for (const double y : k % 2 == 0 ? std::array{0.0, 20.0} : std::array{20.0, 0.0})
+            comb.push_back({static_cast<double>(k), y});
+    CHECK(path_area(comb, {.half_width = 0.2}) == Approx(0.4 * (300 * 20.0 + 299.0)));
+    CHECK(united(path_polygons(comb, {.half_width = 0.2, .round = true})).size() == 1);
+    CHECK(path_area(comb, {.half_width = 0.2, .begin = 1.0, .end = 2.0}) ==
+          Approx(0.4 * (300 * 20.0 + 302.0)));
 }
 
 TEST_CASE("points on a straight path, near its ends or twice, change nothing") {

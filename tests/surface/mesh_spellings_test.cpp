@@ -75,6 +75,13 @@ TEST_CASE("PLY and OBJ are read with a byte order mark", "[foreign]") {
         check_square(decode_ply(mark + ply, "t.ply"));
         check_square(decode_obj(mark + obj, "t.obj"));
     }
+    check_square(
+        decode_obj("V 0 0 0\nV 1 0 0\nV 1 1 0\nV 0 1 0\nVN 0 0 1\nF 1//1 2//1 3//1 4//1\n", "t.obj"));
+    const TriangleMesh two = decode_obj(
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nUSEMTL dark red \nf 1 2 3\nusemtl dark blue\nf 1 3 4\nusemtl dark red\n",
+        "t.obj");
+    REQUIRE(two.triangle_attribute("material") != nullptr);
+    CHECK(two.triangle_attribute("material")->values == std::vector<double>{0, 1});
     CHECK_THROWS_WITH(decode_obj("\xfe\xff", "t.obj"), Contains("t.obj: is UTF-16"));
     CHECK_THROWS_WITH(decode_obj("v 0 0 0\n\xc2\xa0 1\n", "t.obj"), Contains("t.obj:2: '"));
 }

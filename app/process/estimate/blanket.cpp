@@ -5,12 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 
 #include "app/models/model.hpp"
+#include "app/recipe/figure_names.hpp"
 #include "flux/yield.hpp"
 
 namespace sidewall::app {
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Every tally of every species on a flat wafer, and the scales of those that depend on the material.
 struct FlatFluxes {
@@ -113,7 +118,154 @@ std::string selectivities(const std::vector<BlanketRate>& rates, const Recipe& r
     return list.empty() ? "" : fmt::format("; selectivity {}", fmt::join(list, ", "));
 }
 
+// The lowest point that the wafer may have before all steps; minus infinity where a file or a pattern says.
+double lowest_at_start(const Recipe& recipe) {
+    double lowest = recipe.layers.empty() || !recipe.start.from.empty() ? -kInfinity : kInfinity;
+    for (const Layer& layer : recipe.layers) {
+        const bool flat = layer.shape == "plane" || layer.shape == "stack" || layer.shape == "fin" ||
+                          layer.shape == "box" || layer.shape == "mask",
+                   recess = layer.shape == "trench" || layer.shape == "hole";
+        if (layer.subtract || !(flat || recess)) return -kInfinity;
+        const double top = layer.top.value_or(0.0);  // a stack's lies higher
+        // Of a recess without a depth the floor is the layer below.
+        lowest = std::min(lowest, recess && layer.depth ? top - *layer.depth : top);
+    }
+    return lowest;
+}
+
+// How much steps etch and grow at most.
+struct Reach {
+    double etched = 0.0, grown = 0.0;
+
+    Reach& operator+=(const Reach& other) {
+        etched += other.etched;
+        grown += other.grown;
+        return *this;
+    }
+};
+
+// What the steps of a recipe reach at their blanket rates, and the stops that lie beyond.
+class StopCheck {
+  public:
+    explicit StopCheck(const Recipe& recipe) : recipe_(recipe), lowest_(lowest_at_start(recipe)) {
+        for (const StepMaterials& here : materials_by_step(recipe)) materials_.emplace(here.step, here);
+        through(recipe.steps, {});
+    }
+
+    std::vector<std::string> notes;
+
+  private:
+    Reach through(const std::vector<Step>& steps, const Reach& before) {
+        Reach all;
+        for (const Step& step : steps) {
+            Reach so_far = before;
+            so_far += all;
+            all += step.steps.empty() ? meet(step, so_far) : rounds(step, so_far);
+        }
+        return all;
+    }
+
+    // A loop's steps may have all its other rounds before them.
+    Reach rounds(const Step& loop, Reach before) {
+        std::vector<std::string> kept = std::move(notes);
+        notes.clear();
+        const Reach one = through(loop.steps, before);
+        const auto more = static_cast<double>(loop.repeat - 1);
+        const Reach others = loop.repeat > 1 ? Reach{more * one.etched, more * one.grown} : Reach{};
+        before += others;
+        notes = std::move(kept);
+        Reach all = through(loop.steps, before);
+        all += others;
+        return all;
+    }
+
+    Reach meet(const Step& step, const Reach& before) {
+        const auto at = materials_.find(&step);
+        if (at == materials_.end())  // takes no time: masks alone leave the floor where it was
+            return step.model == "mask" ? Reach{} : Reach{kInfinity, kInfinity};
+        Reach reach = most_of(at->second);
+        reach.etched *= step.duration;
+        reach.grown *= step.duration;
+        Reach end = before;
+        end += reach;
+        note_stops(at->second, end);
+        return reach;
+    }
+
+    // The fastest rates; without a bound where a surface may move faster than an open wafer's.
+    static Reach most_of(const StepMaterials& here) {
+        const Model& model = *here.step->built;
+        if (here.step->model == "formula" || model.beam ||
+            std::ranges::any_of(model.species, [](const flux::Species& s) { return !s.yields.empty(); }))
+            return {kInfinity, kInfinity};
+        Reach most;
+        for (const BlanketRate& at : blanket_rates(here)) {
+            if (!at.unknown.empty()) return {kInfinity, kInfinity};
+            most.etched = std::max(most.etched, -at.rate);
+            most.grown = std::max(most.grown, at.rate);
+        }
+        return most;
+    }
+
+    void note_stops(const StepMaterials& here, const Reach& end) {
+        const Step& step = *here.step;
+        const double depth = end.etched - lowest_;
+        if (step.stop_depth) note_depth(here, "stop_depth", *step.stop_depth, depth);
+        if (step.stop_thickness && step.built->deposit && !is_layer(*step.built->deposit))
+            note_film(here, "stop_thickness", *step.stop_thickness, end.grown);
+        const auto bare = bare_rule(recipe_, step);
+        if (bare && !etches(here))
+            add(here, step.stop.empty() ? "stop_material" : "stop", "nothing is etched on an open wafer");
+        if (bare || step.stop.empty()) return;
+        const StopRule rule = stop_rule(recipe_, step.stop);
+        if (rule.figure == "depth" && rule.above)
+            note_depth(here, "stop", rule.value, depth + recipe_.metrology.mask_bottom);
+        if (rule.figure.starts_with("film_") && rule.above && step.built->deposit &&
+            !is_layer(*step.built->deposit))
+            note_film(here, "stop", rule.value, end.grown);
+    }
+
+    static bool etches(const StepMaterials& here) {
+        const std::vector<BlanketRate> rates = blanket_rates(here);
+        return std::ranges::any_of(
+            rates, [](const BlanketRate& at) { return at.rate < 0.0 || !at.unknown.empty(); });
+    }
+
+    bool is_layer(int material) const {
+        const std::string& name = recipe_.materials[static_cast<std::size_t>(material)].name;
+        return std::ranges::any_of(recipe_.layers, [&](const Layer& layer) {
+            return layer.material == name || std::ranges::count(layer.materials, name) > 0;
+        });
+    }
+
+    void note_depth(const StepMaterials& here, const char* key, double asked, double reached) {
+        if (asked > reached + recipe_.domain.grid_spacing)
+            add(here, key,
+                fmt::format("at blanket rates the steps up to its end reach a depth of {:.3g} {} at most",
+                            reached, recipe_.domain.length_unit));
+    }
+
+    void note_film(const StepMaterials& here, const char* key, double asked, double grown) {
+        if (asked > grown + recipe_.domain.grid_spacing)
+            add(here, key,
+                fmt::format("at blanket rates the steps up to its end grow {:.3g} {} at most", grown,
+                            recipe_.domain.length_unit));
+    }
+
+    void add(const StepMaterials& here, const char* key, const std::string& why) {
+        notes.push_back(fmt::format("{}.{} never ends the step: {}", here.path, key, why));
+    }
+
+    const Recipe& recipe_;
+    double lowest_;
+    std::map<const Step*, StepMaterials> materials_;
+};
+
 }  // namespace
+
+std::vector<std::string> unmet_stops(const Recipe& recipe) {
+    return StopCheck(recipe).notes;
+}
 
 std::vector<BlanketRate> blanket_rates(const StepMaterials& here) {
     const Model& model = *here.step->built;
@@ -149,11 +301,6 @@ std::string blanket_table(const Recipe& recipe) {
         const std::string& name = here.step->name;
         text += fmt::format("# {} {}{}: {}{}\n", here.path, here.step->model, name.empty() ? "" : " " + name,
                             meaning(here, rates, recipe, to_nm), selectivities(rates, recipe));
-        const Step& step = *here.step;
-        const bool etches = std::ranges::any_of(rates, [](const BlanketRate& at) { return at.rate < 0.0; });
-        if (!etches && (step.stop_depth || !step.stop_material.empty()))
-            text += fmt::format("#   {} never ends it: nothing is etched\n",
-                                step.stop_depth ? "stop_depth" : "stop_material");
         for (const BlanketRate& at : rates)
             if (!at.unknown.empty())
                 text += fmt::format("#   {}: no rate: {}\n",

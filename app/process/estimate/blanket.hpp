@@ -16,9 +16,13 @@ struct BlanketRate {
 /// The blanket rates of all materials that a step meets, its own film among them.
 ///
 /// Nothing is traced: of every species 1 arrives, each of its yields has its mean over the source's angles and energies,
-/// and nothing that leaves a flat wafer comes back. Coverages are in steady state; those with rates of their own are as
+/// and nothing that leaves a flat wafer comes back, nor do collisions in a gas change what arrives there. Coverages are in steady state; those with rates of their own are as
 /// the step's duration leaves them, those of pulses as one pulse does.
 std::vector<BlanketRate> blanket_rates(const StepMaterials& here);
+
+/// Notes on the stop conditions that no step can meet in its duration: depths and films beyond what blanket rates reach, and
+/// bare floors where nothing is etched. Silent about steps whose surfaces may move faster than an open wafer's.
+std::vector<std::string> unmet_stops(const Recipe& recipe);
 
 /// The blanket rates of every step in nm per unit of time, what they mean and the selectivities, as comments of TOML.
 std::string blanket_table(const Recipe& recipe);

@@ -187,9 +187,7 @@ void RunFolder::begin_anew() {
 
 void RunFolder::go_on(RunState& state) {
     const fs::path& folder = options_.output;
-    if (is_there(folder / kManifest) && !state.manifest.empty() &&
-        digest_of_names(state.saved) != state.manifest)
-        refuse_changed(kManifest);
+    require_unchanged(state);
     if (!names_.empty()) refuse_foreign_files(true);
     cut_timeline(state);
     remove_file(folder / "summary.json");
@@ -206,10 +204,6 @@ void RunFolder::go_on(RunState& state) {
     if (!state.files.empty()) write_pvd(state);
 }
 
-fs::path RunFolder::timeline() const {
-    return options_.output / "timeline.csv";
-}
-
 void RunFolder::refuse_changed(const char* name) const {
     throw FileError(
         "{}: is not what the run wrote before its checkpoint: bring it back, or remove it to go on without",
@@ -224,6 +218,16 @@ std::string RunFolder::digest_of_names(std::size_t saved) const {
     return digest(text);
 }
 
+void RunFolder::require_unchanged(const RunState& state) const {
+    if (is_there(options_.output / kManifest) && !state.manifest.empty() &&
+        digest_of_names(state.saved) != state.manifest)
+        refuse_changed(kManifest);
+    if (!is_there(timeline()) || state.timeline.empty()) return;
+    const std::string text = surface::read_whole_file(timeline());
+    if (digest(text.substr(0, row_ends(text, state.rows + 1).back())) != state.timeline)
+        refuse_changed("timeline.csv");
+}
+
 // Cuts the timeline to its header and the rows before the checkpoint, and gives the step that ended there its
 // row.
 void RunFolder::cut_timeline(RunState& state) const {
@@ -232,8 +236,6 @@ void RunFolder::cut_timeline(RunState& state) const {
     const std::string text = is_there(timeline()) ? surface::read_whole_file(timeline()) : "";
     const std::vector<std::size_t> ends = row_ends(text, rows + 1);
     std::string kept = text.substr(0, ends.back());
-    if (is_there(timeline()) && !state.timeline.empty() && digest(kept) != state.timeline)
-        refuse_changed("timeline.csv");
     const std::size_t lines = ends.size() - 1;
     if (lines <= rows) {
         state.rows = lines == 0 ? 0 : lines - 1;

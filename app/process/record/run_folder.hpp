@@ -27,8 +27,11 @@ class RunFolder {
     bool goes_on() const { return goes_on_; }
     /// The folder holds a run that has ended.
     bool finished() const { return finished_; }
+    /// Checks what a run wrote before its checkpoint.
+    /// \throws FileError if its timeline or its manifest is another one.
+    void require_unchanged(const RunState& state) const;
     /// Removes what an earlier run wrote; of a run that goes on, what it wrote since the checkpoint.
-    /// \throws FileError if what is to be gone on with has a timeline or a manifest that it did not write.
+    /// \throws FileError as require_unchanged(), of a run that goes on.
     void begin(RunState& state);
 
     /// The recipe has changed: it and a checkpoint of it are written.
@@ -60,7 +63,7 @@ class RunFolder {
     [[noreturn]] void refuse_changed(const char* name) const;
     std::string digest_of_names(std::size_t saved) const;
     void require_there() const;
-    fs::path timeline() const;
+    fs::path timeline() const { return options_.output / "timeline.csv"; }
     void cut_timeline(RunState& state) const;
     void list(std::vector<std::string> names);
     void append_row(const RunState& state, const std::string& row,

@@ -22,6 +22,21 @@ void keep(Layout& layout, LayoutCell& cell, LayoutShape shape) {
     cell.shapes.push_back(std::move(shape));
 }
 
+// Whether the points of a path lie on a line, one after another, as far as rounding to database units shows.
+bool is_straight(const levelset::Polygon& points) {
+    constexpr double kRounded = 1.5;  // units that two rounded points can put a third off their line
+    if (points.size() < 2) return false;
+    const auto [x, y] = points.front();
+    const double dx = points.back()[0] - x, dy = points.back()[1] - y, length = std::hypot(dx, dy);
+    double before = 0.0;
+    for (const auto& p : points) {
+        const double along = (p[0] - x) * dx + (p[1] - y) * dy, across = (p[0] - x) * dy - (p[1] - y) * dx;
+        if (along < before || std::abs(across) > kRounded * length) return false;
+        before = along;
+    }
+    return true;
+}
+
 constexpr std::size_t kMostBytes = 1'000'000'000;
 
 constexpr double kMostPlacements = 1e7, kMostPolygons = 2e6, kMostFlatCorners = 2e7;
@@ -94,10 +109,9 @@ struct Flattener {
             }
         for (const AbsolutePath& path : cell.paths)
             if (wanted(path)) {
-                // Pieces of about 64 segments each and two ends, four corners a segment, and 200 of both
-                // round ends: more than path_polygons() makes.
-                sum.polygons += 3.0 + static_cast<double>(path.points.size()) / 64.0;
-                sum.corners += 200.0 + 4.0 * static_cast<double>(path.points.size());
+                // Pieces of 32 points or more, up to six corners a bend, and 100 of both round ends.
+                sum.polygons += 1.0 + static_cast<double>(path.points.size()) / 32.0;
+                sum.corners += 100.0 + 8.0 * static_cast<double>(path.points.size());
             }
         for (const CellReference& r : cell.references) {
             const Frame at = frame(r.cell);
@@ -221,9 +235,10 @@ void add_polygon(Layout& layout, LayoutCell& cell, LayoutShape shape) {
 
 void add_path(Layout& layout, LayoutCell& cell, const LayoutShape& centre_line,
               const levelset::PathStyle& style) {
-    if (const levelset::Polygon& ends = centre_line.polygon; ends.size() == 2 && style.half_width == 0.0) {
+    if (const levelset::Polygon& points = centre_line.polygon;
+        style.half_width == 0.0 && is_straight(points)) {
         LayoutShape line = centre_line;
-        line.polygon = {ends[0], ends[0], ends[1], ends[1]};
+        line.polygon = {points.front(), points.front(), points.back(), points.back()};
         keep(layout, cell, std::move(line));
     }
     for (levelset::Polygon& polygon : levelset::path_polygons(centre_line.polygon, style))

@@ -27,17 +27,20 @@ Columns numbers(const CsvTable& table) {
 
 TEST_CASE("a table's first row counts whatever marks, minus signs and delimiters it has", "[foreign]") {
     const Columns valley{{-2, -1, 1, 2}, {1, 0, 0, 1}};
-    for (const char* text : {"-2,1\n-1,0\n1,0\n2,1\n",                      // as it should be,
-                             "\xef\xbb\xbf-2,1\r\n-1,0\r\n1,0\r\n2,1\r\n",  // with a byte order mark,
-                             "\xe2\x88\x92"
-                             "2,1\n\xe2\x80\x93"
-                             "1,0\n1,0\n+2,1",  // minus and dash of Unicode,
-                             "-2;1\n-1;0\n1;0\n2;1\n", "-2\t1\n-1\t0\n1\t0\n2\t1\n",  // other delimiters,
-                             "  -2  1\n-1 0 \n1\t0\n\n# the end\n2 1\n",              // blanks,
-                             "\"-2\",\"1\"\n\"-1\",\"0\"\n1,0 # here\n\"2\",1",       // quotes,
-                             "-2,1\r-1,0\r1,0\r2,1\r",                                // line ends of old,
-                             "\xc2\xa0-2; 1,0\n-1,0;0\n1;0\n2;1,0e0\n",               // decimal commas
-                             "-2.0e0\t1\n-.1e1\t0\n1\t0\n2\t1.\n"}) {
+    for (const char* text :
+         {"-2,1\n-1,0\n1,0\n2,1\n",                      // as it should be,
+          "\xef\xbb\xbf-2,1\r\n-1,0\r\n1,0\r\n2,1\r\n",  // with a byte order mark,
+          "\xe2\x88\x92"
+          "2,1\n\xe2\x80\x93"
+          "1,0\n1,0\n+2,1",                           // minus and dash of Unicode,
+          "sep=,\r\n-2,1\r\n-1,0\r\n1,0\r\n2,1\r\n",  // with Excel's own line,
+          "\xef\xbb\xbf\"SEP=;\"\n-2;1,0\n-1;0\n1;0\n2;1\n", "sep=\t\n-2\t1\n-1\t0\n1\t0\n2\t1\n",
+          "-2;1\n-1;0\n1;0\n2;1\n", "-2\t1\n-1\t0\n1\t0\n2\t1\n",  // other delimiters,
+          "  -2  1\n-1 0 \n1\t0\n\n# the end\n2 1\n",              // blanks,
+          "\"-2\",\"1\"\n\"-1\",\"0\"\n1,0 # here\n\"2\",1",       // quotes,
+          "-2,1\r-1,0\r1,0\r2,1\r",                                // line ends of old,
+          "\xc2\xa0-2; 1,0\n-1,0;0\n1;0\n2;1,0e0\n",               // decimal commas
+          "-2.0e0\t1\n-.1e1\t0\n1\t0\n2\t1.\n"}) {
         INFO(text);
         CHECK(numbers(parsed(text)) == valley);
         CHECK_FALSE(parsed(text).headed);
@@ -62,6 +65,8 @@ TEST_CASE("headings are read with their units, and text columns only if somebody
                       "t.csv:2: \"left, upper\" in where is not a finite number");
     CHECK(table.understood ==
           "2 rows of 3 between semicolons, decimal commas, headings x [nm], rate [um/min], where");
+    CHECK(parsed("sep=;\nx;a,b\n0;1,5\n").columns[1].name == "a,b");
+    CHECK_THROWS_AS(parsed("sep=;\nsep=;\n"), FileError);
     CHECK(parsed(",x\n0,1\n").columns[0].name.empty());  // an index without a name
 }
 

@@ -73,10 +73,54 @@ TEST_CASE("a flat wafer's coverages are in steady state and its ions have their 
     CHECK(rate_on(blanket_recipe(ald), "Si") == Approx(0.001 / 2.0 * (1.0 - std::exp(-0.5))).epsilon(1e-6));
 }
 
-TEST_CASE("check says what a stop cannot reach, and which law has no value on a flat wafer") {
-    CHECK_THAT(blanket_table(
-                   blanket_recipe("model = \"isotropic\"\nrate = 0.1\ndeposit = \"W\"\nstop_depth = 1.0\n")),
-               Contains("stop_depth never ends it: nothing is etched"));
+TEST_CASE("a stop that no step can meet in its duration is noted, and one that it may meet is not") {
+    // The wafer's lowest start is z = 0, and a step lasts 2 s.
+    const auto notes = [](const std::string& step) {
+        std::string all;
+        for (const std::string& note : unmet_stops(blanket_recipe(step))) all += note + "\n";
+        return all;
+    };
+    const std::string etch = "model = \"isotropic\"\nrate = -0.3\n",
+                      grow = "model = \"isotropic\"\nrate = 0.1\ndeposit = \"W\"\n",
+                      metrology = "[metrology]\nmeasures = [\"depth\", \"film\"]\n";
+    CHECK(
+        notes(etch + "stop_depth = 1.0\n") ==
+        "step[0].stop_depth never ends the step: at blanket rates the steps up to its end reach a depth of 0.6 um "
+        "at most\n");
+    CHECK(notes(etch + "stop_depth = 0.6\n").empty());
+    CHECK_THAT(notes(etch + "stop = \"depth > 1\"\n" + metrology),
+               Contains("step[0].stop never ends the step"));
+    CHECK(notes(etch + "stop = \"depth > 1\"\n" + metrology + "mask_bottom = 0.5\n").empty());
+    CHECK(notes(etch + "stop = \"depth < 1\"\n" + metrology).empty());
+    CHECK_THAT(notes(grow + "stop_depth = 1.0\n"), Contains("reach a depth of 0 um at most"));
+    CHECK_THAT(notes(grow + "stop = \"bare(Si) > 0.9\"\n"),
+               Contains("step[0].stop never ends the step: nothing is etched on an open wafer"));
+    CHECK(notes(etch + "stop_material = \"Si\"\n").empty());
+    CHECK_THAT(notes(grow + "stop_thickness = 0.4\n"), Contains("grow 0.2 um at most"));
+    CHECK_THAT(notes(grow + "stop = \"film_top > 0.4\"\n" + metrology), Contains("grow 0.2 um at most"));
+    CHECK(notes(grow + "stop_thickness = 0.2\n").empty());
+    // Steps before count, and in a loop all rounds of all its steps.
+    CHECK(notes(etch + "[[step]]\nduration = 2.0\n" + etch + "stop_depth = 1.0\n").empty());
+    const auto loop = [&](const char* rounds) {
+        return notes(etch + "[[step]]\nrepeat = " + rounds + "\n[[step.steps]]\nduration = 2.0\n" + etch +
+                     "stop_depth = 2.0\n[[step.steps]]\nduration = 1.0\n" + etch);
+    };
+    CHECK_THAT(loop("1"), Contains("step[1].steps[0].stop_depth") && Contains("1.2 um at most"));
+    CHECK(loop("2").empty());
+    // Ions may etch facets faster, and laws may go by place and time.
+    CHECK(notes("model = \"formula\"\nrate = \"-0.1*time\"\nstop_depth = 5.0\n").empty());
+    CHECK(notes("model = \"ion_beam\"\nrate = 0.1\nstop_depth = 5.0\n").empty());
+    // A cut may reach anywhere.
+    CHECK(
+        notes(
+            etch +
+            "[[step]]\nmodel = \"cut\"\nmaterials = [\"Si\"]\nshape = \"box\"\nsize = [1.0, 0.5]\ndepth = 3.0\n"
+            "[[step]]\nduration = 2.0\n" +
+            etch + "stop_depth = 5.0\n")
+            .empty());
+}
+
+TEST_CASE("check says which law has no value on a flat wafer") {
     CHECK_THAT(blanket_table(blanket_recipe(
                    "model = \"formula\"\nrate = { Si = -0.1, default = \"sqrt(-1 + 0*time)\" }\n")),
                Contains("etches Si: -100") && Contains("SiO2: no rate: "));

@@ -19,7 +19,8 @@ namespace {
 
 // Two squares of 1 um on layer 1, along x at 1.5 and 3.5; lines on layer 63: along x, without width, upward
 // through the first square, drawn downward, and across it at 45 degrees; an L on layer 64; a square, a
-// triangle and a path half as wide as long on 66 to 68, and one a quarter as wide on 69.
+// triangle and a path half as wide as long on 66 to 68, and one a quarter as wide on 69; lines of four points
+// on 70, on a line but for rounding, and on 71, back on itself.
 const std::string kChip = test::gds_library(test::gds_cell(
     "TOP", test::gds_boundary(1, 0, {1000, -500, 2000, -500, 2000, 500, 1000, 500}) +
                test::gds_boundary(1, 0, {3000, -500, 4000, -500, 4000, 500, 3000, 500}) +
@@ -29,7 +30,9 @@ const std::string kChip = test::gds_library(test::gds_cell(
                test::gds_path(64, 0, 10, {0, 0, 100, 0, 100, 100}) +
                test::gds_boundary(66, 0, {2000, 3000, 4000, 3000, 4000, 5000, 2000, 5000}) +
                test::gds_boundary(67, 0, {5000, 6000, 7000, 6000, 5000, 8000}) +
-               test::gds_path(68, 0, 1000, {0, 0, 2000, 0}) + test::gds_path(69, 0, 1000, {0, 0, 4000, 0})));
+               test::gds_path(68, 0, 1000, {0, 0, 2000, 0}) + test::gds_path(69, 0, 1000, {0, 0, 4000, 0}) +
+               test::gds_path(70, 0, 0, {0, 0, 1000, 0, 3333, 1, 5000, 1}) +
+               test::gds_path(71, 0, 0, {0, 0, 5000, 0, 3000, 0, 5000, 0})));
 
 std::string recipe_on(const test::Folder& folder, const std::string& domain, const std::string& mask = "") {
     std::ofstream(folder.path / "chip.gds", std::ios::binary) << kChip;
@@ -81,6 +84,9 @@ TEST_CASE("a profile along a line of the layout has the line's length and is ope
     CHECK(read("1", "padding = 0.3\n").domain.extent[0] == Approx(5.6));
     CHECK(parse_recipe(recipe_on(folder, "[cut]\nlayer = \"69/0\""), "cut.toml").domain.extent[0] ==
           Approx(4.0));
+    CHECK(parse_recipe(recipe_on(folder, "[cut]\nlayer = \"70/0\""), "cut.toml").domain.extent[0] ==
+          Approx(5.0));
+    CHECK(refusal_of(recipe_on(folder, "[cut]\nlayer = \"71/0\"")) != "accepted");
     CHECK_THAT(ends(read("1", "", "position = [0.2, 0.1]\n")),
                Catch::Approx(std::vector{-1.3, -0.3, 0.7, 1.7}).margin(1e-9));
 }

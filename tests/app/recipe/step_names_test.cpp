@@ -56,6 +56,11 @@ TEST_CASE("an override finds a step by its name, in loops too") {
     CHECK(set({"step[2].name=\"last\"", "step.last.duration=7", "step.clean.duration=8"}) ==
           set({"step[2].name=\"last\"", "step[2].duration=7", "step[1].steps[1].duration=8"}));
     CHECK(written_number(kNamedSteps, "names.toml", {}, "step.\"main etch\".duration") == 2.0);
+    const std::string odd = R"(n "x", it's = 3 \)";
+    CHECK(path_by_name(odd) == R"(step."n \"x\", it's = 3 \\")");
+    CHECK(set({"step[0].name=" + toml_text(odd), path_by_name(odd) + ".duration=7"}) ==
+          set({"step[0].name=" + toml_text(odd), "step[0].duration=7"}));
+    CHECK(parse_vary(path_by_name(odd) + ".duration=1:2").key == path_by_name(odd) + ".duration");
     CHECK_THROWS_WITH(set({"step.linre.duration=7"}),
                       Contains("--set step.linre.duration=7: no step is named linre; did you mean liner?") &&
                           Contains("there are liner, main etch, clean"));

@@ -87,6 +87,22 @@ TEST_CASE("noise on a wall makes no scallops of its own") {
     CHECK(found.depth == Approx(kArc).margin(depth_margin(kPitch) + 2.0 * kNoise));
 }
 
+TEST_CASE("rests of film beside edges, and edges that are missing, change no pitch") {
+    constexpr double kPitch = 0.394;
+    // Beside the second, fifth and last edge a rest stands out as far as an edge does, and the seventh is
+    // gone.
+    const auto wall = [](double z) {
+        const double edge = std::round(z / kPitch), from = z - edge * kPitch;
+        if (edge == 7.0) return 1.0 + kArc;
+        if ((edge == 2.0 || edge == 5.0 || edge == 10.0) && std::abs(from - 0.1) < 0.02)
+            return 1.0 + 0.2 * kArc;
+        return 1.0 + arcs(z, kPitch);
+    };
+    const Scallops found = scallops(openings_of(wall), kStep, kSpacing);
+    CHECK(found.pitch == Approx(kPitch).margin(pitch_margin(kPitch)));
+    CHECK(found.depth == Approx(kArc).margin(depth_margin(kPitch)));
+}
+
 TEST_CASE("a smooth wall has no scallops, nor has one with a single edge") {
     CHECK(std::isnan(scallops(openings_of([](double) { return 1.0; }), kStep, kSpacing).pitch));
     CHECK(std::isnan(
